@@ -4,6 +4,7 @@ import subprocess
 import sys
 from graphlib import TopologicalSorter
 
+import pytest
 from grimp import build_graph
 
 
@@ -16,10 +17,24 @@ def test_no_module_comes_back_to_itself_through_its_imports() -> None:
     ).prepare()
 
 
-def test_a_worker_loads_no_catalogue_no_labelled_arrays_and_no_web() -> None:
-    """What it needs to be examined and to compute a block."""
-    others = ("sqlalchemy", "xarray", "pandas", "zarr", "fastapi", "typer", "matplotlib")
+LIGHT = ["numba", "dask", "distributed", "xarray", "zarr", "matplotlib", "fastapi", "sqlalchemy"]
+
+
+@pytest.mark.parametrize(
+    ("module", "others"),
+    [
+        # what a worker needs to be examined and to compute a block
+        (
+            "worker.worker_process.examination",
+            ["sqlalchemy", "xarray", "pandas", "zarr", "fastapi", "typer", "matplotlib"],
+        ),
+        ("service.cli.main", [*LIGHT, "pydantic", "numpy"]),
+        ("service.client", [*LIGHT, "damperlab.worker"]),
+        ("service.app", ["matplotlib", "weasyprint"]),
+    ],
+)
+def test_what_begins_often_loads_no_more_than_it_needs(module: str, others: list[str]) -> None:
     asked = f"print([name for name in {others} if name in sys.modules])"
-    program = f"import sys, damperlab.worker.worker_process.examination; {asked}"
+    program = f"import sys, damperlab.{module}; {asked}"
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert ended.stdout.strip() == "[]"

@@ -7,7 +7,7 @@ import ssl
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ import pytest
 from tests import ports
 from tests.ready import Started, ready
 
+from damperlab import Client
 from damperlab.service.edge.connection import LEAVE_SECONDS
 
 START_SECONDS = 300.0
@@ -84,16 +85,28 @@ def start_service(data_dir: Path, log: Path, **environment: str) -> Running:
     raise AssertionError(f"the service did not start:\n{log.read_text()}")
 
 
-@pytest.fixture(scope="session")
-def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
-    """One service with one worker for all tests that leave it as they found it."""
-    folder = tmp_path_factory.mktemp("service")
-    running = start_service(folder / "data", folder / "log", DAMPERLAB_STUDIES_AT_ONCE="2")
+@contextmanager
+def serving(folder: Path, **environment: str) -> Iterator[Running]:
+    """Have a service on the data directory folder/data, which ends well."""
+    running = start_service(folder / "data", folder / "log", **environment)
     try:
         yield running
     finally:
         status = running.stop()
     assert status == 0, running.log.read_text()
+
+
+@pytest.fixture(scope="session")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """One service with one worker for all tests that leave it as they found it."""
+    with serving(tmp_path_factory.mktemp("service"), DAMPERLAB_STUDIES_AT_ONCE="2") as running:
+        yield running
+
+
+@pytest.fixture
+def remote(service: Running) -> Iterator[Client]:
+    with Client(service.url) as client:
+        yield client
 
 
 @pytest.fixture

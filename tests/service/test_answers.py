@@ -15,6 +15,7 @@ from tests.service.test_contract import check
 
 from damperlab.service.client import Client, Study
 from damperlab.service.documents import plain
+from damperlab.service.questions.every import BY_ROUTE
 from damperlab.service.simulation import compute, read_simulation
 from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.fragility import fragility
@@ -47,6 +48,7 @@ HYBRID: dict[str, Any] = {
         "friction_ratio": [0.1, 0.2, 0.4],
         "frequency_ratio": [0.95, 1, 1.05],
     },
+    "steady": {"max_cycles": 300},
 }
 FRICTION: dict[str, Any] = {
     "name": "friction over frequency",
@@ -57,32 +59,22 @@ FRICTION: dict[str, Any] = {
     },
 }
 AT = {"clearance_ratio": 9.0, "friction_ratio": 0.15}
-ASKED_AT = {name: f"{value:g}" for name, value in AT.items()}
 PLANE = ("clearance_ratio", "friction_ratio")
 DAMPERS = ("clearance_m", "friction_force_n")
 
 
 class Asked(NamedTuple):
-    """A question as each door takes it; the client and the function give a Dataset."""
+    """A question, what the client is given, and what the function makes of the same; SAME is the study itself."""
 
     route: str
-    command: str
-    query: dict[str, str]
-    ask: Callable[[Study], xr.Dataset]
+    given: dict[str, Any]
     answer: Callable[[xr.Dataset], xr.Dataset]
 
 
-def of_map(ask: Any, answer: Any, **query: str) -> Asked:
-    x, y = query.pop("x", PLANE[0]), query.pop("y", PLANE[1])
-    return Asked("resonance-map", "map", {"x": x, "y": y, **query}, ask, answer)
-
-
-def of_response(ask: Any, answer: Any, **query: str) -> Asked:
-    return Asked("frequency-response", "response", ASKED_AT | query, ask, answer)
-
-
-def of_ranking(ask: Any, answer: Any, **query: str) -> Asked:
-    return Asked("optimal-designs", "optimum", query, ask, answer)
+SAME = object()
+MAP, RESPONSE, RANKING, TMD = "resonance-map", "frequency-response", "optimal-designs", "tmd-comparison"
+XY = dict(zip("xy", PLANE, strict=True))
+OF_SUITE = dict(zip("xy", DAMPERS, strict=True))
 
 
 def of_two(answer: xr.Dataset, cube: xr.Dataset) -> xr.Dataset:
@@ -90,109 +82,78 @@ def of_two(answer: xr.Dataset, cube: xr.Dataset) -> xr.Dataset:
 
 
 HYBRIDS: dict[str, Asked] = {
-    "map, worst over the band": of_map(
-        lambda study: study.resonance_map(), lambda cube: resonance_map(cube, *PLANE)
-    ),
-    "map at a frequency": of_map(
-        lambda study: study.resonance_map("friction_ratio", "clearance_ratio", frequency_ratio=1.0),
+    "map, worst over the band": Asked(MAP, XY, lambda cube: resonance_map(cube, *PLANE)),
+    "map at a frequency": Asked(
+        MAP, {"x": PLANE[1], "y": PLANE[0], "frequency_ratio": 1.0},
         lambda cube: resonance_map(cube, *PLANE[::-1], Selection(at={"frequency_ratio": 1.0})),
-        x="friction_ratio", y="clearance_ratio", frequency_ratio="1",
     ),
-    "map of codes": of_map(
-        lambda study: study.resonance_map(metric="response_class"),
-        lambda cube: resonance_map(cube, *PLANE, Selection("response_class")),
-        metric="response_class",
+    "map of codes": Asked(
+        MAP, XY | {"metric": "response_class"}, lambda cube: resonance_map(cube, *PLANE, Selection("response_class"))
     ),
-    "map of counts, which are floats": of_map(
-        lambda study: study.resonance_map(metric="period", frequency_ratio=1.0),
+    "map of counts, which are floats": Asked(
+        MAP, XY | {"metric": "period", "frequency_ratio": 1.0},
         lambda cube: resonance_map(cube, *PLANE, Selection("period", at={"frequency_ratio": 1})),
-        metric="period", frequency_ratio="1",
     ),
-    "map, mean over a dimension": of_map(
-        lambda study: study.resonance_map("clearance_ratio", "frequency_ratio", over="friction_ratio", reduce="mean"),
+    "map, mean over a dimension": Asked(
+        MAP, {"x": "clearance_ratio", "y": "frequency_ratio", "over": "friction_ratio", "reduce": "mean"},
         lambda cube: resonance_map(cube, "clearance_ratio", "frequency_ratio", over="friction_ratio", reduce="mean"),
-        y="frequency_ratio", over="friction_ratio", reduce="mean",
     ),
-    "map less that of another": of_map(
-        lambda study: study.resonance_map(minus=study),
-        lambda cube: of_two(map_difference(cube, cube, *PLANE), cube),
-        minus=HYBRID["name"],
+    "map less that of another": Asked(
+        MAP, XY | {"minus": SAME}, lambda cube: of_two(map_difference(cube, cube, *PLANE), cube)
     ),
-    "response": of_response(
-        lambda study: study.frequency_response(**AT), lambda cube: frequency_response(cube, Selection(at=AT))
-    ),
-    "response with gaps": of_response(
-        lambda study: study.frequency_response("floquet_multiplier", **AT),
+    "response": Asked(RESPONSE, AT, lambda cube: frequency_response(cube, Selection(at=AT))),
+    "response with gaps": Asked(
+        RESPONSE, AT | {"metric": "floquet_multiplier"},
         lambda cube: frequency_response(cube, Selection("floquet_multiplier", at=AT)),
-        metric="floquet_multiplier",
     ),
-    "response beside another": of_response(
-        lambda study: study.frequency_response(with_=study, **AT),
-        lambda cube: of_two(compared_response(cube, cube, Selection(at=AT)), cube),
-        **{"with": HYBRID["name"]},
+    "response beside another": Asked(
+        RESPONSE, AT | {"with_": SAME}, lambda cube: of_two(compared_response(cube, cube, Selection(at=AT)), cube)
     ),
-    "ranking": of_ranking(
-        lambda study: study.optimal_designs(
-            "band_rms", band=(0.95, 1.0), top=4, exclude_locked=True, clearance_ratio=(5, 10)
-        ),
+    "ranking": Asked(
+        RANKING, {"objective": "band_rms", "band": (0.95, 1.0), "top": 4, "exclude_locked": True, "clearance_ratio": (5, 10)},
         lambda cube: optimal_designs(
             cube,
             Judging("band_rms", band=(0.95, 1.0), exclude_locked=True, ranges={"clearance_ratio": (5, 10)}),
             top=4,
         ),
-        objective="band_rms", band="0.95,1.0", top="4", exclude_locked="true", clearance_ratio="5,10",
     ),
-    "ranking within a range of a result": of_ranking(
-        lambda study: study.optimal_designs(top=10, stick_fraction=(0, 0.5)),
+    "ranking within a range of a result": Asked(
+        RANKING, {"top": 10, "stick_fraction": (0, 0.5)},
         lambda cube: optimal_designs(cube, Judging(ranges={"stick_fraction": (0, 0.5)})),
-        stick_fraction="0,0.5",
     ),
-    "ranking of nothing": of_ranking(
-        lambda study: study.optimal_designs(max_impact_speed=0.0, friction_ratio=(0.1, 0.1), top=10),
+    "ranking of nothing": Asked(
+        RANKING, {"top": 10, "max_impact_speed": 0.0, "friction_ratio": (0.1, 0.1)},
         lambda cube: optimal_designs(cube, Judging(max_impact_speed=0.0, ranges={"friction_ratio": (0.1, 0.1)})),
-        max_impact_speed="0", friction_ratio="0.1,0.1",
     ),
-    "front": of_ranking(
-        lambda study: study.optimal_designs(pareto=["amplitude", "-dissipation_impact"]),
+    "front": Asked(
+        RANKING, {"top": 500, "pareto": ["amplitude", "-dissipation_impact"]},
         lambda cube: pareto_front(cube, ["amplitude", "-dissipation_impact"]),
-        pareto="amplitude,-dissipation_impact", top="500",
     ),
     "tuned mass damper": Asked(
-        "tmd-comparison", "tmd", ASKED_AT | {"criterion": "den_hartog", "detuning": "0.05"},
-        lambda study: study.tmd_comparison("den_hartog", detuning=0.05, **AT),
+        TMD, AT | {"criterion": "den_hartog", "detuning": 0.05},
         lambda cube: tmd_comparison(cube, Tuning("den_hartog", detuning=0.05), at=AT),
     ),
     "tuned mass damper under a force": Asked(
-        "tmd-comparison", "tmd", ASKED_AT | {"criterion": "hinf", "excitation": "force"},
-        lambda study: study.tmd_comparison("hinf", excitation="force", **AT),
+        TMD, AT | {"criterion": "hinf", "excitation": "force"},
         lambda cube: tmd_comparison(cube, Tuning("hinf", excitation="force"), at=AT),
     ),
-    "work and precision": Asked(
-        "work-precision", "precision", {}, lambda study: study.work_precision(), work_precision
-    ),
+    "work and precision": Asked("work-precision", {}, work_precision),
 }  # fmt: skip
 SUITES: dict[str, Asked] = {
-    "map under a record": of_map(
-        lambda study: study.resonance_map(record="northridge", scale=3),
+    "map under a record": Asked(
+        MAP, OF_SUITE | {"record": "northridge", "scale": 3},
         lambda cube: resonance_map(cube, *DAMPERS, Selection(at={"record": "northridge", "scale": 3})),
-        x=DAMPERS[0], y=DAMPERS[1], record="northridge", scale="3",
     ),
-    "map over the records": of_map(
-        lambda study: study.resonance_map(scale=3),
-        lambda cube: resonance_map(cube, *DAMPERS, Selection(at={"scale": 3})),
-        x=DAMPERS[0], y=DAMPERS[1], scale="3",
+    "map over the records": Asked(
+        MAP, OF_SUITE | {"scale": 3}, lambda cube: resonance_map(cube, *DAMPERS, Selection(at={"scale": 3}))
     ),
-    "dampers by their worst case": of_ranking(
-        lambda study: study.optimal_designs(top=2, records=["northridge-360"], clearance_m=(0.002, 1)),
+    "dampers by their worst case": Asked(
+        RANKING, {"top": 2, "records": ["northridge-360"], "clearance_m": (0.002, 1)},
         lambda cube: ranked_designs(
             cube, Judging(ranges={"clearance_m": (0.002, 1)}), Ranking(top=2, records=("northridge-360",)), dict
         ),
-        top="2", record="northridge-360", clearance_m="0.002,1",
     ),
-    "fragility": Asked(
-        "fragility", "fragility", {"threshold": "0.02"},
-        lambda study: study.fragility(0.02), lambda cube: fragility(cube, Fragile(0.02)),
-    ),
+    "fragility": Asked("fragility", {"threshold": 0.02}, lambda cube: fragility(cube, Fragile(0.02))),
 }  # fmt: skip
 
 
@@ -225,14 +186,25 @@ def printed(store: Store) -> Callable[..., Any]:
     return lambda *words: json.loads(run(*words, "--data-dir", store.data_dir, "--json").stdout)
 
 
+def query(given: dict[str, Any], study: str) -> dict[str, str]:
+    """Spell what the client is given as the parameters of a query."""
+
+    def text(value: Any) -> str:
+        if isinstance(value, list | tuple):
+            return ",".join(map(text, value))
+        return study if value is SAME else str(value).lower() if isinstance(value, bool) else str(value)
+
+    return {
+        {"with_": "with", "records": "record"}.get(name, name): text(value) for name, value in given.items()
+    }
+
+
 def options(query: dict[str, str]) -> list[str]:
     """Spell the parameters of a query as the options of a command."""
     found: list[str] = []
     for name, value in query.items():
-        if name in EVERY_AXIS or name == "stick_fraction":
-            ranged = "," in value
-            found += ["--within" if ranged else "--record" if name == "record" else "--at"]
-            found += [value if found[-1] == "--record" else f"{name}={value}"]
+        if name != "record" and (name in EVERY_AXIS or name == "stick_fraction"):
+            found += ["--within" if "," in value else "--at", f"{name}={value}"]
         else:
             found += [f"--{name.replace('_', '-')}", *([] if value == "true" else [value])]
     return found
@@ -267,42 +239,34 @@ def test_every_door_gives_the_answer_of_the_function(
     printed: Callable[..., Any],
     question: str,
 ) -> None:
-    asked = (HYBRIDS | SUITES)[question]
+    route, given, answer = (HYBRIDS | SUITES)[question]
     study = hybrid if question in HYBRIDS else remote.study(suite["id"])
-    assert_same(asked.ask(study), asked.answer(store.cube(study.id)))
-    document = client.get(f"/api/v1/studies/{study.id}/{asked.route}", params=asked.query).json()
+    asked = {name: study if value is SAME else value for name, value in given.items()}
+    assert_same(getattr(study, BY_ROUTE[route].method)(**asked), answer(store.cube(study.id)))
+    sent = query(given, study.id)
+    document = client.get(f"/api/v1/studies/{study.id}/{route}", params=sent).json()
     assert "values" in document or "columns" in document, document
-    assert printed(asked.command, study.id, *options(asked.query)) == document
+    assert printed(BY_ROUTE[route].command, study.id, *options(sent)) == document
 
 
 @pytest.mark.parametrize(
-    ("route", "command", "query"),
-    [
-        ("refine", ("refine",), {}),
-        ("refine-boundary", ("refine", "--boundary", "friction_ratio"), {"along": "friction_ratio", "frequency_ratio": "1"}),
-    ],
-)  # fmt: skip
+    ("route", "boundary", "asked"),
+    [("refine", [], {}), ("refine-boundary", ["--boundary", "friction_ratio"], {"frequency_ratio": "1"})],
+)
 def test_a_search_is_planned_alike(
     client: httpx.Client,
     friction: Study,
     printed: Callable[..., Any],
     route: str,
-    command: tuple[str, ...],
-    query: dict[str, str],
+    boundary: list[str],
+    asked: dict[str, str],
 ) -> None:
-    planned = client.post(
-        f"/api/v1/studies/{friction.id}/{route}", params={**query, "dry_run": "true"}
-    ).json()
-    told = printed(
-        command[0],
-        friction.id,
-        *command[1:],
-        *options({k: v for k, v in query.items() if k != "along"}),
-        "--dry-run",
-    )
+    sent = asked | {"dry_run": "true"} | ({"along": boundary[1]} if boundary else {})
+    planned = client.post(f"/api/v1/studies/{friction.id}/{route}", params=sent).json()
+    told = printed("refine", friction.id, *boundary, *options(asked), "--dry-run")
     assert planned["note"]
     assert {name: told.get(name) for name in planned} == planned
-    if route == "refine-boundary":
+    if boundary:
         # locked where the friction bears the largest inertia force, r² = 1
         assert planned["found"]["low"] < 1.0 < planned["found"]["high"]
         found = friction.refine_boundary("friction_ratio", dry_run=True, frequency_ratio=1.0)

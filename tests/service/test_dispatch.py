@@ -61,12 +61,16 @@ def gate(store: Store) -> Iterator[tuple[Dispatcher, Gate]]:
     dispatcher.close()
 
 
-def ended(store: Store, study_id: str) -> Record:
+def until(true: Callable[[], bool]) -> None:
     give_up = time.monotonic() + GIVE_UP_SECONDS
-    while not (record := store.find(study_id)).ended:
-        assert time.monotonic() < give_up, record
+    while not true():
+        assert time.monotonic() < give_up
         time.sleep(0.05)
-    return record
+
+
+def ended(store: Store, study_id: str) -> Record:
+    until(lambda: store.find(study_id).ended)
+    return store.find(study_id)
 
 
 def test_a_study_that_was_cancelled_and_resumed_while_its_run_began_is_computed(
@@ -93,10 +97,7 @@ def test_a_study_that_was_cancelled_while_its_run_began_never_runs(
     assert cluster.asked.wait(GIVE_UP_SECONDS)
     dispatcher.cancel(record)
     cluster.open.set()
-    give_up = time.monotonic() + GIVE_UP_SECONDS
-    while dispatcher.running:
-        assert time.monotonic() < give_up
-        time.sleep(0.05)
+    until(lambda: not dispatcher.running)
     assert store.find(record.id).state == "cancelled"
     assert [what for _, what in store.events(record.id)] == ["submitted", "queued to cancelled"]
 

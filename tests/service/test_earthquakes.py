@@ -7,34 +7,30 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.worker.ground.response_spectrum import response_spectrum
+
 RECORDS = "/api/v1/records"
 COMPARE = "/api/v1/earthquake-comparisons"
 # samples that no other test and no example puts up: the same ones would be known already
 COLUMNS = "time (s), acceleration (g)\n0, 0\n0.01, 0.1\n0.02, -0.06\n0.03, 0\n"
 
 
-def test_the_built_in_records_are_listed_with_units(client: httpx.Client) -> None:
-    listed = {one["id"]: one for one in client.get(RECORDS).raise_for_status().json()["records"]}
-    loma = listed["loma-prieta-000"]
-    assert loma["step_s"] == 0.005
-    assert loma["samples"] == 7997
-    assert loma["peak_acceleration_m_s2"] == pytest.approx(9.80665 * loma["peak_acceleration_g"], rel=1e-12)
-    assert {"el-centro-180", "northridge-090", "san-fernando-164"} <= set(listed)
-
-
 def test_a_record_goes_up_and_is_used(client: httpx.Client) -> None:
-    answer = client.post(
-        RECORDS, content=COLUMNS, headers={"content-type": "text/csv"}, params={"name": "mine"}
-    )
+    table = {"content-type": "text/csv"}
+    answer = client.post(RECORDS, content=COLUMNS, headers=table, params={"name": "mine"})
     assert answer.status_code == 201
     record_id = answer.json()["id"]
     assert answer.json()["peak_acceleration_g"] == pytest.approx(0.1, rel=1e-12)
-    again = client.post(RECORDS, content=COLUMNS, headers={"content-type": "text/csv"})
+    again = client.post(RECORDS, content=COLUMNS, headers=table)
     assert (again.status_code, again.json()["id"]) == (200, record_id)
-    assert record_id in [one["id"] for one in client.get(RECORDS).json()["records"]]
+    listed = {one["id"]: one for one in client.get(RECORDS).json()["records"]}
+    assert {record_id, "el-centro-180", "northridge-090", "san-fernando-164"} <= set(listed)
+    loma = listed["loma-prieta-000"]
+    assert (loma["step_s"], loma["samples"]) == (0.005, 7997)
+    assert loma["peak_acceleration_m_s2"] == pytest.approx(9.80665 * loma["peak_acceleration_g"], rel=1e-12)
     found = client.post(COMPARE, json={"record": record_id, "cases": ["none", "tmd"], "tail_s": 1.0})
-    assert found.status_code == 200
-    assert found.json()["cases"]["none"]["peak_relative_displacement_m"] > 0.0
+    assert found.raise_for_status().json()["cases"]["none"]["peak_relative_displacement_m"] > 0.0
 
 
 SWEEP = {"sweep": {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}}
@@ -62,18 +58,21 @@ def test_a_record_is_generated_from_what_describes_it(client: httpx.Client, reci
     assert client.post(RECORDS, json=recipe).json()["id"] == made.json()["id"]
 
 
-def test_uploads_are_bounded_and_typed(client: httpx.Client) -> None:
-    big = client.post(RECORDS, content=b"0 0\n" * 2_000_000, headers={"content-type": "text/csv"})
-    assert big.status_code == 413
-    assert client.post(RECORDS, content="x", headers={"content-type": "image/png"}).status_code == 415
-    assert client.post(RECORDS, json={"seed": 1}).status_code == 422
-    bad = client.post(
-        RECORDS, content=COLUMNS, headers={"content-type": "text/csv"}, params={"units": "furlong"}
-    )
-    assert bad.status_code == 422
-    broken = COLUMNS.replace("-0.06", "five")
-    line = client.post(RECORDS, content=broken, headers={"content-type": "text/csv"})
-    assert line.json()["errors"][0]["field"] == "line 4"
+@pytest.mark.parametrize(
+    ("body", "kind", "units", "refused"),
+    [
+        ("0 0\n" * 2_000_000, "text/csv", "g", (413, "body")),
+        ("x", "image/png", "g", (415, "Content-Type")),
+        ('{"seed": 1}', "application/json", "g", (422, "seed")),
+        (COLUMNS, "text/csv", "furlong", (422, "units")),
+        (COLUMNS.replace("-0.06", "five"), "text/csv", "g", (422, "line 4")),
+    ],
+)
+def test_uploads_are_bounded_and_typed(
+    client: httpx.Client, body: str, kind: str, units: str, refused: tuple[int, str]
+) -> None:
+    answer = client.post(RECORDS, content=body, headers={"content-type": kind}, params={"units": units})
+    assert refused in [(answer.status_code, each["field"]) for each in answer.json()["errors"]], answer.text
 
 
 def test_the_histories_of_a_comparison_have_its_peaks(client: httpx.Client) -> None:
@@ -110,27 +109,14 @@ def test_a_record_is_shown_with_its_spectrum(client: httpx.Client) -> None:
     assert np.abs(whole["acceleration_m_s2"]).max() == pytest.approx(whole["peak_acceleration_m_s2"])
     thin = client.get(f"/api/v1/records/{whole['id']}", params={"samples": 50}).raise_for_status().json()
     assert len(thin["time_s"]) <= 50
-    assert max(thin["acceleration_m_s2"]) == max(whole["acceleration_m_s2"])
-    assert min(thin["acceleration_m_s2"]) == min(whole["acceleration_m_s2"])
-    assert thin["pseudo_acceleration_m_s2"] == whole["pseudo_acceleration_m_s2"]
-
-    period, heard = np.array(whole["period_s"]), np.array(whole["pseudo_acceleration_m_s2"])
-    for place in (40, 60):
-        frequency = 1 / period[place]
-        asked = {
-            "record": whole["id"],
-            "natural_frequency_hz": frequency,
-            "damping_ratio": whole["damping_ratio"],
-            "cases": ["none"],
-            "starts": 0,
-        }
-        answer = (
-            client.post("/api/v1/earthquake-comparisons", json=asked, timeout=300.0).raise_for_status().json()
+    for end in (min, max):
+        assert end(thin["acceleration_m_s2"]) == end(whole["acceleration_m_s2"])
+    motion = GroundMotion("shown", whole["step_s"], np.array(whole["acceleration_m_s2"]))
+    spectrum = response_spectrum(motion, np.array(whole["period_s"]), whole["damping_ratio"])
+    for shown in (whole, thin):
+        np.testing.assert_allclose(
+            shown["pseudo_acceleration_m_s2"], spectrum.pseudo_acceleration_m_s2, rtol=1e-12
         )
-        peak = answer["cases"]["none"]["peak_relative_displacement_m"]
-        # the spectrum looks at samples alone: at most a share of (ω h)²/8 below
-        share = (2 * np.pi * frequency * whole["step_s"]) ** 2 / 8
-        assert (1 - share) * peak <= heard[place] / (2 * np.pi * frequency) ** 2 <= peak * (1 + 1e-9)
 
 
 def test_a_record_that_is_not_there_is_not_shown(client: httpx.Client) -> None:
@@ -145,7 +131,6 @@ PEAK = "peak_relative_displacement_m"
 
 def test_it_is_kept_once_and_says_what_it_is(client: httpx.Client, suite: dict[str, Any]) -> None:
     assert suite["shape"] == [2, 1, 1, 2, 1, 1, 3, 2]
-    assert suite["dimensions"][0] == "record"
     assert [one["id"] for one in suite["definition"]["records"]] == ["northridge-090", "northridge-360"]
     # its own definition is the same study again, and so is what it was made of
     again = client.post(STUDIES, json=suite["definition"])
@@ -153,53 +138,38 @@ def test_it_is_kept_once_and_says_what_it_is(client: httpx.Client, suite: dict[s
     estimate = client.post(f"{STUDIES}?dry_run=true", json=suite["definition"]).json()
     assert estimate["points"] == 24
     assert 0 < estimate["seconds"] < 10
-    listed = client.get(STUDIES, params={"name": "two earthquakes"}).json()["studies"]
-    assert suite["id"] in [one["id"] for one in listed]
     assert "event: end" in client.get(f"{STUDIES}/{suite['id']}/events").text
     axes = client.get(f"{STUDIES}/{suite['id']}/axes").json()["axes"]
     assert axes["record"] == ["northridge-090", "northridge-360"]
 
 
-def test_a_map_is_the_worst_record_or_the_one_that_is_named(
+def test_a_map_and_a_ranking_are_of_the_worst_record_or_the_one_that_is_named(
     client: httpx.Client, service: Any, suite: dict[str, Any]
 ) -> None:
     cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None)[PEAK].squeeze().load()
     path = f"{STUDIES}/{suite['id']}/resonance-map"
-    asked: dict[str, Any] = {"x": "clearance_m", "y": "friction_force_n", "scale": 3}
-    worst = client.get(path, params=asked).raise_for_status().json()
+    asked: dict[str, Any] = {"x": "clearance_m", "y": "friction_force_n"}
+    worst = client.get(path, params={**asked, "scale": 3}).raise_for_status().json()
     at_three = cube.sel(scale=3).transpose("record", "friction_force_n", "clearance_m")
     np.testing.assert_array_equal(worst["values"], at_three.max("record"))
     assert (worst["metric"], worst["units"], worst["over"]) == (PEAK, "m", "record")
     np.testing.assert_array_equal(worst["record_at"], at_three["record"].values[at_three.values.argmax(0)])
-    one = client.get(path, params={**asked, "record": "northridge"}).json()
+    one = client.get(path, params={**asked, "scale": 3, "record": "northridge"}).json()
     np.testing.assert_array_equal(one["values"], at_three.sel(record="northridge-090"))
-    assert one["at"]["record"] == "northridge-090"
-    assert np.shape(one["growth"]) == (2, 3)
-    both = client.get(path, params={"x": "clearance_m", "y": "friction_force_n", "over": "scale"}).json()
+    both = client.get(path, params={**asked, "over": "scale"}).json()
     every = cube.transpose("scale", "record", "friction_force_n", "clearance_m")
     np.testing.assert_array_equal(both["values"], every.max(("scale", "record")))
     assert (both["over"], both["worst_over"]) == ("scale", "record")
-    assert set(np.ravel(both["record_at"])) <= set(cube["record"].values)
-    assert "record" not in both["at"]
-    mean = client.get(path, params={**asked, "over": "record", "reduce": "mean", "metric": "impacts"}).json()
-    assert mean["units"] == "1"
     scales = client.get(path, params={"x": "scale", "y": "clearance_m", "metric": "status"}).json()
     assert scales["values"] == [[0, 0]] * 3
 
-
-def test_dampers_are_ranked_by_their_worst_case(
-    client: httpx.Client, service: Any, suite: dict[str, Any]
-) -> None:
-    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None)[PEAK].squeeze().load()
     path = f"{STUDIES}/{suite['id']}/optimal-designs"
     answer = client.get(path, params={"top": 3}).raise_for_status().json()
-    worst = np.sort(cube.max(("record", "scale")).values, axis=None)
-    assert [one["value"] for one in answer["designs"]] == worst[:3].tolist()
-    assert answer["designs_total"] == 6
+    values = np.sort(cube.max(("record", "scale")).values, axis=None)
+    assert [one["value"] for one in answer["designs"]] == values[:3].tolist()
     best = answer["designs"][0]
     where = {name: best[name] for name in ("record", "scale", "clearance_m", "friction_force_n")}
     assert float(cube.sel(where)) == best["value"]
-    assert best["growth"] >= 0
     some = {"record": "northridge-360", "scale": "1,1", "clearance_m": "0.002,1", "metric": "impacts"}
     answer = client.get(path, params=some).raise_for_status().json()
     assert {(one["record"], one["scale"]) for one in answer["designs"]} == {("northridge-360", 1.0)}

@@ -76,18 +76,14 @@ def test_what_a_killed_process_wrote_goes(tmp_path: Path, end: Exception, questi
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_that_cannot_be_used_is_the_store_s_trouble(tmp_path: Path) -> None:
-    found = _ask(tmp_path / "moved", lambda place: None)
-    assert (found.status_code, found.json()["type"]) == (503, "urn:damperlab:problem:store-unavailable")
-
-
-def test_a_full_disk_is_the_store_s_trouble(tmp_path: Path) -> None:
+@pytest.mark.parametrize("trouble", ["moved", "full"])
+def test_a_folder_that_cannot_be_used_is_the_store_s_trouble(tmp_path: Path, trouble: str) -> None:
     def full(place: Path) -> None:
         raise OSError(28, "No space left on device")
 
-    found = _ask(tmp_path, full)
+    found = _ask(tmp_path / "moved" if trouble == "moved" else tmp_path, full)
     assert (found.status_code, found.json()["type"]) == (503, "urn:damperlab:problem:store-unavailable")
-    assert "No space left" in found.text
+    assert ("No space left" in found.text) == (trouble == "full")
 
 
 def test_exports_of_a_service_that_was_killed_go(tmp_path: Path) -> None:

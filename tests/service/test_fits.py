@@ -7,6 +7,7 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
+import yaml
 from tests.service.cli.commands import run
 
 from damperlab.service.client import Client, Refused
@@ -53,21 +54,38 @@ def test_every_door_gives_the_same_fit_and_it_holds_the_truth(
     assert abs(damping["value"] - ZETA) < damping["high"] - damping["low"]
     (tmp_path / "bench.csv").write_text(table)
     (tmp_path / "known.json").write_text(json.dumps(STRUCTURE))
-    sought = ("--fit", "damping_ratio=0.01,0.2", "--deviation", "1%", "--structure", tmp_path / "known.json")
-    assert json.loads(run("fit", tmp_path / "bench.csv", *sought, "--json").stdout) == found
+    study, report, figure = (tmp_path / name for name in ("fitted.yaml", "fit.html", "fit.png"))
+    sought = ("fit", tmp_path / "bench.csv", "--fit", "damping_ratio=0.01,0.2", "--deviation", "1%")
+    of_a_file = ("--structure", tmp_path / "known.json", "--study", study, "-o", report, "--json")
+    assert json.loads(run(*sought, *of_a_file).stdout) == found
+    assert "<h1>bench, fitted</h1>" in report.read_text()
+    assert yaml.safe_load(study.read_text()) == found["study"]
+    computed = run("run", study, "--data-dir", tmp_path / "data", "--json").stdout
+    assert json.loads(computed)["state"] == "done"
+    of_options = ("--natural-frequency-hz", "2.5", "--base-amplitude-m", "0.0015", "--friction-ratio", "0")
+    assert "damping_ratio" in run(*sought, "--no-particle", *of_options, "-o", figure).stdout
+    assert figure.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
     with Client(service.url) as mine:
         ranges = {"damping_ratio": (0.01, 0.2)}
         assert mine.fit(tmp_path / "bench.csv", ranges, STRUCTURE, deviation=0.01) == found
         assert mine.fit(table, ranges, STRUCTURE, deviation=0.01)["parameters"] == found["parameters"]
         with pytest.raises(Refused, match=r"missing\.csv"):
             mine.fit("missing.csv", ["damping_ratio"])
-        with pytest.raises(Refused, match="`structure`, the third argument") as swapped:
+        with pytest.raises(Refused) as swapped:
             mine.fit(table, STRUCTURE, ["damping_ratio"])  # type: ignore[arg-type]
-        fields = {fault.field for fault in swapped.value.faults}
-        assert fields == {
+        assert {fault.field for fault in swapped.value.faults} == {
             "structure",
-            *(f"fit.{name}" for name, value in STRUCTURE.items() if value is not None),
+            *(f"fit.{name}" for name in STRUCTURE),
         }
+
+
+def test_an_axis_in_the_file_of_what_is_known_is_sought(table: str, tmp_path: Path) -> None:
+    (tmp_path / "bench.csv").write_text(table)
+    known = STRUCTURE | {"damping_ratio": {"start": 0.01, "stop": 0.2, "num": 5}}
+    (tmp_path / "known.json").write_text(json.dumps(known))
+    sought = ("--structure", tmp_path / "known.json", "--deviation", "1%", "--json")
+    document = json.loads(run("fit", tmp_path / "bench.csv", *sought).stdout)
+    assert document["parameters"]["damping_ratio"]["range"] == [0.01, 0.2]
 
 
 def test_a_dry_run_says_whether_kernels_are_there(client: httpx.Client, table: str) -> None:

@@ -197,6 +197,21 @@ def test_every_parameter_that_names_a_study_is_known_as_one(
     assert found == {(question, name) for question, names in READS.items() for name in names}
 
 
+def _scope() -> dict[str, Any]:
+    return {
+        "type": "http",
+        "method": "GET",
+        "path": URL,
+        "query_string": b"",
+        "headers": [],
+        "app": _Service(200),
+    }
+
+
+async def _nothing() -> Any:
+    raise AssertionError("nothing is read")
+
+
 def test_an_answer_that_its_reader_takes_slowly_keeps_nobody_waiting() -> None:
     async def main() -> None:
         read = anyio.Event()
@@ -206,18 +221,6 @@ def test_an_answer_that_its_reader_takes_slowly_keeps_nobody_waiting() -> None:
             await send({"type": "http.response.body", "body": b"part", "more_body": True})
             await send({"type": "http.response.body", "body": b"", "more_body": False})
 
-        service = _Service(200)
-        kept = Kept(streamed)
-        scope = {
-            "type": "http",
-            "method": "GET",
-            "path": URL,
-            "query_string": b"",
-            "headers": [],
-            "app": service,
-        }
-        nothing: Any = None
-
         async def slow(message: Any) -> None:
             if message["type"] == "http.response.body":
                 await read.wait()
@@ -226,52 +229,46 @@ def test_an_answer_that_its_reader_takes_slowly_keeps_nobody_waiting() -> None:
             if not message.get("more_body", True):
                 read.set()
 
+        kept, scope = Kept(streamed), _scope()
         with anyio.fail_after(60):
             async with anyio.create_task_group() as group:
-                group.start_soon(kept, dict(scope), nothing, slow)
+                group.start_soon(kept, dict(scope), _nothing, slow)
                 await anyio.wait_all_tasks_blocked()
-                group.start_soon(kept, dict(scope), nothing, quick)
+                group.start_soon(kept, dict(scope), _nothing, quick)
 
     anyio.run(main)
 
 
 def test_of_those_who_wait_for_what_is_given_up_one_computes() -> None:
-    async def main() -> tuple[int, int]:
-        computed, at_once = 0, 0
+    async def main() -> list[str]:
+        seen: list[str] = []
         left, go = anyio.Event(), anyio.Event()
 
         async def answering(scope: Any, receive: Any, send: Any) -> None:
-            nonlocal computed, at_once
-            computed += 1
-            if computed == 1:
+            seen.append("computed")
+            if len(seen) == 1:
                 await left.wait()
                 return  # as where the client has left
-            at_once += 1
             await go.wait()
             await send({"type": "http.response.start", "status": 200, "headers": []})
             await send({"type": "http.response.body", "body": b"whole"})
 
-        kept = Kept(answering)
-        scope = {"type": "http", "method": "GET", "path": URL, "query_string": b"", "headers": []}
-        scope["app"] = _Service(200)
-        nothing: Any = None
-        sent = 0
-
         async def send(message: Any) -> None:
-            nonlocal sent
-            sent += message.get("body") == b"whole"
+            if message.get("body") == b"whole":
+                seen.append("sent")
 
+        kept, scope = Kept(answering), _scope()
         with anyio.fail_after(60):
             async with anyio.create_task_group() as group:
                 for _ in range(5):
-                    group.start_soon(kept, dict(scope), nothing, send)
-                while not computed:
+                    group.start_soon(kept, dict(scope), _nothing, send)
+                while not seen:
                     await anyio.wait_all_tasks_blocked()
                 left.set()
-                while not at_once:
+                while len(seen) < 2:
                     await anyio.wait_all_tasks_blocked()
                 await anyio.wait_all_tasks_blocked()
                 go.set()
-        return at_once, sent
+        return seen
 
-    assert anyio.run(main) == (1, 4)
+    assert anyio.run(main) == ["computed", "computed", *["sent"] * 4]

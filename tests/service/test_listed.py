@@ -52,34 +52,23 @@ def listed(client: httpx.Client, **query: Any) -> list[str]:
     ]
 
 
-def test_a_study_is_tagged_and_found(client: httpx.Client, made: dict[str, Any]) -> None:
+def test_a_study_is_tagged_and_found(client: httpx.Client, service: Any, made: dict[str, Any]) -> None:
     url = f"/api/v1/studies/{made['id']}"
-    now = (
-        client.patch(url, json={"tags": ["steel", "rig-7"], "note": "Shaker, May."}).raise_for_status().json()
-    )
-    assert (now["tags"], now["note"]) == (["rig-7", "steel"], "Shaker, May.")
+    now = client.patch(url, json={"tags": ["steel", "rig-7"], "note": "Shaker, May."}).raise_for_status()
+    assert (now.json()["tags"], now.json()["note"]) == (["rig-7", "steel"], "Shaker, May.")
     assert client.get(url).json()["tags"] == ["rig-7", "steel"]
     assert listed(client, tag="rig-7") == [made["id"]]
     assert listed(client, tag="rig-8") == []
     assert made["id"] in listed(client, axis="friction_ratio", **{"from": 0.38, "to": 0.385}, tag="steel")
     assert listed(client, axis="friction_ratio", **{"from": 0.4}, tag="steel") == []
     assert client.patch(url, json={"tags": []}).json()["note"] == "Shaker, May."
-
-
-def test_only_a_whole_id_is_remarked(client: httpx.Client, made: dict[str, Any]) -> None:
-    assert client.patch(f"/api/v1/studies/{made['id'][:6]}", json={"note": "n"}).status_code == 404
-    assert (
-        client.patch(
-            f"/api/v1/studies/{made['id']}", content="{}", headers={"Content-Type": "text/plain"}
-        ).status_code
-        == 415
-    )
-
-
-def test_the_client_says_the_same(service: Any, made: dict[str, Any]) -> None:
-    with Client(service.url) as client:
-        study = client.study(made["id"]).remark(tags={"from-python"}, note="n")
+    # a whole id, and a body that no form of another page can send
+    assert client.patch(url[:-6], json={"note": "n"}).status_code == 404
+    plain = {"Content-Type": "text/plain"}
+    assert client.patch(url, content="{}", headers=plain).status_code == 415
+    with Client(service.url) as python:
+        study = python.study(made["id"]).remark(tags={"from-python"}, note="n")
         assert (study.record.tags, study.record.note) == (("from-python",), "n")
-        assert client.studies(tag="from-python") == [study]
-        assert study in client.studies(within=("friction_ratio", None, 0.37))
-        assert study not in client.studies(within=("friction_ratio", 0.5, None))
+        assert python.studies(tag="from-python") == [study]
+        assert study in python.studies(within=("friction_ratio", None, 0.37))
+        assert study not in python.studies(within=("friction_ratio", 0.5, None))

@@ -36,30 +36,28 @@ def server(tmp_path: Path) -> Iterator[tuple[str, list[psutil.Process]]]:
 @pytest.mark.night
 def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path, helpers):
     address, processes = server
-    running = helpers.start_service(tmp_path / "data", tmp_path / "log", DAMPERLAB_CATALOGUE=address)
-    try:
-        # what takes longer hangs
-        with httpx.Client(base_url=running.url, timeout=300) as client:
-            helpers.wait_until(lambda: client.get("/health/ready").status_code == 200)
-            assert client.get("/api/v1/studies").status_code == 200
-            stopped = {each for one in processes for each in (one, *one.children(recursive=True))}
+    with (
+        helpers.serving(tmp_path, DAMPERLAB_CATALOGUE=address) as running,
+        httpx.Client(base_url=running.url, timeout=300) as client,  # what takes longer hangs
+    ):
+        helpers.wait_until(lambda: client.get("/health/ready").status_code == 200)
+        assert client.get("/api/v1/studies").status_code == 200
+        stopped = {each for one in processes for each in (one, *one.children(recursive=True))}
+        for process in stopped:
+            process.send_signal(signal.SIGSTOP)
+        try:
+            helpers.wait_until(lambda: client.get("/health/ready").status_code == 503)
+            answer = client.get("/health/ready")
+            assert client.get("/health/live").status_code == 200
+            # whose answer needs the database is refused, however many wait; the client's limit is longer
+            refused = client.get("/api/v1/studies")
+            assert (refused.status_code, refused.headers["Retry-After"]) == (503, "10")
+        finally:
             for process in stopped:
-                process.send_signal(signal.SIGSTOP)
-            try:
-                helpers.wait_until(lambda: client.get("/health/ready").status_code == 503)
-                answer = client.get("/health/ready")
-                assert client.get("/health/live").status_code == 200
-                # whose answer needs the database is refused, however many wait; the client's limit is longer
-                refused = client.get("/api/v1/studies")
-                assert (refused.status_code, refused.headers["Retry-After"]) == (503, "10")
-            finally:
-                for process in stopped:
-                    process.send_signal(signal.SIGCONT)
-            assert "has not answered within" in answer.json()["detail"]
-            helpers.wait_until(lambda: client.get("/health/ready").status_code == 200)
-            helpers.wait_until(lambda: client.get("/api/v1/studies").status_code == 200)
-    finally:
-        assert running.stop() == 0
+                process.send_signal(signal.SIGCONT)
+        assert "has not answered within" in answer.json()["detail"]
+        helpers.wait_until(lambda: client.get("/health/ready").status_code == 200)
+        helpers.wait_until(lambda: client.get("/api/v1/studies").status_code == 200)
 
 
 @pytest.fixture

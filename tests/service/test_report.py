@@ -2,7 +2,7 @@
 
 import io
 import re
-from html.parser import HTMLParser
+from html import unescape
 from typing import Any
 
 import httpx
@@ -27,34 +27,19 @@ STUDY: dict[str, Any] = {
 }
 
 
-class Tables(HTMLParser):
-    """Cells of every table, and what the document refers to."""
+def tables(text: str) -> list[list[list[str]]]:
+    """Give the cells of every table."""
 
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tables: list[list[list[str]]] = []
-        self.addresses: list[str] = []
-        self.tags: set[str] = set()
-        self.cell = False
-        self.feed(text)
+    def inner(tag: str, within: str) -> list[str]:
+        return re.findall(rf"<{tag}\b[^>]*>(.*?)</{tag}>", within, re.DOTALL)
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.add(tag)
-        self.addresses += [value or "" for name, value in attrs if name in ("src", "href")]
-        if tag == "table":
-            self.tables.append([])
-        elif tag == "tr":
-            self.tables[-1].append([])
-        elif tag in ("td", "th"):
-            self.tables[-1][-1].append("")
-            self.cell = True
-
-    def handle_endtag(self, tag: str) -> None:
-        self.cell = self.cell and tag not in ("td", "th")
-
-    def handle_data(self, data: str) -> None:
-        if self.cell:
-            self.tables[-1][-1][-1] += data
+    return [
+        [
+            [unescape(re.sub("<[^>]*>", "", cell)) for cell in inner("t[dh]", row)]
+            for row in inner("tr", table)
+        ]
+        for table in inner("table", text)
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +57,7 @@ def test_designs_are_the_cubes_in_the_units_of_the_study(written: tuple[str, xr.
     text, cube = written
     worst = cube["amplitude_ratio"].squeeze().max("frequency_ratio").values
     order = np.argsort(worst, kind="stable")
-    head, *rows = Tables(text).tables[0]
+    head, *rows = tables(text)[0]
     assert head[1] == "amplitude [mm]"
     assert head[3] == "friction force [N]"
     assert len(rows) == 3
@@ -84,13 +69,13 @@ def test_designs_are_the_cubes_in_the_units_of_the_study(written: tuple[str, xr.
 
 def test_it_loads_nothing_and_text_stays_text(written: tuple[str, xr.Dataset]) -> None:
     text, _ = written
-    found = Tables(text)
     assert "<h1>&lt;b&gt;pad&lt;/b&gt; &amp; floor</h1>" in text
-    assert not found.tags & {"script", "link", "iframe", "object", "b"}
-    assert len(found.addresses) >= 2
-    assert all(address.startswith("data:image/svg+xml;base64,") for address in found.addresses)
+    assert not {"script", "link", "iframe", "object", "b"} & set(re.findall(r"<(\w+)", text))
+    addresses = re.findall(r'\b(?:src|href)="([^"]*)"', text)
+    assert len(addresses) >= 2
+    assert all(address.startswith("data:image/svg+xml;base64,") for address in addresses)
     assert not re.search(r"url\(|@import", text.split("</style>")[0])
-    versions = dict(found.tables[-1][1:])
+    versions = {row[0]: row[1] for row in tables(text)[-1][1:]}
     assert versions["solver_version"]
     assert not {"host", "user"} & versions.keys()
 
@@ -103,6 +88,6 @@ def test_over_http_it_is_the_same_kind_of_page_for_either_kind_of_study(
         assert answer.status_code == 200
         assert answer.headers["content-type"] == "text/html; charset=utf-8"
         assert answer.headers["content-security-policy"].startswith("default-src 'none'")
-    dampers = Tables(answer.text).tables[0]
+    dampers = tables(answer.text)[0]
     best = client.get(f"/api/v1/studies/{suite['id']}/optimal-designs").json()["designs"][0]
     assert float(dampers[1][1]) == pytest.approx(1e3 * best["value"], rel=1e-5)

@@ -31,13 +31,6 @@ def test_data_lies_where_the_desktop_standard_says(monkeypatch: pytest.MonkeyPat
     assert default_data_dir() == tmp_path / ".local/share/damperlab"
 
 
-def test_arguments_win_over_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DAMPERLAB_PORT", "9000")
-    monkeypatch.setenv("DAMPERLAB_WORKERS", "3")
-    assert (Settings().port, Settings().workers) == (9000, 3)
-    assert Settings(port=9001).port == 9001
-
-
 def test_data_dir_does_not_depend_on_the_working_directory(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

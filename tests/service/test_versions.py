@@ -72,23 +72,3 @@ def test_outdated_results_are_flagged_and_recomputed_beside(
         assert "deleted 20" in missing.json()["errors"][0]["found"]
         cubes = tmp_path / "data" / "cubes"
         helpers.wait_until(lambda: not list(cubes.glob("*.zarr")))
-
-
-def test_a_study_is_gone_at_once_and_its_files_after_it(
-    client: httpx.Client, service: Any, helpers: Any
-) -> None:
-    """Every question answers that the study is gone, however much of it is removed already."""
-    axes = {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 2_000}}
-    study = {**helpers.CURVE, "axes": axes, "damping_ratio": {"start": 0.01, "stop": 0.3, "num": 10}}
-    record = client.post(STUDIES, json=study).raise_for_status().json()
-    helpers.wait_for(client, record["id"], helpers.ended)
-    address = f"{STUDIES}/{record['id']}/resonance-map"
-    asked = {"x": "frequency_ratio", "y": "damping_ratio", "metric": "period", "most": 20}
-    assert client.get(address, params=asked).status_code == 200
-    assert client.delete(f"{STUDIES}/{record['id']}").status_code == 204
-    for metric in ("period", "amplitude_ratio", "cycles", "status"):
-        gone = client.get(address, params={**asked, "metric": metric})
-        assert gone.status_code == 404, gone.text
-        assert "deleted 20" in gone.json()["errors"][0]["found"]
-    cubes = service.log.parent / "data" / "cubes"
-    helpers.wait_until(lambda: not list(cubes.glob(f"{record['id']}*.zarr")))

@@ -83,26 +83,23 @@ def test_what_is_computed_again_is_computed_in_jobs(store: Store, queue: Path) -
     wait_until_ended(queue)
 
 
-def test_follow_ups_and_the_studies_of_a_design_share_one_cluster_of_jobs(
+def test_a_study_its_follow_ups_and_those_of_a_design_are_computed_in_jobs(
     tmp_path: Path, queue: Path
 ) -> None:
-    study = tmp_path / "locking.json"
-    study.write_text(json.dumps({**FRICTION, "name": "locking"}))
-    run("run", study, "--data-dir", tmp_path / "data")
-    asked = ["refine", "locking", "--tolerance", "0.01", "--data-dir", tmp_path / "data", "--json"]
-    found = json.loads(run(*asked, "--cluster", "slurm", "--workers", "1").stdout)
-    assert (found["known"], jobs(queue)) == (True, 1)
-    assert found["with"]
-    specification = tmp_path / "spec.json"
-    specification.write_text(json.dumps(SPECIFICATION))
-    answer = run(
-        *("design", specification, "--data-dir", tmp_path / "data", "--json"),
-        *("--cluster", "pbs", "--workers", "1"),
-    )
+    data = ("--data-dir", tmp_path / "data")
+    slurm, pbs = (("--cluster", name, "--workers", "1") for name in ("slurm", "pbs"))
+    (tmp_path / "locking.json").write_text(json.dumps({**FRICTION, "name": "locking"}))
+    run("run", tmp_path / "locking.json", *data, *pbs, "--wait", "200")
+    assert jobs(queue) == 1
+    asked = ["refine", "locking", "--tolerance", "0.01", *data]
+    found = json.loads(run(*asked, *slurm, "--json").stdout)
+    assert (found["known"], bool(found["with"]), jobs(queue)) == (True, True, 2)
+    (tmp_path / "spec.json").write_text(json.dumps(SPECIFICATION))
+    answer = run("design", tmp_path / "spec.json", *data, *pbs, "--json")
     assert json.loads(answer.stdout)["worst"]["value"] <= 0.005
-    assert jobs(queue) == 2
+    assert jobs(queue) == 3
     wait_until_ended(queue)
-    refused = run(*asked[:-1], "--cluster", "slurm", "--scheduler", "tcp://127.0.0.1:8786", status=2)
+    refused = run(*asked, "--cluster", "slurm", "--scheduler", "tcp://127.0.0.1:8786", status=2)
     assert "cannot be combined" in refused.stderr
 
 

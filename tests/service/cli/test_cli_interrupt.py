@@ -2,16 +2,14 @@
 
 import json
 import os
-import re
 import signal
-import subprocess
 import time
-import urllib.request
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from tests.service.cli.commands import END_SECONDS, LINEAR, run, start
 
@@ -35,7 +33,7 @@ def slow_study(name: str, frictions: int) -> dict[str, Any]:
     }
 
 
-def wait_for_block(store: Store, running: subprocess.Popen[str], blocks: int) -> Record:
+def wait_for_block(store: Store, running: Any, blocks: int) -> Record:
     """Wait until more than `blocks` blocks are done and the study is still on its way."""
     give_up = time.monotonic() + END_SECONDS
     while time.monotonic() < give_up and running.poll() is None:
@@ -43,9 +41,8 @@ def wait_for_block(store: Store, running: subprocess.Popen[str], blocks: int) ->
         if records and records[0].blocks_done > blocks and records[0].state == "running":
             return records[0]
         time.sleep(0.02)
-    out, err = running.communicate(timeout=10) if running.poll() is not None else ("", "")
     running.kill()
-    raise AssertionError(f"no block was seen to be done while the study ran\n{out}\n{err}")
+    raise AssertionError("no block was seen to be done while the study ran")
 
 
 @pytest.mark.night
@@ -93,45 +90,18 @@ def test_interrupted_at_the_keyboard_then_resumed_to_the_end(tmp_path: Path) -> 
 
 
 @pytest.mark.night
-def test_a_server_shows_what_run_stores_and_run_follows_what_a_server_computes(tmp_path: Path) -> None:
-    server = start("serve", "--port", "0", "--data-dir", tmp_path, "--workers", "1")
-    try:
-        url = _address(server)
-        slow = tmp_path / "slow.json"
-        slow.write_text(json.dumps(slow_study("slow", 8)))
-        linear = tmp_path / "linear.json"
-        linear.write_text(json.dumps(LINEAR))
-        record = json.loads(run("run", linear, "--data-dir", tmp_path, "--json").stdout)
-        with urllib.request.urlopen(f"{url}/api/v1/studies/{record['id']}") as shown:
-            assert json.load(shown) == record
-
-        request = urllib.request.Request(
-            f"{url}/api/v1/studies",
-            slow.read_bytes(),
-            {"Content-Type": "application/json"},
-        )
-        with urllib.request.urlopen(request) as answer:
-            posted = json.load(answer)
-        store = Store.open(tmp_path)
-        seen = wait_for_block(store, server, 0)
-        assert seen.id == posted["id"]
-        followed = run("run", slow, "--data-dir", tmp_path, "--json")
-        assert "another process" in followed.stderr
-        assert json.loads(followed.stdout)["state"] == "done"
-        store.close()
-    finally:
-        server.send_signal(signal.SIGINT)
-        server.communicate(timeout=END_SECONDS)
-    assert server.returncode == 0
-
-
-def _address(server: subprocess.Popen[str]) -> str:
-    assert server.stderr is not None
-    for line in server.stderr:
-        if found := re.search(r"http://127\.0\.0\.1:(\d+)", line):
-            assert found.group(1) != "0"
-            return found.group(0)
-    raise AssertionError("the server ended without an address")
+def test_run_follows_what_a_service_computes(own_service: Callable[..., Any], tmp_path: Path) -> None:
+    running = own_service()
+    study = slow_study("slow", 8)
+    (tmp_path / "slow.json").write_text(json.dumps(study))
+    posted = httpx.post(f"{running.url}/api/v1/studies", json=study, timeout=300).raise_for_status().json()
+    with closing(Store.open(tmp_path / "data")) as store:
+        assert wait_for_block(store, running.process, 0).id == posted["id"]
+        followed = run("run", tmp_path / "slow.json", "--data-dir", tmp_path / "data", "--json")
+    assert "another process" in followed.stderr
+    shown = httpx.get(f"{running.url}/api/v1/studies/{posted['id']}", timeout=300).json()
+    assert (json.loads(followed.stdout), shown["state"]) == (shown, "done")
+    assert running.stop() == 0
 
 
 class _StopsAtTheEnd:

@@ -11,24 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.service.cli.commands import END_SECONDS, LINEAR, command, environment, run
+from tests.service.cli.commands import END_SECONDS, command, environment, run
 from typer.main import get_command
 
 from damperlab.service.cli.main import GONE, RENAMED, app
 from damperlab.service.cli.store import warn_of_unknown_variables
-
-HEAVY = (
-    "numba",
-    "dask",
-    "distributed",
-    "xarray",
-    "zarr",
-    "matplotlib",
-    "fastapi",
-    "sqlalchemy",
-    "pydantic",
-    "numpy",
-)
 
 
 def test_a_variable_that_is_no_setting_is_told_with_the_one_that_was_meant(
@@ -38,24 +25,9 @@ def test_a_variable_that_is_no_setting_is_told_with_the_one_that_was_meant(
     monkeypatch.setenv("DAMPERLAB_XYZZY", "x")
     warn_of_unknown_variables()
     meant, none = capsys.readouterr().err.splitlines()
-    assert "DAMPERLAB_KYE" in meant
     assert "DAMPERLAB_KEY?" in meant
     assert "DAMPERLAB_XYZZY" in none
     assert "mean" not in none
-
-
-def test_help_loads_none_of_the_heavy_libraries() -> None:
-    program = (
-        f"import sys, damperlab.service.cli.main; print([name for name in {HEAVY!r} if name in sys.modules])"
-    )
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert ended.stdout.strip() == "[]"
-
-
-def test_the_service_begins_without_the_library_of_figures() -> None:
-    program = "import sys, damperlab.service.app; print([name for name in ('matplotlib', 'weasyprint') if name in sys.modules])"
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert ended.stdout.strip() == "[]"
 
 
 @pytest.mark.parametrize(
@@ -142,18 +114,9 @@ def test_a_dry_run_says_the_size_and_stores_nothing(tmp_path: Path, linear_study
     data_dir = tmp_path / "data"
     size = json.loads(run("run", linear_study, "--dry-run", "--data-dir", data_dir, "--json").stdout)
     assert size["points"] == 22
-    assert size["blocks"] >= 1
     assert size["bytes"] > 22 * 8
     assert "22 points" in run("run", linear_study, "--dry-run", "--data-dir", data_dir).stdout
     assert not data_dir.exists()
-
-
-def test_a_mistyped_study_is_answered_with_the_nearest_stored_name(
-    stored: tuple[Path, dict[str, Any]],
-) -> None:
-    data_dir, _ = stored
-    ended = run("show", "bare structur", "--data-dir", data_dir, status=2)
-    assert "Did you mean bare structure?" in ended.stderr
 
 
 def test_a_design_is_named_in_two_ways_with_one_meaning(stored: tuple[Path, dict[str, Any]]) -> None:
@@ -176,21 +139,10 @@ def test_a_simulated_point_is_answered_in_a_few_lines(more: tuple[str, ...]) -> 
     assert any(line.startswith("amplitude_ratio") for line in run(*point, "--details").stdout.splitlines())
 
 
-@pytest.mark.parametrize(
-    "shell", ["bash", *(pytest.param(each, marks=pytest.mark.night) for each in ("zsh", "fish"))]
-)
-def test_every_shell_completes_commands(shell: str) -> None:
-    asked = {
-        "bash": {"COMP_WORDS": "damperlab optim", "COMP_CWORD": "1"},
-        "zsh": {"_TYPER_COMPLETE_ARGS": "damperlab optim"},
-        "fish": {"_TYPER_COMPLETE_ARGS": "damperlab optim", "_TYPER_COMPLETE_FISH_ACTION": "get-args"},
-    }[shell]
-    ended = subprocess.run(
-        [sys.executable, "-m", "damperlab"],
-        env={**os.environ, **asked, "_DAMPERLAB_COMPLETE": f"complete_{shell}"},
-        capture_output=True,
-        text=True,
-    )
+def test_a_shell_completes_commands() -> None:
+    asked = {"COMP_WORDS": "damperlab optim", "COMP_CWORD": "1", "_DAMPERLAB_COMPLETE": "complete_bash"}
+    command = [sys.executable, "-m", "damperlab"]
+    ended = subprocess.run(command, env=os.environ | asked, capture_output=True, text=True, check=False)
     assert "optimum" in ended.stdout, ended.stderr
 
 
@@ -210,11 +162,8 @@ def test_doctor_tries_everything_but_the_cluster(tmp_path: Path) -> None:
 
 def test_doctor_names_what_does_not_work_and_exits_1(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
-    report = json.loads(
-        run(
-            "doctor", "--scheduler", "tcp://127.0.0.1:1", "--data-dir", tmp_path / "file", "--json", status=1
-        ).stdout
-    )
+    where = ("--scheduler", "tcp://127.0.0.1:1", "--data-dir", tmp_path / "file")
+    report = json.loads(run("doctor", *where, "--json", status=1).stdout)
     assert report["ok"] is False
     assert [check["name"] for check in report["checks"] if not check["ok"]] == ["store", "cluster"]
 
@@ -227,16 +176,11 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-@pytest.mark.parametrize(
-    "words",
-    [["serve", "--port", "0"], pytest.param(["run", "figure-7"], marks=pytest.mark.night)],
-    ids=" ".join,
-)
-def test_a_folder_without_permission_is_named_in_one_sentence(words: list[str], tmp_path: Path) -> None:
+def test_a_folder_without_permission_is_named(tmp_path: Path, linear_study: Path) -> None:
     folder = tmp_path / "data"
     folder.mkdir(mode=0o555)
     ended = subprocess.run(
-        [*AS_A_USER, *command(*words, "--data-dir", folder)],
+        [*AS_A_USER, *command("serve", "--port", "0", "--data-dir", folder)],
         capture_output=True,
         text=True,
         stdin=subprocess.DEVNULL,
@@ -248,8 +192,5 @@ def test_a_folder_without_permission_is_named_in_one_sentence(words: list[str], 
     assert "permissions" in ended.stderr
     assert "Traceback" not in ended.stderr
     assert list(folder.iterdir()) == []
-
     folder.chmod(0o755)
-    study = tmp_path / "study.json"
-    study.write_text(json.dumps(LINEAR))
-    run("run", study, "--data-dir", folder)
+    run("run", linear_study, "--data-dir", folder)

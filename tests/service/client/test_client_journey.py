@@ -16,32 +16,6 @@ from damperlab.service.client import Client, Conflict, NotFound, Refused, StillR
 from damperlab.studies.definition import parse_study
 from damperlab.studies.store.store import Store
 
-LOAD = "import sys; from damperlab.service.client import Client; print([name for name in {names!r} if name in sys.modules])"
-
-
-@pytest.fixture
-def remote(service: Any) -> Iterator[Client]:
-    with Client(service.url) as client:
-        yield client
-
-
-def test_import_leaves_out_what_a_client_does_not_need() -> None:
-    names = (
-        "numba",
-        "dask",
-        "distributed",
-        "worker",
-        "matplotlib",
-        "fastapi",
-        "xarray",
-        "zarr",
-        "sqlalchemy",
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", LOAD.format(names=names)], capture_output=True, text=True, check=True
-    )
-    assert done.stdout == "[]\n"
-
 
 def test_asking_a_service_needs_neither_compiler_nor_cluster(service: Any) -> None:
     code = f"""
@@ -116,10 +90,19 @@ def test_journey(remote: Client, helpers: Any, tmp_path: Path) -> None:
 
 def test_named_study_of_the_paper(remote: Client) -> None:
     assert remote.estimate("figure-11").points == 49 * 33
-    with pytest.raises(Refused, match="Did you mean figure-14"):
-        remote.submit("figur-14")
-    with pytest.raises(Refused, match=r"cannot be read from 1\.0"):
-        remote.submit(1.0)  # type: ignore[arg-type]
+    for wrong, said in (("figur-14", "figure-14"), (1.0, r"1\.0")):
+        with pytest.raises(Refused, match=said):
+            remote.submit(wrong)  # type: ignore[arg-type]
+
+
+def test_record_is_handed_in_and_listed(remote: Client, tmp_path: Path) -> None:
+    file = tmp_path / "five hertz.csv"  # one second, in g
+    file.write_text("".join(f"{0.01 * i:.2f},{0.1 * np.sin(0.1 * np.pi * i):.17g}\n" for i in range(101)))
+    record = remote.upload_record(file, units="g")
+    assert (record.name, record.samples, record.duration_s) == ("five hertz", 101, pytest.approx(1.0))
+    assert record.peak_acceleration_g == pytest.approx(0.1)
+    assert remote.upload_record(str(file), units="g").id == record.id
+    assert record in remote.records()
 
 
 @pytest.mark.night

@@ -2,8 +2,6 @@
 
 import inspect
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,25 +17,6 @@ ROOT = Path(__file__).parents[3]
 README = (ROOT / "README.md").read_text()
 EXAMPLE = README[README.index("## From Python") :].partition("\n## ")[0]
 SECTION = (ROOT / "docs" / "reference" / "client.md").read_text().partition("\n## In full")[0]
-
-
-def test_example_prints_what_is_printed_below_it(service: Any, tmp_path: Path) -> None:
-    code, _, rest = EXAMPLE.partition("```python\n")[2].partition("```\n")
-    printed = rest.partition("```text\n")[2].partition("```")[0]
-    expected = [line.split() for line in printed.splitlines()]
-    assert len(expected) == 3
-    code = code.replace("http://127.0.0.1:8000", service.url)
-    assert service.url in code
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    for line, (name, value) in zip(done.stdout.splitlines(), expected, strict=True):
-        found_name, found = line.split()
-        assert found_name == name
-        # another processor's own sine and fused multiply-add move the last digits
-        assert float(found) == pytest.approx(float(value), rel=1e-12)
-    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_request_with_curl_is_accepted(service: Any, tmp_path: Path) -> None:

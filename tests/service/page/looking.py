@@ -62,13 +62,17 @@ def serious(page: Page, schemes: tuple[str, ...] = ("light", "dark")) -> list[An
     return bad
 
 
-def run_the_lines_of_python(page: Page) -> int:
-    """Run every line of Python that figures of the page give, each once, and count them."""
-    lines = set(page.locator(".figure details pre").all_text_contents()) - {""}
+def run_the_lines_of_python(page: Page, within: str = "") -> list[Any]:
+    """Run every line of Python that figures of the page give, each once, and give what they come to."""
+    lines = set(page.locator(f"{within} .figure details pre").all_text_contents()) - {""}
+    found = []
     with warnings.catch_warnings():
         # a line that somebody pastes closes no client
         warnings.simplefilter("ignore", ResourceWarning)
         for line in lines:
-            exec(line, {})
+            names: dict[str, Any] = {}
+            imported, _, call = line.rpartition("\n\n")
+            exec(imported, names)
+            found.append(eval(call, names))
         gc.collect()
-    return len(lines)
+    return found

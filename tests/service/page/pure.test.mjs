@@ -3,19 +3,21 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { extentOf, isWide } from "../../../service/page/numbers.js";
-import { tableOf } from "../../../service/page/figure_table.js";
-import { History } from "../../../service/page/history.js";
-import { doubt, parts, SEMICOLON } from "../../../service/page/lists.js";
-import { Kept, plainly } from "../../../service/page/kept.js";
-import { count, counted, drawn, duration, isLogarithmic, nearest, short, size } from "../../../service/page/numbers.js";
-import { Selection } from "../../../service/page/selection.js";
-
-// what modules of figures ask of a browser as they are loaded
+// the modules as the service sends them; and what some ask of a browser as they are loaded
+const module = (name) => import(`file://${process.env.PAGE}/${name}.js`);
 globalThis.window = { matchMedia: () => ({ matches: false, addEventListener() {} }) };
 globalThis.document = { documentElement: {}, baseURI: "http://localhost/" };
-const { worded } = await import("../../../service/page/faults.js");
-const { compiling } = await import("../../../service/page/patience.js");
+globalThis.getComputedStyle = () => ({ getPropertyValue: () => "" });
+const { count, counted, drawn, duration, extentOf, isLogarithmic, isWide, nearest, short, size } = await module("numbers");
+const { tableOf } = await module("figure_table");
+const { History } = await module("history");
+const { doubt, parts, SEMICOLON } = await module("lists");
+const { Kept, plainly } = await module("kept");
+const { mapTraces } = await module("map_figure");
+const { Selection } = await module("selection");
+const { cavityOf, inRatios, inUnits } = await module("quantities");
+const { worded } = await module("faults");
+const { compiling } = await module("patience");
 
 test("numbers have the digits that matter, times and sizes the unit that is read", () => {
   const shown = [[1.23456789, "1.2346"], [0, "0"], [12345678, "1.23e7"], [0.000012, "1.20e-5"], [null, "–"], [NaN, "–"]];
@@ -109,4 +111,50 @@ test("a fault is said in the words and the unit of its field", () => {
   const ratio = { field: "axes.mass_ratio", found: "-1", allowed: "a number from 0 to 1", advice: "", message: "`axes.mass_ratio` must be a number from 0 to 1, not -1." };
   assert.equal(worded(ratio, { label: "Mass ratio β" }), "Mass ratio β must be a number from 0 to 1, not -1.");
   assert.equal(worded(ratio, {}), "`axes.mass_ratio` must be a number from 0 to 1, not -1.");
+});
+
+test("contour lines lie within the values of a map, few of them, and none where values are equal but for rounding", () => {
+  let state = 5; // of a generator of Lehmer's
+  const random = () => (state = (16807 * state) % 2147483647) / 2147483647;
+  const levelsOf = (values) => {
+    const map = { x: [1, 2, 3, 4, 5, 6, 7], y: [1, 2, 3, 4, 5, 6], values, metric: "amplitude_ratio", long_name: "X/Z", meanings: {} };
+    const traces = mapTraces(map, { contours: true, classes: false }, { best: null, idle: null, pareto: [], point: null }, { variables: [], response_class: {} });
+    return traces.find(({ type }) => type === "contour")?.contours ?? null;
+  };
+  const map = (value) => Array.from({ length: 6 }, () => Array.from({ length: 7 }, value));
+  assert.deepEqual([levelsOf(map(() => null)), levelsOf(map(() => 1))], [null, null]);
+  let drawn = 0;
+  for (let tried = 0; tried < 81; tried += 1) {
+    const [scale, spread, share] = [10 ** (6 * random() - 3), 10 ** -(2 * (tried % 9)), [0.05, 0.3, 1][Math.floor(tried / 27)]];
+    const values = map(() => (random() < share ? scale * (1 + spread * Math.floor(4 * random())) : null));
+    const levels = levelsOf(values);
+    let [low, high] = extentOf(values);
+    if (isWide([low, high])) [low, high] = [Math.log10(low), Math.log10(high)];
+    if (!(high - low > 1e-9 * Math.max(Math.abs(low), Math.abs(high)))) assert.equal(levels, null);
+    if (levels === null) continue;
+    drawn += 1;
+    const lines = Math.round((levels.end - levels.start) / levels.size) + 1;
+    assert.ok(1 <= lines && lines <= 12 && low < levels.start && levels.start <= levels.end && levels.end < high, JSON.stringify(levels));
+  }
+  assert.ok(drawn > 10);
+});
+
+test("ratios turned into units and back, and a cavity that stands", () => {
+  const near = (found, wanted) => assert.ok(Math.abs(found / wanted - 1) < 1e-12, `${found} is not ${wanted}`);
+  const study = { axes: { clearance_ratio: { start: 1, stop: 25, num: 49 }, restitution: 0.47 } };
+  const structure = { natural_frequency_hz: 2.5, base_amplitude_m: 0.0015 };
+  const sized = inUnits({ ...study, physical: structure });
+  assert.deepEqual([sized.physical.clearance_m, sized.axes], [{ start: 0.0015, stop: 0.0375, num: 49 }, { restitution: 0.47 }]);
+  assert.deepEqual(inRatios(sized), study);
+  const standing = inRatios({ ...study, physical: { ...structure, particle_friction_coefficient: 0.02, tilt_deg: 90 } });
+  assert.equal(standing.particle_friction_ratio, 0); // a particle that stands on its wall rubs on nothing
+  near(standing.gravity_ratio, 9.80665 / ((2 * Math.PI * 2.5) ** 2 * 0.0015));
+  // of a tilt that is an axis the point of a study has one value
+  const point = { definition: { physical: { tilt_deg: [0, 30] } }, dimensions: ["gravity_ratio", "particle_friction_ratio"] };
+  const weight = standing.gravity_ratio;
+  const ratios = { gravity_ratio: weight / 2, particle_friction_ratio: 0.02 * weight * Math.cos(Math.PI / 6) };
+  const lies = cavityOf(point, (ratio) => ratios[ratio], structure);
+  near(lies.particle_friction_coefficient, 0.02);
+  near(lies.tilt_deg, 30);
+  assert.equal(cavityOf({ ...point, dimensions: [] }, () => NaN, structure).particle_friction_coefficient, 0);
 });

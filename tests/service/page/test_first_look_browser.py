@@ -1,25 +1,18 @@
-"""What somebody sees who has never been here: an empty service, a form by keyboard, a study that is not done."""
+"""What somebody sees who has never been here: a key to sign in with, an empty service, a form, a study that is not done."""
 
 import json
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 from playwright.sync_api import expect
-from tests.service.page.looking import serious, until
+from tests.service.page.looking import serious
+from tests.service.security.conftest import make_key
 
 FOCUSED = "document.activeElement.closest('label')?.querySelector('span')?.textContent"
-PORTRAIT = """() => {
-  const plot = [...document.querySelectorAll('.plot')].find((one) => one.getAttribute('aria-label').startsWith('Phase'));
-  if (!plot?._fullLayout) return null;
-  const ends = (values) => [Math.min(...values), Math.max(...values)];
-  return ['x', 'y'].map((axis) => [plot._fullLayout[`${axis}axis`].range, ends(plot.data.flatMap((one) => [...one[axis]]))]);
-}"""
-TICKS = """() => [...document.querySelectorAll('.plot')]
-  .find((plot) => plot._fullLayout?.xaxis.title.text.startsWith('frequency over'))
-  ?._fullLayout.yaxis.exponentformat"""
 
 
 @pytest.mark.night
@@ -83,18 +76,6 @@ def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
 
 
 @pytest.mark.night
-def test_the_spectrum_is_told_in_powers_of_ten(
-    open_page: Callable[..., Any], small_map: dict[str, Any]
-) -> None:
-    watched = open_page()
-    page = watched.go(
-        f"#/studies/{small_map['id']}/map?clearance_ratio=5&friction_ratio=0.2&frequency_ratio=1"
-    )
-    # "100μ" on an axis in millimetres would be read as micrometres
-    assert until(page, TICKS, lambda found: found is not None) == "power"
-
-
-@pytest.mark.night
 def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -114,34 +95,22 @@ def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
         assert doubt["sentence"].replace("`", "") in said  # set as code
 
 
-@pytest.mark.night
-def test_the_keyboard_stays_where_it_is_while_a_study_goes_on(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+def test_a_key_opens_the_page_and_signing_out_closes_it(
+    open_page: Callable[..., Any], own_service: Callable[..., Any], tmp_path: Path
 ) -> None:
-    study = helpers.long_study("goes on", damping_ratio=0.0053)
-    study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
-    page = open_page().go(f"#/studies/{study_id}")
-    page.get_by_role("link", name="Edit a copy").focus()
-    words = page.locator(".head .progress .words")
-    before = helpers.wait_for(client, study_id, lambda record: record["points_done"] > 0)
-    expect(words).not_to_have_text(re.compile(r"^(Starting|Waiting|Compiling|0 of)"))
-    assert page.evaluate("document.activeElement.textContent") == "Edit a copy"
-    assert before["state"] == "running"
-    page.get_by_role("button", name="Cancel goes on").focus()
-    page.keyboard.press("Enter")
-    expect(page.get_by_role("button", name="Resume goes on")).to_be_visible()
-    assert page.evaluate("document.activeElement.textContent") == "goes on"
-    helpers.wait_for(client, study_id, helpers.ended)
-
-
-@pytest.mark.night
-def test_a_phase_portrait_is_nowhere_at_the_frame(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
-) -> None:
-    study = {"particle": False, "axes": {"friction_ratio": [0.2, 0.4], "frequency_ratio": [0.95, 1.0]}}
-    study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
-    helpers.wait_for(client, study_id, helpers.ended)
-    page = open_page().go(f"#/studies/{study_id}?friction_ratio=0.2&frequency_ratio=0.95")
-    for (low, high), (least, most) in until(page, PORTRAIT, bool):  # a line there looks cut
-        assert low < least - 0.04 * (most - least)
-        assert high > most + 0.04 * (most - least)
+    key = make_key(tmp_path / "data", "ann", "submit")["key"]
+    running = own_service(DAMPERLAB_ACCESS="keys")
+    watched = open_page(running.url)
+    watched.allowed = ("401",)
+    page = watched.go()
+    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
+    page.get_by_label("Key").fill("dlk_nonsense")
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("alert")).to_contain_text("not a key of this service")
+    page.get_by_label("Key").fill(key)
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("heading", name="Studies", exact=True)).to_be_visible()
+    expect(page.get_by_role("button", name="Sign out")).to_be_visible()
+    assert page.evaluate("document.cookie") == ""
+    page.get_by_role("button", name="Sign out").click()
+    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()

@@ -1,7 +1,6 @@
 """What was asked for first and answered last: a view shows what is chosen now, and asks for nothing else."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 import httpx
@@ -26,41 +25,32 @@ AT_ONCE = """async () => {
 
 
 class Held:
-    """A request that waits until it is let go: the first with `part` in its address."""
+    """A request that waits until it is let go: the first with `part` in its address; all others pass."""
 
     def __init__(self, page: Page, part: str) -> None:
-        self._page, self._part = page, part
-        self._waiting: list[Route] = []
+        self.page, self.part = page, part
+        self.waiting: list[Route] = []
+        page.route("**/api/v1/**", self.hold)
 
     def hold(self, route: Route) -> None:
-        if self._part in route.request.url and not self._waiting:
-            self._waiting.append(route)
+        if self.part in route.request.url and not self.waiting:
+            self.waiting.append(route)
         else:
             route.continue_()
 
     def wait(self) -> Route:
         """Wait until it was asked."""
         for _ in range(6000):
-            if self._waiting:
-                break
-            self._page.wait_for_timeout(50)
-        assert self._waiting, f"nothing with {self._part} was asked for"
-        return self._waiting[0]
+            if self.waiting:
+                return self.waiting[0]
+            self.page.wait_for_timeout(50)
+        raise AssertionError(f"nothing with {self.part} was asked for")
 
     def let_go(self) -> None:
         route = self.wait()
-        with self._page.expect_response(route.request.url):
+        with self.page.expect_response(route.request.url):
             route.continue_()
-        self._page.wait_for_timeout(300)
-
-
-@contextmanager
-def held(page: Page, part: str) -> Iterator[Held]:
-    """Hold one request, and let all others pass."""
-    one = Held(page, part)
-    page.route("**/api/v1/**", one.hold)
-    yield one
-    page.unroute("**/api/v1/**", one.hold)
+        self.page.wait_for_timeout(300)
 
 
 @pytest.mark.night
@@ -87,20 +77,20 @@ def test_a_late_ranking_of_designs_does_not_replace_a_later_one(
     open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
 ) -> None:
     path = f"/api/v1/studies/{small_map['id']}/optimal-designs"
-    least = {
-        objective: client.get(path, params={"objective": objective}).json()["designs"][0]["value"]
+    early, late = (
+        client.get(path, params={"objective": objective}).json()["designs"][0]["value"]
         for objective in ("resonance", "band_rms")
-    }
-    assert f"{least['resonance']:.3g}" != f"{least['band_rms']:.3g}"
+    )
+    assert f"{early:.3g}" != f"{late:.3g}"
     page = open_page().go(f"#/studies/{small_map['id']}")
     best = page.locator(".designs tbody td").first
     expect(best).not_to_be_empty()
-    with held(page, "objective=resonance") as request:
-        pick(page, "Judged by", "resonance")
-        pick(page, "Judged by", "band_rms")
-        expect(best).to_contain_text(f"{least['band_rms']:.4g}"[:4])
-        request.let_go()
-        expect(best).to_contain_text(f"{least['band_rms']:.4g}"[:4])
+    request = Held(page, "objective=resonance")
+    pick(page, "Judged by", "resonance")
+    pick(page, "Judged by", "band_rms")
+    expect(best).to_contain_text(f"{late:.4g}"[:4])
+    request.let_go()
+    expect(best).to_contain_text(f"{late:.4g}"[:4])
 
 
 @pytest.mark.night
@@ -110,14 +100,14 @@ def test_late_answers_do_not_replace_later_ones_where_a_study_is_explored(
     page = open_page().go(f"#/studies/{small_map['id']}/explore")
     designs = page.locator("section").filter(has=page.get_by_role("heading", name="All designs"))
     said = designs.locator("p[role=status]")
-    with held(page, "stick_fraction=0%2C0") as request:
-        designs.get_by_label("Share of time sticking").fill("0")
-        request.wait()  # while it waits for more to be typed
-        whole = client.get(f"/api/v1/studies/{small_map['id']}/optimal-designs", params={"top": 2000}).json()
-        designs.get_by_label("Share of time sticking").fill("1")
-        expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
-        request.let_go()
-        expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
+    whole = client.get(f"/api/v1/studies/{small_map['id']}/optimal-designs", params={"top": 2000}).json()
+    request = Held(page, "stick_fraction=0%2C0")
+    designs.get_by_label("Share of time sticking").fill("0")
+    request.wait()  # while it waits for more to be typed
+    designs.get_by_label("Share of time sticking").fill("1")
+    expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
+    request.let_go()
+    expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
 
 
 @pytest.mark.night
@@ -127,13 +117,13 @@ def test_a_late_list_of_studies_does_not_replace_what_was_searched_for_last(
     page = open_page().go()
     card = page.locator(".cards .title")
     expect(card.filter(has_text="small map").first).to_be_visible()
-    with held(page, "name=two+earthquakes") as request:
-        page.get_by_label("Search").fill("two earthquakes")
-        request.wait()
-        page.get_by_label("Search").fill("small map")
-        expect(card.filter(has_text="two earthquakes")).to_have_count(0)
-        request.let_go()
-        expect(card.filter(has_text="two earthquakes")).to_have_count(0)
+    request = Held(page, "name=two+earthquakes")
+    page.get_by_label("Search").fill("two earthquakes")
+    request.wait()
+    page.get_by_label("Search").fill("small map")
+    expect(card.filter(has_text="two earthquakes")).to_have_count(0)
+    request.let_go()
+    expect(card.filter(has_text="two earthquakes")).to_have_count(0)
 
 
 @pytest.mark.night
@@ -171,13 +161,13 @@ def test_a_late_dry_run_is_not_given_up_and_replaces_nothing(
     watched = open_page()
     watched.allowed = ("422",)
     page = watched.go("#/")
-    with held(page, "dry_run") as request:
-        page.evaluate("(address) => { location.hash = address }", address)
-        request.wait()
-        page.get_by_label(text).evaluate(
-            """(box) => { box.value = '{"name": 1}'; box.dispatchEvent(new Event("input")) }"""
-        )
-        estimate = page.get_by_role("region", name=cost).locator("[role=status]")
-        expect(estimate).to_contain_text("to fix before it can")
-        request.let_go()
-        expect(estimate).to_contain_text("to fix before it can")
+    request = Held(page, "dry_run")
+    page.evaluate("(address) => { location.hash = address }", address)
+    request.wait()
+    page.get_by_label(text).evaluate(
+        """(box) => { box.value = '{"name": 1}'; box.dispatchEvent(new Event("input")) }"""
+    )
+    estimate = page.get_by_role("region", name=cost).locator("[role=status]")
+    expect(estimate).to_contain_text("to fix before it can")
+    request.let_go()
+    expect(estimate).to_contain_text("to fix before it can")

@@ -60,11 +60,6 @@ def guarded(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
         "bob": make_key(data, "bob", "submit"),
         "admin": make_key(data, "operator", "admin"),
     }
-    running = helpers.start_service(
-        data, folder / "log", DAMPERLAB_ACCESS="keys", DAMPERLAB_TRUSTED_PROXIES="", DAMPERLAB_HOSTS=""
-    )
-    try:
+    asked = {"DAMPERLAB_ACCESS": "keys", "DAMPERLAB_TRUSTED_PROXIES": "", "DAMPERLAB_HOSTS": ""}
+    with helpers.serving(folder, **asked) as running:
         yield Guarded(running, data, keys)
-    finally:
-        status = running.stop()
-    assert status == 0, running.log.read_text()

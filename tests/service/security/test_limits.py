@@ -23,9 +23,8 @@ def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
     folder = tmp_path_factory.mktemp("limited")
     data: Path = folder / "data"
     keys = {who: make_key(data, who, "submit") for who in ("ann", "bob", "eve", "dan")}
-    running = helpers.start_service(
-        data,
-        folder / "log",
+    with helpers.serving(
+        folder,
         DAMPERLAB_ACCESS="keys",
         DAMPERLAB_KEY_REQUESTS_PER_MINUTE=str(A_MINUTE),
         DAMPERLAB_KEY_QUOTA_UNFINISHED="2",
@@ -34,11 +33,8 @@ def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
         DAMPERLAB_KEY_QUOTA_RECORDS="2",
         DAMPERLAB_QUOTA_RECORDS="3",
         DAMPERLAB_KEY_QUOTA_DESIGNS="1",
-    )
-    try:
+    ) as running:
         yield Guarded(running, data, keys)
-    finally:
-        running.stop()
 
 
 def _code(answer: httpx.Response) -> tuple[int, str]:
@@ -94,9 +90,7 @@ def test_records_are_counted_for_each_owner(limited: Guarded) -> None:
     with limited.client("ann") as ann, limited.client("bob") as bob:
         made = [generate(ann, seed) for seed in (1, 2)]
         assert [each.status_code for each in made] == [201, 201]
-        refused = generate(ann, 3)
-        assert _code(refused) == (507, "key_quota_records")
-        assert "DELETE /api/v1/records" in refused.text
+        assert _code(generate(ann, 3)) == (507, "key_quota_records")
         # what is there is never refused, and what is refused for one is not for another
         assert generate(ann, 1).status_code == 200
         third = generate(bob, 3)
@@ -105,9 +99,7 @@ def test_records_are_counted_for_each_owner(limited: Guarded) -> None:
         records = {each["id"]: each for each in ann.get("/api/v1/records").json()["records"]}
         assert records[third.json()["id"]]["submitted_by"] == "bob"
         assert not any("submitted_by" in each for key, each in records.items() if not key.startswith("u-"))
-        gone = f"/api/v1/records/{made[0].json()['id']}"
-        assert bob.delete(gone).status_code == 403
-        assert ann.delete(gone).status_code == 204
+        assert ann.delete(f"/api/v1/records/{made[0].json()['id']}").status_code == 204
         assert generate(ann, 4).status_code == 201
 
 
@@ -119,11 +111,6 @@ def test_designs_are_counted_for_each_owner(limited: Guarded, helpers: Any) -> N
         other = helpers.SPECIFICATION | {"confidence": 0.8}
         assert _code(dan.post(designs, json=other)) == (507, "key_quota_designs")
         assert dan.post(designs, json=helpers.SPECIFICATION).status_code == 200
-        address = f"{designs}/{made.json()['id']}"
-        assert dan.post(f"{address}/cancel").status_code == 200
-        assert dan.delete(address).status_code == 204
-        made = dan.post(designs, json=other)
-        assert made.status_code == 201
         assert dan.post(f"{designs}/{made.json()['id']}/cancel").status_code == 200
 
 

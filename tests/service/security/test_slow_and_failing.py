@@ -33,13 +33,16 @@ def _rest(connection: socket.socket) -> bytes:
     return received
 
 
-def test_heads_and_bodies_that_do_not_come_end_with_408(own_service: Callable[..., Any]) -> None:
+def test_heads_and_bodies_that_do_not_come_end_with_408(
+    own_service: Callable[..., Any], helpers: Any
+) -> None:
     running = own_service(
         DAMPERLAB_HEAD_TIMEOUT_SECONDS="1",
         DAMPERLAB_BODY_TIMEOUT_SECONDS="2",
         DAMPERLAB_CONNECTIONS_LIMIT="60",
     )
     address = urlsplit(running.url)
+    place = (address.hostname, address.port)
     host = host_of(running.url)
     begun = [
         b"",
@@ -48,44 +51,37 @@ def test_heads_and_bodies_that_do_not_come_end_with_408(own_service: Callable[..
         b"Content-Length: 100\r\n\r\n{" % host,
     ]
     with contextlib.ExitStack() as stack:
-        slow = []
-        for _ in range(10):
-            for head in begun:
-                connection = stack.enter_context(
-                    socket.create_connection((address.hostname, address.port), timeout=60)
-                )
-                connection.sendall(head)
-                slow.append(connection)
-        for connection in slow:
+
+        def connected() -> socket.socket:
+            return stack.enter_context(socket.create_connection(place, timeout=60))
+
+        slow = [(connected(), head) for _ in range(10) for head in begun]
+        for connection, head in slow:
+            connection.sendall(head)
+        for connection, _ in slow:
             answer = _rest(connection)
             assert answer.startswith(b"HTTP/1.1 408 "), answer
             assert b"application/problem+json" in answer
-    # a body of which a little comes all the time has no longer
-    with socket.create_connection((address.hostname, address.port), timeout=60) as connection:
-        connection.sendall(begun[2])
-        connection.settimeout(0.2)
+        # a body of which a little comes all the time has no longer
+        trickling = connected()
+        trickling.sendall(begun[2])
+        trickling.settimeout(0.2)
         answer = b""
         for _ in range(98):
             with contextlib.suppress(TimeoutError):
-                answer += connection.recv(65536)
+                answer += trickling.recv(65536)
             if answer:
                 break
-            connection.sendall(b" ")
+            trickling.sendall(b" ")
         assert answer.startswith(b"HTTP/1.1 408 "), answer
     with contextlib.ExitStack() as stack:
-        many = [
-            stack.enter_context(socket.create_connection((address.hostname, address.port), timeout=60))
-            for _ in range(80)
-        ]
-        refused = [_rest(connection)[:12] for connection in many]
+        refused = [_rest(each)[:12] for each in [connected() for _ in range(80)]]
         assert refused.count(b"HTTP/1.1 503") >= 20
         assert set(refused) == {b"HTTP/1.1 503", b"HTTP/1.1 408"}
-    with httpx.Client(base_url=running.url, timeout=300) as client:
-        give_up = time.monotonic() + 60
-        while (answer := client.get("/metrics")).status_code != 200:
-            assert time.monotonic() < give_up
-        assert 'method="other",status="408"' in answer.text
-        assert 'method="other",status="503"' in answer.text
+    metrics = f"{running.url}/metrics"
+    helpers.wait_until(lambda: httpx.get(metrics, timeout=300).status_code == 200)
+    told = httpx.get(metrics, timeout=300).text
+    assert all(f'method="other",status="{status}"' in told for status in (408, 503))
 
 
 class _ResetAtTheEnd:

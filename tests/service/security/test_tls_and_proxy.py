@@ -56,18 +56,14 @@ def guarded(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
     folder = tmp_path_factory.mktemp("proxied")
     data = folder / "data"
     keys = {"reader": make_key(data, "reader", "read")}
-    running = helpers.start_service(
-        data,
-        folder / "log",
+    with helpers.serving(
+        folder,
         DAMPERLAB_ACCESS="keys",
         DAMPERLAB_TRUSTED_PROXIES=PROXY,
         DAMPERLAB_PROXY_USER_HEADER="X-Forwarded-User",
         DAMPERLAB_HOSTS=".example.org",
-    )
-    try:
+    ) as running:
         yield Guarded(running, data, keys)
-    finally:
-        assert running.stop() == 0
 
 
 def _from(guarded: Guarded, address: str, user: str | None = None, **headers: str) -> httpx.Client:
@@ -133,16 +129,9 @@ def test_cookies_are_secure_where_a_believed_proxy_says_tls(
 
 def test_the_service_speaks_tls_itself(tmp_path: Path, helpers: Any) -> None:
     chain, private = _certify(tmp_path)
-    data = tmp_path / "data"
-    key = make_key(data, "ann", "submit")["key"]
-    running = helpers.start_service(
-        data,
-        tmp_path / "log",
-        DAMPERLAB_ACCESS="keys",
-        DAMPERLAB_TLS_CERTIFICATE=str(chain),
-        DAMPERLAB_TLS_KEY=str(private),
-    )
-    try:
+    key = make_key(tmp_path / "data", "ann", "submit")["key"]
+    files = {"DAMPERLAB_TLS_CERTIFICATE": str(chain), "DAMPERLAB_TLS_KEY": str(private)}
+    with helpers.serving(tmp_path, DAMPERLAB_ACCESS="keys", **files) as running:
         assert running.url.startswith("https://127.0.0.1:")
         trusting = ssl.create_default_context(cafile=str(chain))
         with httpx.Client(base_url=running.url, verify=trusting, timeout=300) as client:
@@ -159,5 +148,3 @@ def test_the_service_speaks_tls_itself(tmp_path: Path, helpers: Any) -> None:
             httpx.get(f"{running.url}/health/live")
         with pytest.raises(httpx.HTTPError):
             httpx.get(f"{running.url.replace('https', 'http')}/health/live", timeout=300)
-    finally:
-        assert running.stop() == 0
