@@ -232,8 +232,11 @@ def test_every_example_works_when_pasted(
     axes = {"friction_ratio": 0.1, "frequency_ratio": 1.0}
     study = {"particle": False, "damping_ratio": 0.3, "axes": axes}
     any_study = client.post("/api/v1/studies", json=study).json()["id"]
+    specification = helpers.SPECIFICATION | {"clearance_m": 0.0058}
+    any_design = client.post("/api/v1/designs", json=specification).json()["id"]
+    client.post(f"/api/v1/designs/{any_design}/cancel").raise_for_status()
     for (method, template), operation in _operations(document).items():
-        path = template.replace("{study_id}", any_study)
+        path = template.replace("{study_id}", any_study).replace("{design_id}", any_design)
         for kind, content in operation.get("requestBody", {}).get("content", {}).items():
             if "examples" not in content:
                 lacking.add(path)
@@ -250,6 +253,7 @@ def test_every_example_works_when_pasted(
                     address = f"{path}/{answer.json()['id']}"
                     assert client.post(f"{address}/cancel").json()["state"] == "cancelled"
                     assert client.delete(address).status_code == 204
+    client.delete(f"/api/v1/designs/{any_design}").raise_for_status()
     assert tried >= 4
     assert lacking == {"/api/v1/session"}  # a key cannot stand in a document
 
