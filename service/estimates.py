@@ -83,7 +83,7 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
         "blocks": plan.count,
         "bytes": study.points * bytes_per_point(study),
         "seconds": seconds + compiling,
-        # the compiler takes twice as long on a machine that is busy
+        # compiling takes twice as long on a busy machine
         "seconds_low": seconds / doubt + compiling / 2,
         "seconds_high": seconds * doubt + 2 * compiling,
         "compiling_seconds": compiling,

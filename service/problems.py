@@ -227,7 +227,7 @@ def store_problem(request: Request, error: Exception) -> Response:
     error = _deleted_meanwhile(request) or error
     status, kind, detail = next(
         (told for known, told in _STORE_PROBLEMS.items() if isinstance(error, known)),
-        # not the request's fault: the disk is full, or its folder cannot be written
+        # not the request's fault: the disk is full, or its folder is read-only
         (503, STORE_UNAVAILABLE, "The service cannot use its data."),
     )
     again = {"Retry-After": str(RETRY_SECONDS)} if kind in _TRY_AGAIN else {}
@@ -244,7 +244,7 @@ def _deleted_meanwhile(request: Request) -> StudyNotFound | None:
     except StudyNotFound as gone:
         return gone
     except StoreFault:
-        pass  # which says nothing of the study
+        pass  # the study itself may be intact
     return None
 
 

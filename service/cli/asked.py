@@ -65,7 +65,7 @@ def asks(command: Command) -> Command:
 
     parameters: list[inspect.Parameter] = []
     for name, each in signature.parameters.items():
-        if name in questions:  # its options stand in the help where it stands in the command
+        if name in questions:  # its options appear in the help at its position in the command
             mine = [field.name for field in fields_of(questions[name]) if field.name in more]
             parameters += [parameter(field, *more.pop(field)) for field in mine]
         else:
@@ -163,7 +163,7 @@ def with_parameters(command: Any, parameters: list[inspect.Parameter]) -> Comman
     """Give a command the parameters that typer reads."""
     command.__signature__ = inspect.Signature(parameters)
     command.__annotations__ = {each.name: each.annotation for each in parameters}
-    del command.__wrapped__  # its signature is not this one
+    del command.__wrapped__  # its signature differs
     return command  # type: ignore[no-any-return]
 
 

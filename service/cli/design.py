@@ -66,9 +66,7 @@ def design(
     with working("Planning"):
         budget = budget_of(asked)
         if dry_run:
-            next(
-                designing(asked, budget)
-            )  # a budget that ends before the first look does is refused here too
+            next(designing(asked, budget))  # also refuses a budget that does not cover the first look
     unusual = unusual_specification(asked)
     if dry_run:
         _print_size(asked, budget, unusual, as_json)

@@ -220,7 +220,7 @@ def read_time(text: str | None) -> datetime | None:
         return None
     now = datetime.now().astimezone()
     with suppress(ValueError):
-        # a time of day alone is of today, or of tomorrow
+        # a time of day without a date is that of today or tomorrow
         alone = datetime.combine(now.date(), time.fromisoformat(text)).astimezone()
         return alone if alone > now else (alone.replace(tzinfo=None) + timedelta(days=1)).astimezone()
     try:

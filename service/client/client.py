@@ -109,7 +109,7 @@ class Client:
             With every fault of the study: field, found, allowed, advice.
         """
         sent = _study(study)
-        # the same study under the same key however often it is sent
+        # the same key always means the same study
         sent["headers"]["Idempotency-Key"] = blake2b(sent["content"], digest_size=16).hexdigest()
         return Study(
             self._transport,
@@ -164,7 +164,7 @@ class Client:
         """
         answer = self._transport.ask("POST", "/studies", params={"dry_run": True}, **_study(study))
         names = ("digest", "points", "blocks", "bytes", "seconds", "definition")
-        # a service of before does not say these
+        # an older service does not send these
         more = {
             name: answer[name]
             for name in ("compiling_seconds", "seconds_low", "seconds_high")

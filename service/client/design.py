@@ -56,7 +56,7 @@ class Design:
             return card(f"Design {self.name}", [("id", self.id)])
         answer = now["answer"] or {}
         rows: list[tuple[str, object]] = [("id", self.id), ("state", now["state"])]
-        # an answer that was kept before there was a verdict has its sentences alone
+        # an answer from before verdicts has only sentences
         told = answer["verdict"]["sentences"] if "verdict" in answer else answer.get("words", ())
         rows += [("", sentence) for sentence in told]
         if not answer:

@@ -171,7 +171,7 @@ class Accuracy:
 
 def read_record(document: Mapping[str, Any]) -> Record:
     """Read a study's record; unknown fields of a newer service are ignored."""
-    # what services of before did not say
+    # fields that older services did not send
     before = {
         "phase": document["state"],
         "phase_done": None,

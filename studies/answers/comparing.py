@@ -86,11 +86,11 @@ def chance_of_another(value: Floats, error: Floats, best: int) -> float:
     rounding = ALIKE * abs(float(value[best]))
     same = (np.abs(value - value[best]) <= rounding) & (np.maximum(error, error[best]) <= rounding)
     others = others[~same[others] & (others != best)][:COMPARED]
-    # the best at equally likely places
+    # the best value at equally likely quantiles
     at = value[best] + error[best] * stdtrit(DEGREES, (np.arange(NODES) + 0.5) / NODES)
     distance = at[:, None] - value[others]
     doubt = error[others]
     with np.errstate(divide="ignore", invalid="ignore"):
-        # what has no error is better or it is not; a tie is not
+        # a value without error is better or it is not; a tie is not
         scaled = np.where(doubt > 0, distance / doubt, np.where(distance > 0, np.inf, -np.inf))
     return float(1 - np.prod(1 - stdtr(DEGREES, scaled), axis=1).mean())

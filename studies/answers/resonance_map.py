@@ -153,7 +153,7 @@ def resonance_map(
         answer = _slice(cube, x, y, metric, index)
     else:
         answer = _reduced(cube, (y, x), metric, (over, inner), reduce, index)
-    # a study over base amplitudes has no ratios of mass and damping that its places could be asked by
+    # a study over base amplitudes has no ratios of mass and damping for its places
     peaks = (over, reduce) == (FREQUENCY, "max") and metric in PEAKS and kind_of(cube.sizes) is HARMONIC
     notes = hidden_on(cube, metric, (y, x), index) if peaks else []
     if over is not None and answer.attrs["complete"] < 1:

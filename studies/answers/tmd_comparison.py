@@ -81,10 +81,10 @@ def tmd_comparison(
     criterion, mass_ratio = tuning.criterion, tuning.mass_ratio
     excitation = _excitation(cube, tuning.excitation)
     if mass_ratio is not None:
-        # the study's particle may have none where the absorber has a mass of its own
+        # the study's particle may have no mass if the absorber's is given
         least = LEAST_MASS if tuning.tmd_mass_ratio is None else 0.0
         _check_mass("mass_ratio", mass_ratio, "correct it, or leave it out for that of the design", least)
-        # the mass of the absorber may be any; the study's particle nearest to it is compared with it
+        # the absorber may have any mass; it is compared with the nearest particle of the study
         masses = cube["mass_ratio"].values
         near = (
             mass_ratio

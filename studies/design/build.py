@@ -171,7 +171,7 @@ class Build:
                 continue
             value = self.value(name)
             if name == "particle_mass_kg" and not value:
-                continue  # what is not there has no tolerance
+                continue  # an absent element has no tolerance
             changed[name] = max(value + share * tolerance.of(value), 0.0)
             if name == "restitution":
                 changed[name] = min(changed[name], 1.0)

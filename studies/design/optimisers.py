@@ -103,7 +103,7 @@ def _divided(space: Space, values: Values, count: int) -> Wants:
             known.add(candidate)
             return values[candidate]
         wanted[candidate] = None
-        return 0.0  # of no consequence: it goes no further than this iteration
+        return 0.0  # without effect beyond this iteration
 
     def ended(_: object) -> None:
         if wanted or len(known) >= count:

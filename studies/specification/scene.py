@@ -128,7 +128,7 @@ class SceneFields(RecordFields):
             for place, (field, each) in enumerate(self._shakers)
             if field not in by_records
         }
-        # what each of them lacks of the structure is told once
+        # a missing part of the structure is reported only once
         self.faults[:] = dict.fromkeys(self.faults)
         names = self._names
         for place, name in enumerate(names):
