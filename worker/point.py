@@ -221,7 +221,7 @@ def _march(
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
-    meter = None if measured else Meter(sums)  # what has been measured is only shown
+    meter = None if measured else Meter(sums)  # measured results are only displayed
     peaks = np.zeros((2 * cycles + 1, 2))
     state = at_rest(design.excitation, friction, particle) if start is None else start
     stored = stored_energy(state, base_rate_at_phase_zero(design.excitation), particle)
@@ -297,7 +297,7 @@ def _measures(
     time = 2.0 * pi * cycles / design.frequency_ratio
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
-    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last half
+    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not only of the last half
     end = stored_energy(state, base_rate_at_phase_zero(design.excitation), design.particle)
     residual = energy_residual(sums, stored, end)
     return {

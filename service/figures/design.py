@@ -62,9 +62,7 @@ def draw_amplitudes(found: Found) -> Figure:
             r, values = curve.r, curve.measured / curve.base_m / curve.rate**asked.measure.order
             name = level(asked, amplitude) if asked.in_units else f"{amplitude.reference_m:.3g}"
             place = int(values.argmax())
-            held = (
-                values[place] == 0.0
-            )  # friction withstands the force: a logarithmic axis has nothing to show
+            held = values[place] == 0.0  # friction withstands the force: nothing on a logarithm
             colour = colours(norm(amplitude.reference_m))
             axes.plot(_frequencies(asked, r), values, color=colour, label=f"{name}, held" if held else name)
             if not held:

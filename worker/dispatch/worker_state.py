@@ -132,7 +132,7 @@ class Standings:
         if worker.standing == "out":
             self.news.append(f"worker {address} is used again")
         if worker.standing == "out":
-            worker.standing = "on trial"  # and keeps its reason, which may still hold
+            worker.standing = "on trial"  # and keeps its reason, which may still apply
         else:
             self.trust(worker)
         worker.against.unreadable = 0
@@ -207,7 +207,7 @@ class Standings:
 
     def _cannot_read(self, worker: WorkerState, text: str, now: float, at_once: bool) -> None:
         worker.against.unreadable += 1
-        # a store that is away was asked for a while already
+        # an absent store has already been retried for a while
         if at_once or worker.against.unreadable > RETRIES:
             reason = f"it cannot read or write the study's data ({text})"
             self.leave_out(worker.address, reason, now + AGAIN_SECONDS)

@@ -10,7 +10,7 @@ from math import cos, cosh, inf, log, pi, sin, sinh, tan, tanh
 
 from damperlab.worker.jit import kernel
 
-_BISECTIONS = 200  # at most; ends when the interval is two neighbouring numbers
+_BISECTIONS = 200  # most iterations; they end when the interval is two neighbouring numbers
 
 
 @kernel

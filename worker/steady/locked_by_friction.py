@@ -22,7 +22,7 @@ def _edge(friction: float, forcing: float) -> float:
     """Displacement up to which friction holds the mass permanently, γ_F − P; below 0 if it holds it nowhere."""
     edge = friction - forcing
     if edge < 0.0 and edge > -_TIE * forcing:
-        return 0.0  # γ_F = r² but for the rounding of r²
+        return 0.0  # γ_F = r² up to the rounding of r²
     return edge
 
 
@@ -150,7 +150,7 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
         return inf
     margin = edge - abs(state.v) - moved
     excess = max(-margin, 0.0)
-    # how long the forcing exceeds friction, at the most
+    # longest time for which the forcing exceeds friction
     exceeds = pi * sqrt(2.0 * excess / forcing) / frequency_ratio
     creep_rate = excess * exceeds
     gain = (1.0 + restitution) / (1.0 - restitution)

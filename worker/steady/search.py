@@ -33,17 +33,17 @@ from damperlab.worker.steady.stopping_rules import (
 )
 
 _UNBOUNDED = int(Status.UNBOUNDED)
-# Half cycles between looks at the section, twice as many once metered; even, so that whole cycles lie between. Fewer where a
-# half cycle takes long.
+# Half cycles between examinations of the section, twice as many while metering; even, so that whole cycles lie
+# between. Fewer if a half cycle takes long.
 _CHUNK = 32
 _SHORT_CHUNK = 8
 _LONG_HALF = 1000  # windows
-_SPARE_EVENTS = 20_000  # added to those that its cycles may have, so that a short run is not cut off
+_SPARE_EVENTS = 20_000  # added to the number allowed for its cycles, so that a short run is not cut off
 # half cycles metered before the burn-in is over; `advance` and `nearby` read any below 0 so
 _NOT_METERED = -1
 _LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
-# Way left, in static displacements, that a run does not wait for: at any time; and the least amplitude that `tolerance` is
-# taken of, once as many cycles are metered as a mean needs.
+# Remaining displacement, in static ones, that a run ignores: at any time; and the least amplitude as reference of
+# `tolerance`, once as many cycles are metered as a mean needs.
 _AT_ONCE = 1e-6
 _SMALL = 1e-2
 
@@ -104,7 +104,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     work_allowed = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
     needed = burn_in_of(scene, settings)
     burn_in = needed // chunk * chunk
-    # cycles of the burn-in that are metered, since they end between two looks
+    # metered cycles of the burn-in, since it ends between two examinations
     left_out = (needed - burn_in + 1) // 2
     state = start
     half = 0
@@ -163,7 +163,7 @@ def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> tuple[
     period 0 if there is none.
     """
     if scene.particle is not None and scene.particle.friction is not None:
-        return no_orbit(state), inf  # the particle is dragged along, so the limits do not hold
+        return no_orbit(state), inf  # the particle is dragged along, so the limits do not apply
     if scene.friction is not None:
         if scene.counts[IMPACTS] == 0:
             forcing = largest_forcing(scene.base)
@@ -270,7 +270,7 @@ def _end_of_search(
 
     If the peaks grow to the end of the run, their mean is not that of a response.
     """
-    if metered_halves == _NOT_METERED:  # nothing was left after the burn-in
+    if metered_halves == _NOT_METERED:  # nothing remains after the burn-in
         metered_halves = 0
         begin_trace(state, scene, notes)
     if metered_halves < 2:

@@ -34,7 +34,7 @@ from damperlab.worker.solver.sliding import direction_of, with_fall, without_fal
 from damperlab.worker.solver.state import Slide, State
 
 _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
-_STILL = 1e-9  # share of the accelerations at hand below which that of a beginning slide is rounding
+_STILL = 1e-9  # share of the present accelerations below which that of a beginning slide is rounding
 
 
 @inlined

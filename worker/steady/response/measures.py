@@ -160,7 +160,7 @@ def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bo
     `carried` says whether the particle's friction carries it along all the time.
     """
     period = period_halves if period_halves % 2 == 1 else period_halves // 2
-    if stuck >= FEWEST_STUCK:  # a particle may go on between walls that do not move it
+    if stuck >= FEWEST_STUCK:  # a particle may keep moving between walls that it does not move
         return _LOCKED, 1 if impacts == 0 else period
     if carried:
         return _CARRIED, period

@@ -11,19 +11,20 @@ from damperlab.worker.jit import kernel
 FEWEST = 80
 """Samples below which correlation cannot be estimated."""
 
-# Batches that fit side by side. Without a common factor: batches of a whole number of periods would see no spread at all.
+# Number of adjacent batches. Without a common factor: batches of a whole number of periods would have no spread.
 _BATCHES = (61, 19)
-# Student's t at 97.5 % over 1.96, for the degrees of freedom of overlapping batches, one and a half of those side by side.
+# Student's t at 97.5 % over 1.96, for the degrees of freedom of overlapping batches, one and a half of those of
+# adjacent ones.
 _STUDENT = (1.014, 1.047)
-_LONGER = 1.15  # from so much on an error by the longer batches replaces that by the shorter: less is chance
+_LONGER = 1.15  # ratio above which the error by longer batches replaces that by shorter; below is chance
 
 _GROUP = 16  # samples in a group of the truncation rule: MSER on groups is less easily misled than on single samples
-_DIFFERENT = 3.0  # standard errors by which a beginning has to differ from the rest to be left out
-_STEADY_TREND = 0.9  # of a third's step to the one before: beyond it no end is in sight
+_DIFFERENT = 3.0  # standard errors by which a beginning must differ from the rest to be left out
+_STEADY_TREND = 0.9  # of a third's step to the previous one: beyond it no end is in sight
 _TREND_BATCHES = 19
 _ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
 _GROWN = 0.1  # share by which the last third of a series without a bound exceeds the first
-# Relative error of a constant: what its samples differ by is rounding, which has a correlation and a trend of its own.
+# Relative error of a constant: the differences of its samples are rounding, which has its own correlation and trend.
 _ROUNDING = 1e-12
 _TREND = 86  # of 171 pairs of 19 batches, the excess of rising ones that chance exceeds three times in 1,000
 

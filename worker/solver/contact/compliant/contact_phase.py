@@ -207,7 +207,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
         riding = 0.0
         leaving = -pen_rate
         if leaving <= _SPEED_ROUNDING * (abs(u_rate) + abs(w) + abs(phase.rate)):
-            # the particle came to rest on the wall: how it yields is beyond the digits of the velocities
+            # the particle came to rest on the wall: its separation is below the accuracy of the velocities
             if meter is not None:
                 if meter.energies is not None:
                     meter.sums[IMPACT_LOSS] += spring_energy(wall.stiffness, -gap)
@@ -220,7 +220,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
     elif kind == CLEARANCE:
         order = 1 if leaving > 0.0 else 2
     elif kind == PUSHED_AGAIN:
-        if leaving < 0.0:  # rounding has left the particle a little in the wall that it is about to strike
+        if leaving < 0.0:  # by rounding the particle penetrates the wall slightly before it strikes
             return strike(state, state.wall, phase, scene, meter)
         if wall.damping == 0.0:
             gap = 0.0
