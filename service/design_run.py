@@ -308,7 +308,8 @@ class _Search:
             if record.ended:
                 why = f": {record.message}" if record.message else ""
                 raise _Unable(
-                    f"Study {study_id}, which the design needs, is {record.state}{why}. Resume the design to go on with it."
+                    f"Study {study_id}, which the design needs, is {record.state}{why}. Resume the design to "
+                    "continue it."
                 )
             self._pause(LOOK_SECONDS)
 

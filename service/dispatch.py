@@ -317,8 +317,7 @@ class Dispatcher:
                 lambda progress: self._follow(study_id, progress),
                 stop,
                 only_from=("queued", "running"),
-                # a cancel is in the catalogue: if it was stopped otherwise, or resumed since, it waits for its next
-                # turn
+                # a cancelled study is so in the catalogue; any other stopped one waits for its next turn
                 stopped_as="queued",
                 outage_as="queued",
                 wait_seconds=WAIT_SECONDS,

@@ -120,7 +120,9 @@ def simulate_ready(
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
         if design.forced:
-            raise ValueError("rk4 knows a shaken base only: leave `excitation` out, or use the event solver")
+            raise ValueError(
+                "rk4 supports a shaken base only: leave `excitation` out, or use the event solver"
+            )
         if cycles is None:
             raise ValueError("rk4 stops after a number of cycles: give `cycles`")
         one = design.particle

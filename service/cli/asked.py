@@ -262,7 +262,7 @@ def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str])
 def _named(
     option: str, written: Iterable[str] | None, names: tuple[str, ...], form: str
 ) -> Iterator[tuple[str, str]]:
-    """Read ``name=value`` as `read_named`; a name of the physical block of a study is that of the coordinate."""
+    """Read ``name=value`` as `read_named`; names of a study's physical block mean its coordinates."""
     assignments = (
         f"{ALIASES.get(name, name)}{equals}{text}"
         for name, equals, text in (each.partition("=") for each in written or ())

@@ -132,8 +132,8 @@ class _Evaluation:
                 now = self._computer.compute(now, shown=progress.of_study(points))
             if now.state != "done":
                 note(
-                    "damperlab: stopped before the design was done. Run the same command again to go on with it; its study "
-                    f"{now.id} is {now.state}."
+                    "damperlab: stopped before the design was done. Run the same command again to continue "
+                    f"it; its study {now.id} is {now.state}."
                 )
                 raise typer.Exit(FAILED)
             points += now.points_total

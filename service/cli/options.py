@@ -184,7 +184,7 @@ def contact_document(contact: ContactModel, written: str | None) -> dict[str, An
     if written is None:
         if contact != "instant":
             message = (
-                f"--contact {contact} needs to know how long a contact lasts. Add --contact-time TIME, in units "
+                f"--contact {contact} needs the duration of a contact. Add --contact-time TIME, in units "
                 f"of 1/ω_n, as in --contact-time 0.1, or one of the times that the paper gives: {', '.join(CONTACT_TIMES)}."
             )
             raise typer.BadParameter(message, param_hint="--contact")

@@ -174,7 +174,7 @@ class Design:
     def _answer(self, now: Mapping[str, Any]) -> dict[str, Any]:
         if now["state"] != "done":
             why = f" {now['message']}" if now.get("message") else ""
-            raise Stopped(f"{self} is {now['state']}.{why} design.resume() goes on with it.")
+            raise Stopped(f"{self} is {now['state']}.{why} design.resume() continues it.")
         answer: dict[str, Any] = now["answer"]
         return answer
 

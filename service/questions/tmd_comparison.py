@@ -36,7 +36,7 @@ class Exact(TypedDict):
 
 
 class TmdComparison(OfPoints):
-    """A design beside a tuned mass damper over the frequency ratio."""
+    """A design compared with a tuned mass damper over the frequency ratio."""
 
     next_frequencies: NotRequired[Frequencies]
     frequency_ratio: Numbers

@@ -84,7 +84,7 @@ def refine_optimum(
     judging = judging_in_ratios(parent, judging)
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
-        advice = "wait for the study, go on with it, or loosen what is asked"
+        advice = "wait for the study, resume it, or relax the limits"
         raise refused(
             "refine", "no design that qualifies", "a study with a best design", advice, NONE_QUALIFIES
         )

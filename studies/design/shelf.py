@@ -124,7 +124,7 @@ class Shelf:
             found = {each for each in ids if each.startswith(reference)}
         if len(found) == 1:
             return self.get(found.pop())
-        many = f"{describe(reference)}, which stands for {len(found)} designs"
+        many = f"{describe(reference)}, which matches {len(found)} designs"
         if reference in self._in_trash():
             return self.get(reference)  # its message says so
         raise DesignNotFound(

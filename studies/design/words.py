@@ -30,7 +30,7 @@ from damperlab.studies.spelling import spelled
 
 ENDED: Mapping[str, str] = {
     "budget": "The search ended with its share of the budget of {points}.",
-    "converged": "The search ended where none beside the best was better.",
+    "converged": "The search ended because no neighbour of the best was better.",
     "lists": "These are all combinations of the values listed.",
     "nothing": "The limits leave one damper.",
 }

@@ -147,8 +147,8 @@ def _regimes(fitted: Fitted) -> Iterator[str]:
 def _irregular(fitted: Fitted) -> Iterator[str]:
     if fitted.irregular:
         yield (
-            f"At {counted(fitted.irregular, 'row')} the fitted response is modulated or chaotic: the model knows its mean "
-            "to an error, which counts as one of the measurement's."
+            f"At {counted(fitted.irregular, 'row')} the fitted response is modulated or chaotic: the model's "
+            "mean has an error, which counts as one of the measurement's."
         )
 
 

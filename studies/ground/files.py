@@ -137,7 +137,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
         if number < begin or not (rows or numbers or sample):
             head.append((number, bare))
             continue
-        # with commas as separators, the other signs separate nothing
+        # in a line with commas, only these separate cells
         apart = [cell for cell in re.split(r"[;\t]|\s+", bare) if cell]
         whole = "," in bare and len(cells) == 4 and all(cell.lstrip("+-").isdigit() for cell in cells)
         if whole or ((begin or len(apart) == 2) and decimal_comma(apart)):

@@ -153,7 +153,7 @@ class _Reader(LimitFields):
         points = self._count("budget_points", 100, 10_000_000, None)
         if "budget_points" in self.document and "budget_minutes" in self.document:
             told = "{field} and budget_minutes are given together."
-            found = "a budget in points beside one in minutes"
+            found = "a budget in points together with one in minutes"
             self._fault("budget_points", found, "one of the two", "remove one of them", told)
         builds = self._count("builds", 0, 10_000, 60)
         if structure is None or excitations is None or records is None:

@@ -95,7 +95,7 @@ def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
     report : dict
         Of `make_report`.
     figure : str
-        Name of the image beside it.
+        Name of the image next to it.
     """
     lines = [
         "# Accuracy and stability",

@@ -233,7 +233,7 @@ class Standings:
                 if worker.standing == "leaving":
                     worker.standing, worker.reason = "joining", ""
             elif worker.standing != "leaving":
-                worker.standing, worker.reason = "leaving", "it was told to leave, or is short of memory"
+                worker.standing, worker.reason = "leaving", "it was asked to leave, or is short of memory"
                 self.news.append(f"worker {address} takes no more blocks: {worker.reason}")
                 ending.append(worker)
         self._count()

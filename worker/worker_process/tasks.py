@@ -191,6 +191,6 @@ def _study(cube_path: str, digest: str) -> Study | Suite:
     except (DefinitionDamaged, ValueError) as error:
         # no fault of the points: the study stops, and none of them is recorded as failed
         raise OSError(
-            f"the description of the cube {cube_path} is damaged ({error}); "
-            "`damperlab store verify --repair` writes it anew"
+            f"the description of the cube {cube_path} is damaged ({error}); `damperlab store verify "
+            "--repair` writes it again"
         ) from error

@@ -200,7 +200,7 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
         if (deleted or row.reserved) and (row.deleted is None or row.deleted >= before):
             continue
         if not _row_is_sound(store, row.number):
-            leave(name, "its row in the catalogue is damaged; `damperlab store rebuild` makes it anew")
+            leave(name, "its row in the catalogue is damaged; `damperlab store rebuild` makes it again")
             continue
         shelf = store.shelf.at(name)
         entries = list(shelf.entries())

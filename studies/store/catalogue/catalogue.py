@@ -270,8 +270,8 @@ class Catalogue:
                 "move it away and make it again with `damperlab store rebuild`"
             )
             told = (
-                f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this version "
-                f"knows {REVISION}."
+                f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this "
+                f"version supports {REVISION}."
             )
         return kind(Fault(self.name, f"catalogue revision {found}", f"revision {REVISION}", advice, told))
 

@@ -260,10 +260,10 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
         raise StoreFault(
             Fault(
                 "data_dir",
-                f"cubes in {folder.address}, and {catalogue.name}, which knows no study",
+                f"cubes in {folder.address}, and {catalogue.name}, which has no study",
                 "the catalogue that the cubes belong to",
                 f"{_NAME_IT}; if it is lost, {_REBUILD}",
-                f"There are cubes in {folder.address}, but {catalogue.name} knows no study.",
+                f"There are cubes in {folder.address}, but {catalogue.name} has no study.",
             )
         )
     if marked and used and not holds:
@@ -273,9 +273,10 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
         raise StoreFault(
             Fault(
                 "data_dir",
-                f"{folder.address}, which {catalogue.name} does not know",
+                f"{folder.address}, which {catalogue.name} does not have",
                 "the data folder of this catalogue",
-                "name that folder with --data-dir; if it is lost, let the catalogue go on here with `damperlab store rebuild`",
+                "name that folder with --data-dir; if it is lost, let the catalogue continue here with "
+                "`damperlab store rebuild`",
                 f"The cubes of {catalogue.name} are in another data folder than {folder.address}.",
             )
         )
@@ -316,10 +317,10 @@ def older_copy(cube: str, catalogue: str) -> StoreFault:
     return StoreFault(
         Fault(
             "catalogue",
-            f"results in {cube} that {catalogue} does not know: it is an older copy",
+            f"results in {cube} that {catalogue} does not have: it is an older copy",
             "the newest state of the catalogue",
             "put the newest one back, or add to this one what it lacks with `damperlab store rebuild`",
-            f"{cube} holds results that {catalogue} does not know: the catalogue is an older copy.",
+            f"{cube} holds results that {catalogue} does not have: the catalogue is an older copy.",
         )
     )
 

@@ -258,7 +258,7 @@ def _nothing_to_retry(record: Record) -> NothingToDo:
         )
         advice = "change `steady` or the range of the axes"
     else:
-        found, advice = "in which no block failed", "to compute what is missing, go on with the study"
+        found, advice = "in which no block failed", "to compute missing blocks, continue the study"
         told = f"Study {record.id} has no block that failed."
     allowed = "a study with blocks that failed as a whole"
     return NothingToDo(Fault("study", f"{record.id}, {found}", allowed, advice, told))

@@ -20,7 +20,7 @@ _LONGER = 1.15  # ratio above which the error by longer batches replaces that by
 
 _GROUP = 16  # samples in a group of the truncation rule: MSER on groups is less easily misled than on single samples
 _DIFFERENT = 3.0  # standard errors by which a beginning must differ from the rest to be left out
-_STEADY_TREND = 0.9  # of a third's step to the previous one: beyond it no end is in sight
+_STEADY_TREND = 0.9  # ratio of a third's increase to the previous one above which no end is in sight
 _TREND_BATCHES = 19
 _ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
 _GROWN = 0.1  # share by which the last third of a series without a bound exceeds the first
