@@ -131,8 +131,8 @@ def figure_12(solve: Solve, quick: bool) -> Section:
     section.words = [
         "The paper draws measured curves for several compressions of the friction spring and prints none "
         "of their values. Ours is compared with the hybrid's entry in Table 3 for the same cavity. The "
-        f"friction ratio of a compression is not printed either, so {listing(f'{g:g}' for g in FRICTION_RATIOS)} are shown. The figure shows contact "
-        f"{INSTANT}; shading is one error.",
+        f"friction ratio of a compression is not printed either, so {listing(f'{g:g}' for g in FRICTION_RATIOS)} "
+        f"are shown. The figure shows contact {INSTANT}; shading is one error.",
     ]
     return section
 

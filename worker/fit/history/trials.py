@@ -49,7 +49,7 @@ class Trials:
     question : HistoryQuestion
         What is fitted.
     progress : callable, optional
-        Told how many histories have been computed.
+        Called with the number of computed histories.
     """
 
     def __init__(self, question: HistoryQuestion, progress: Callable[[int], None] | None) -> None:
