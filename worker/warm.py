@@ -71,7 +71,7 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
     """Compile the first scene that no other process is compiling, then those with the same elements, then others
     while memory is left.
 
-    The elements of a scene determine most of its code: six scenes of a hybrid damper take 44 s of CPU time in one
+    The elements of a scene determine most of its code. Six scenes of a hybrid damper take 44 s of CPU time in one
     process, and 69 s in separate ones. A process that continues with another damper still saves a third of its first
     scene: numba compiles its own code first, and both share some. Compiled parts stay in memory, 0.2 GB for a large
     scene, so a process that holds much ends instead of continuing with other parts.

@@ -91,8 +91,8 @@ class Client:
         Parameters
         ----------
         study : mapping, Study, path or str
-            The study as a mapping or a checked `damperlab.Study`; a path of a .json, .yaml or .yml file; a text of
-            YAML; or the name of a study of the paper, for example ``"figure-11"``.
+            The study as a mapping or a checked `damperlab.Study`; or a path of a .json, .yaml or .yml file; or a
+            text of YAML. Or the name of a study of the paper, for example ``"figure-11"``.
         reuse : bool
             Reuse points already computed by earlier studies.
         priority : int

@@ -1,9 +1,9 @@
 """The cube as Zarr over HTTP, read-only: `xarray.open_zarr(url)` works from another machine.
 
-Zarr takes a missing chunk for fill values, so 404 for a block is only sent if that is true: the study has ended
-without it, and its points have status -1. While a study runs, such a block is a conflict: a reader might take half
-of it before and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which shows only
-the blocks that were done by then. A lost or damaged file is an error in any case.
+Zarr takes a missing chunk for fill values, so 404 for a block is only sent if that is true. This is so if the study
+has ended without it: its points have status -1. While a study runs, such a block is a conflict: a reader might take
+half of it before and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which shows
+only the blocks that were done by then. A lost or damaged file is an error in any case.
 """
 
 import re

@@ -2,7 +2,7 @@
 
 The mean of an irregular response sometimes lies farther from the truth than a normal error of the stated size would.
 So it is taken as distributed by Student's t with `DEGREES` degrees of freedom. Of 427 such means over random designs
-2.3 % were more than `WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6, for which Student's t
+2.3 % were more than `WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6. For these Student's t
 has 5 % and 1 %.
 """
 

@@ -89,7 +89,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     -------
     Dataset
         Dimension scale. Variables: `exceeded`, the share of the records whose result exceeds the limit at this or a
-        lower scale; `probability`, the fitted curve; `lowest`, `median` and `highest` of the result over the
+        lower scale; `probability`, the fitted curve. Also `lowest`, `median` and `highest` of the result over the
         records, and the fields of `OverRecords`. Attributes: `threshold`, `metric`, `records`, `never` (records
         under which the limit is never exceeded), `median_scale` and `dispersion` with their intervals, if they could
         be fitted, `complete`, `points`, `points_failed`, `note`.

@@ -56,7 +56,7 @@ def hidden(
 ) -> NDArray[np.bool_]:
     """Find the frequencies between which the response of each design may exceed `HIGHER` times its largest value.
 
-    Only coarse intervals count: those that are wider than ζ, half of the half-power bandwidth, and meet the natural
+    Only coarse intervals count. They are wider than ζ, half of the half-power bandwidth, and meet the natural
     frequencies from 1/√(1 + β), with the particle's mass riding on the structure, to 1. There a peak may hide in two
     cases:
 

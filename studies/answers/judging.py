@@ -59,9 +59,9 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     -------
     dict of ndarray
         One entry per qualifying design. It has the six grid indices by dimension (the frequency's where the
-        amplitude is largest), `value`, `error`, `lowest` and `highest` (its limits with the question's confidence),
-        `response_class`, `locked_share`, `locked_near_resonance` (at the judged frequency nearest r = 1),
-        `impact_share` and `beside`.
+        amplitude is largest), `value`, `error`, `lowest` and `highest` (its limits with the question's confidence)
+        and `response_class`. It also has `locked_share`, `locked_near_resonance` (at the judged frequency nearest r
+        = 1), `impact_share` and `beside`.
     """
     cube, load = slab.cube, slab.read
     status = load("status")

@@ -27,11 +27,11 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     Returns
     -------
     Dataset
-        Lazily, over the six ratios, with that amplitude in the definition of its attribute `study`. Where a velocity
-        or an acceleration of the base is constant the ratios of a damper are others at each frequency: the cube is
-        then still one over clearances and forces, with one base amplitude.
+        Lazily, over the six ratios, with that amplitude in the definition of its attribute `study`. If a velocity or
+        an acceleration of the base is constant, the ratios of a damper vary with the frequency. The cube then stays
+        one over clearances and forces, with one base amplitude.
     mapping of float
-        The point in what the cube has: without its base amplitude where the cube has ratios.
+        The point for that cube: without its base amplitude if the cube has ratios.
 
     Raises
     ------

@@ -159,9 +159,9 @@ def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float,
 def rise(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
     """Estimate by how much the peak next to the largest sample exceeds it.
 
-    On an interval next to it the response is assumed to rise no more steeply than it did towards the interval from
-    either end, up to the intersection of both lines. If the value beyond is too low for that, the response jumps: it
-    is assumed to rise up to the jump, as steeply as before it.
+    On an interval next to it the response is assumed to rise no more steeply than towards the interval from either
+    end. The rise ends where both lines meet. If the value beyond is too low for that, the response jumps: it is
+    assumed to rise up to the jump, as steeply as before it.
     """
     place = int(values.argmax())
     return max(

@@ -1,8 +1,8 @@
 """The store of designs: specification, progress and result, each a small file in a folder.
 
-A file is written completely or not at all, and only one process changes each: the request is written once, the round
-by the search, the end by whoever ends it first. So a process that is killed at any moment leaves a design that can
-be continued. A new name and a place in the trash are additional files.
+A file is written completely or not at all, and only one process changes each. The request is written once, the round
+by the search, and the end by the first process that ends the design. So a process that is killed at any moment
+leaves a design that can be continued. A new name and a place in the trash are additional files.
 """
 
 import json

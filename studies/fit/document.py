@@ -34,7 +34,7 @@ def read_fit(document: object) -> FitQuestion | HistoryQuestion:
     ----------
     document : object
         As read from JSON: `measured` (the text of the table), `structure` (the known values, as a study), `fit`
-        (parameters to estimate: a range or null by name), and optionally `name`, `deviation`, `confidence`, `seed`.
+        (parameters to estimate: a range or null by name). Optional are `name`, `deviation`, `confidence` and `seed`.
 
     Raises
     ------

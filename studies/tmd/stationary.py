@@ -22,7 +22,7 @@ class Heights:
     With s = λ², |H|² is a ratio N/D of polynomials in s (degrees 3 and 4), so its stationary points are roots of
     N′D − ND′. A light absorber on a lightly damped structure has all of them within about √μ of s = 1, where the
     coefficients in powers of s cancel. So the polynomials are also formed around a centre c in t = (s − c)/δ, with δ
-    the width of the features there: around s = 1, and around s = 0 for an absorber that is tuned far below. The
+    the width of the features there. The centres are s = 1, and s = 0 for an absorber that is tuned far below. The
     union of all roots is taken: an additional point does no harm when the largest value is sought. A height depends
     on its position only to second order.
 

@@ -3,7 +3,7 @@ errors.
 
 First a coarse set of points that fills the ranges is computed. The best of them are refined, each within a region
 that narrows. Finally the responses within about three standard deviations of the best are polynomials of the
-parameters (see `surface.py`), and the intervals come from the posterior density over the region (see `chain.py`).
+parameters (see `surface.py`). The intervals come from the posterior density over the region (see `chain.py`).
 """
 
 from collections.abc import Callable

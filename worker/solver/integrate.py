@@ -1,8 +1,8 @@
 """Integrate through half an excitation cycle, or through a record, from event to event.
 
 Absent elements of a scene are None, and the compiler drops them. Without `friction` there is no search for velocity
-reversals and no sticking; without `particle` no gap, no impact, no riding; without `meter` no peaks, and without its
-`energies` no integrals; without `log` no history.
+reversals and no sticking; without `particle` no gap, no impact, no riding. Without `meter` there are no peaks, and
+without its `energies` no integrals; without `log` no history.
 """
 
 from damperlab.worker.jit import inlined, kernel

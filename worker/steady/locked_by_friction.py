@@ -38,7 +38,7 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
 
     With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P
     is locked permanently. From outside by an excess x, each cycle slips inwards by about 4.5 x²/(P r²), so the edge
-    is reached only as 1/N: the limit is used instead of steps towards it. A particle stays at rest where it is, if
+    is reached only as 1/N. The limit is used instead of steps towards it. A particle stays at rest where it is, if
     it stays clear of both walls.
     """
     forcing = largest_forcing(scene.base)
@@ -110,7 +110,7 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     stays within the margin does not move the mass.
 
     A displacement outwards lets the mass creep more, so the bound is computed again, allowing for twice its first
-    value. Two assumptions are not proved but confirmed by integrations: impacts during the creep, at most one a
+    value. Two assumptions are not proved but confirmed by integrations. Impacts during the creep, at most one a
     cycle, add no more than this; and twice the first value holds where the second exceeds it.
     """
     forcing = largest_forcing(scene.base)

@@ -241,7 +241,7 @@ def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
     """Whether the peaks of the metered cycles grow, with no sign of an end.
 
     Without viscous damping at resonance, a cycle of amplitude A supplies π A and loses 4 γ_F A to friction as long
-    as the particle meets no wall: every growth continues. Otherwise the peaks decide.
+    as the particle meets no wall. So every growth continues. Otherwise the peaks decide.
     """
     undamped = scene.base.two_zeta == 0.0 and scene.base.frequency_ratio == 1.0 and scene.counts[IMPACTS] == 0
     undamped = undamped and not rubs(scene.particle)

@@ -97,7 +97,7 @@ def settle(
     -----
     The run continues until one of these conditions is met. It repeats to rounding, or its remaining distance from
     repetition is below `periodic_tolerance`, and the orbit does not repel it. Or Newton's method finds a periodic
-    orbit, stable by its multipliers, and the run approaches it just as its linearisation predicts: the run then
+    orbit, stable by its multipliers, and the run approaches it just as its linearisation predicts. The run then
     tends to this orbit, and need not be continued. Or friction holds the mass permanently, or it creeps to such a
     position. Or, under a force and with a decelerating particle, its remaining displacement is within `tolerance`.
     Or, beyond a burn-in, the standard error of the mean peak is below `tolerance`, no particle is flying to its

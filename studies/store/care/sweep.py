@@ -2,8 +2,8 @@
 
 Only files that certainly belong to this catalogue and are superseded are removed. A file of a block is removed if
 the block's mark names another one. A cube is removed if its study was deleted, or if it was left by an interrupted
-submission: then the catalogue has no study for it, and it holds no result. Such a cube is kept for a long time, in
-case the catalogue has lost its study. All other files are listed and kept.
+submission. In the second case the catalogue has no study for it, and it holds no result. Such a cube is kept for a
+long time, in case the catalogue has lost its study. All other files are listed and kept.
 """
 
 import math

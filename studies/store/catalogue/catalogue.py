@@ -259,8 +259,9 @@ class Catalogue:
         if found < REVISION:
             kind: type[StoreFault] = CatalogueDamaged
             advice = (
-                "export its studies with `damperlab export` of that version, or choose another data directory; if no older "
-                "version has opened it, it is damaged: make it again with `damperlab store rebuild`"
+                "export its studies with `damperlab export` of that version, or choose another data "
+                "directory; if no older version has opened it, it is damaged: run `damperlab store "
+                "rebuild`"
             )
             told = f"{self.name} was made by a damperlab older than 0.2.0."
         else:

@@ -53,7 +53,7 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     ----------
     polynomial : array, shape (TERMS,)
         Coefficients of p. If the previous event makes the lowest coefficients zero (contact just opened, slip just
-        begun) they are dropped beforehand, so that a short flight is not lost next to the trivial root.
+        begun) they are dropped beforehand. So a short flight is not lost next to the trivial root.
     sign : float
         ±1: the function is sign · p and is positive, or zero and rising, just after `start`.
     start, end : float

@@ -1,7 +1,7 @@
 """Integrals over a complete panel without events, as quadratic forms of its start.
 
 Between events x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ). So the work done, the loss in the dashpot and the
-mean square over a panel of fixed length are quadratic in these four numbers: ten coefficients each, the same for
+mean square over a panel of fixed length are quadratic in these four numbers. Each has ten coefficients, the same for
 every panel.
 """
 

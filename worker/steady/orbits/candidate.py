@@ -165,7 +165,7 @@ def closing_in(
     """A candidate after a further stretch of the run, of period 0 if the run leaves it; and whether it is confirmed.
 
     The run must approach the orbit just as its linearisation predicts, stretch after stretch, until its distance has
-    fallen to the share `_CLOSED_IN` of the first one; after `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient.
+    fallen to the share `_CLOSED_IN` of the first one. After `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient.
     The reason is that a run may seem for a while to approach an orbit whose basin ends close by. A stretch with more
     or fewer impacts than the orbit confirms nothing: the linearisation does not apply to it. Without impacts the
     orbit must attract every motion within reach; otherwise it is dropped.

@@ -67,7 +67,7 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
     -------
     mean, error : float
         The error is that from batches of 1/61 of the range, unless those of 1/19 give one that is significantly
-        larger: batches shorter than the correlation time understate it, but fewer are less certain. 1.96 times it is
+        larger. Batches shorter than the correlation time understate it, but fewer are less certain. 1.96 times it is
         the half width of a 95 % interval. Fewer than 80 samples do not show their correlation: the complete spread
         is used then.
 
@@ -126,7 +126,7 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
     -----
     The transient is that of the marginal standard error rule (MSER, White 1997). It is the beginning whose omission
     minimises Σ(xᵢ − x̄)²/n² of the rest, in groups of 16, at most the first half. It is left out only if its mean
-    differs from that of the rest by three standard errors: the rule alone prefers a part of a correlated series with
+    differs from that of the rest by three standard errors. The rule alone prefers a part of a correlated series with
     little variation, and would understate the error. Afterwards batches may not rise or fall more often than by
     chance (Mann 1945, Kendall 1975): batch means alone treat a trend as noise. The remainder of a trend, from the
     geometric series through the means of its thirds, is added to the error.

@@ -65,7 +65,7 @@ def settled_period(
     """Shortest period [half cycles] to which the run has settled, 0 for none, and the distance from it.
 
     The recurrence of a settling response falls by λ a period, and the remaining distance is the sum of the geometric
-    series, d λ/(1 − λ). λ follows from the recurrences `apart` now and `before`, `stretch` half cycles ago.
+    series, d λ/(1 − λ). The recurrences `apart` now and `before`, `stretch` half cycles ago, give λ.
     """
     found = 0
     way_left = inf

@@ -4,7 +4,7 @@ The contact phase is integrated in one of four ways. Before the contact's own vi
 of one over its fastest rate, as polynomials of all six coordinates. Once y' alone follows the other coordinates, in
 spans that the rate of y allows (`CompliantRegime.between`). If an envelope of the vibration proves that it cannot
 cause an event, in one long step: the slow motion as polynomials, the vibration by its exponential. And once it has
-decayed below rounding, as polynomials of the slow motion, in complete panels if y and y' are both fast: so resting
+decayed below rounding, as polynomials of the slow motion, in complete panels if y and y' are both fast. So resting
 on the stiffest wall costs no more than on a rigid one.
 
 The wall detaches where its force falls to zero, with some energy left in the spring. The particle still penetrates
