@@ -161,9 +161,7 @@ class _Search:
         submitter.set(self.kept.owner)
         self._started = now() if self.kept.round is None else self.kept.round.started
         self._asked = parse_specification(self.kept.specification, self.settings.records)
-        if (
-            self.kept.round is None
-        ):  # it counts as running from now on, even while all its requests are stored
+        if self.kept.round is None:  # it counts as running from now on, even while all is stored
             self.shelf.follow(self.kept.id, Round("the first look", 0, 0, 0, (), None, self._started))
         rounds = designing(self._asked, self.kept.budget_points)
         number = 1

@@ -28,9 +28,7 @@ from damperlab.worker.solver.particle import FALLING, RUBBING, Particle, Wall
 try:
     import fcntl
     import resource
-except (
-    ImportError
-):  # not a POSIX system: every process compiles for itself, and ends where the elements change
+except ImportError:  # not a POSIX system: every process compiles alone, and ends where elements change
     fcntl = resource = None  # type: ignore[assignment]
 
 SHARE = 1 / 3
