@@ -265,7 +265,7 @@ def check_alone(options: Mapping[str, object], needed: str) -> None:
     """
     for option, value in options.items():
         if value:
-            message = f"found without {needed}, where it changes nothing; leave it out"
+            message = f"found without {needed}, which it needs for an effect; leave it out"
             raise typer.BadParameter(message, param_hint=option)
 
 
