@@ -16,8 +16,9 @@ KEY = "docs/reproduction.md"
 RECOMPUTED = ("figures 10 and 9", "table 4", "the paper beside itself")
 """Sections that take seconds: a test computes them anew and compares every number."""
 INTRODUCTION = (
-    "This is the report that `damperlab check paper -o DIR` writes, which draws the figures beside it. Every number stands "
-    "beside the paper's, with every reading tried of what the paper leaves open, and where the paper disagrees with itself."
+    "`damperlab check paper -o DIR` writes this report, and draws the figures next to it. It compares "
+    "every number with the paper's, for every reading of the paper's open choices. The last section "
+    "lists contradictions within the paper."
 )
 
 

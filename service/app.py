@@ -127,7 +127,7 @@ def create_app(settings: Settings) -> FastAPI:
         version=code_version(),
         description=DESCRIPTION,
         lifespan=_lifespan,
-        # The framework's own pages load their scripts from elsewhere; / is ours and loads nothing from there.
+        # The framework's own pages load their scripts from other hosts; / is ours and loads nothing from there.
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -268,7 +268,7 @@ class _Server(uvicorn.Server):
                 try:
                     connection.overdue(now)
                 except Exception:
-                    # no connection ends the service: what leaves this loop would
+                    # no connection may end the service, as an exception that leaves this loop would
                     _log.exception("a connection could not be ended in order")
                     connection.transport.abort()
         return await super().on_tick(counter)
@@ -296,9 +296,9 @@ def serve(settings: Settings) -> None:
     """
     start_logging(settings.log_level, settings.log_format)
     if threading.current_thread() is threading.main_thread():
-        # uvicorn shuts down on SIGTERM and then raises it anew; a service that stopped as asked did not fail.
+        # uvicorn shuts down on SIGTERM and then raises it again; a requested stop is no failure
         signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(0))
-    # what the service writes, and the workers that it starts, is nobody else's to read
+    # files of the service and of its workers are private to this user
     os.umask(0o077)
     config = uvicorn.Config(
         create_app(settings),
@@ -309,11 +309,11 @@ def serve(settings: Settings) -> None:
         server_header=False,
         http=Connection,
         h11_max_incomplete_event_size=HEAD_LIMIT_BYTES,
-        # who asks is known by the connection, not by what a header says of it
+        # the caller is identified by the connection, not by a header
         proxy_headers=False,
         ws="none",
         lifespan="on",
-        # longer than clients usually keep one: a connection that ends as it is used again loses a request
+        # longer than clients usually keep one: a connection that ends as it is reused loses a request
         timeout_keep_alive=65,
         ssl_certfile=settings.tls_certificate,
         ssl_keyfile=settings.tls_key,
@@ -322,5 +322,5 @@ def serve(settings: Settings) -> None:
     try:
         _Server(config).run()
     except KeyboardInterrupt:
-        # Raised anew after the shutdown that Ctrl-C asked for.
+        # raised again after a shutdown by Ctrl-C
         return

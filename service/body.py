@@ -53,7 +53,7 @@ def media_type(request: Request, allowed: tuple[str, ...]) -> str:
     """
     found, _, rest = request.headers.get("content-type", "").lower().partition(";")
     found = found.strip()
-    # read by hand: the standard library follows RFC 2231, for mail, and fails on what that makes of odd parameters
+    # parsed by hand: the standard library follows RFC 2231, for mail, and fails on odd parameters
     written = [value.strip() for name, _, value in map(_parted, rest.split(";")) if name.strip() == "charset"]
     charset = written[0].strip('"') if written else "utf-8"
     encoding = request.headers.get("content-encoding", "identity").strip().lower()

@@ -103,7 +103,7 @@ def run_design(settings: Settings, design_id: str, wake: "Connection[object, obj
         Called when studies have been entered, so that the service checks for them immediately.
     """
     stop = _Stop()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the service, which ends this process
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the service handles Ctrl-C, and ends this process
     signal.signal(signal.SIGTERM, stop.ask)
     stand_back()
     _bound_memory(settings.work_memory_bytes)
@@ -161,7 +161,7 @@ class _Search:
         submitter.set(self.kept.owner)
         self._started = now() if self.kept.round is None else self.kept.round.started
         self._asked = parse_specification(self.kept.specification, self.settings.records)
-        if self.kept.round is None:  # it runs from now on, also while all that it asks for is stored
+        if self.kept.round is None:  # it counts as running from now on, even while all is stored
             self.shelf.follow(self.kept.id, Round("the first look", 0, 0, 0, (), None, self._started))
         rounds = designing(self._asked, self.kept.budget_points)
         number = 1
@@ -173,7 +173,8 @@ class _Search:
         except StopIteration as end:
             found: Found = end.value
         if not self.shelf.ended(self.kept.id):
-            # the service names this class to start a search, and draws nothing: a figure's library is loaded where one is drawn
+            # the service imports this module to start a search, and draws nothing: matplotlib is imported only for a
+            # figure
             from damperlab.service.design_report import keep_answer
 
             keep_answer(self.shelf, self.kept.id, found, number, self._started)
@@ -272,7 +273,7 @@ class _Search:
                 if not waited:
                     self._follow(ask, number, str(refused))
                 waited = True
-                self._tell()  # those that are entered make room as they end
+                self._tell()  # entered studies make room as they end
                 self._pause(ROOM_SECONDS)
         if waited:
             self._follow(ask, number)
@@ -305,7 +306,8 @@ class _Search:
             if record.ended:
                 why = f": {record.message}" if record.message else ""
                 raise _Unable(
-                    f"Study {study_id}, which the design needs, is {record.state}{why}. Resume the design to go on with it."
+                    f"Study {study_id}, which the design needs, is {record.state}{why}. Resume the design to "
+                    "continue it."
                 )
             self._pause(LOOK_SECONDS)
 

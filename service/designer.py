@@ -105,7 +105,7 @@ class Designer:
             runs = list(self._runs.values())
         for run in runs:
             run.process.terminate()
-        give_up = time.monotonic() + STOP_SECONDS  # one grace for all: a shutdown has an end of its own
+        give_up = time.monotonic() + STOP_SECONDS  # one time limit for all: a shutdown has its own
         for run in runs:
             run.thread.join(max(0.0, give_up - time.monotonic()))
         for run in runs:

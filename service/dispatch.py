@@ -72,16 +72,16 @@ class Dispatcher:
         self._runners_store = runs
         self._at_once = at_once
         self._lock = threading.Lock()
-        # replaced and never changed, so that whoever asks what runs waits for no lock
+        # replaced and never changed, so that readers need no lock
         self._runs: Mapping[str, _Run] = {}
         self._progress: dict[str, Progress] = {}
         self._retries = 0
         self._not_before: dict[str, float] = {}
-        # small studies that could not be run with others
+        # small studies that could not be run together
         self._alone: set[str] = set()
-        # who has begun a study, and as which one of all: who had to wait longest comes next
+        # submitters with their latest start, as a counter: the one who has waited longest is next
         self._turns: dict[str | None, int] = {}
-        # at first for what was cut short
+        # at first for interrupted deletions
         self._leaving: list[threading.Thread] = []
         self._untidy = threading.Event()
         self._untidy.set()
@@ -146,8 +146,8 @@ class Dispatcher:
             record.id, "cancelled", only_from=("queued", "running"), at_once=False
         )
         self._tidy()
-        # A run that begins from now on finds the study cancelled. One that somebody has resumed meanwhile is stopped
-        # for nothing: it leaves the study queued, and the next one goes on.
+        # A run that starts from now on finds the study cancelled. One that was resumed meanwhile is stopped in vain:
+        # it leaves the study queued, and the next run continues.
         with self._lock:
             run = self._runs.get(record.id)
         if cancelled.state == "cancelled" and run is not None:
@@ -200,7 +200,7 @@ class Dispatcher:
         for background in self.backgrounds:
             background.tell_to_close()
         self._dispatching.close()
-        # not until all files are gone: what is left is found by the next start
+        # not until all files are removed: the next start finds the rest
         self._removing.close(LOOK_SECONDS)
         self._cleaning.close(LOOK_SECONDS)
         with self._lock:
@@ -229,9 +229,9 @@ class Dispatcher:
         with self._lock:
             leaving, self._leaving = self._leaving, []
         try:
-            for thread in leaving:  # lest it write what is removed
+            for thread in leaving:  # so that it does not write removed files
                 thread.join(STOP_SECONDS)
-            # first what makes room, which the marks may lack
+            # first the removals, which free room that the marks may need
             self._runners_store.bury(stop=lambda: self._removing.closing)
             self._runners_store.keep_late_marks(stop=lambda: self._removing.closing)
         except (StoreFault, OSError) as error:
@@ -244,9 +244,9 @@ class Dispatcher:
     def _start_runs(self) -> None:
         waiting = self._waiting()
         while waiting:
-            # of one priority the list is oldest first, and stays so for each who submits
+            # within a priority the list is oldest first, and stays so for each submitter
             waiting.sort(key=lambda one: (-one.priority, self._turns.get(one.owner, 0)))
-            # a batch of small ones, where the first is one of them and has company
+            # a batch of small ones, if the first is one of them and there are others
             small = [one.id for one in waiting if one.small and one.id not in self._alone][:MOST]
             together = len(small) >= COMPANY and small[0] == waiting[0].id
             ids = small if together else [waiting[0].id]
@@ -270,7 +270,7 @@ class Dispatcher:
 
     def _busy(self) -> bool:
         """Whether the limit of parallel runs is reached."""
-        # a thread that was ended from outside has not cleared up
+        # a thread that was killed has not cleaned up
         self._runs = {study_id: run for study_id, run in self._runs.items() if run.thread.is_alive()}
         return len({run.thread for run in self._runs.values()}) >= self._at_once
 
@@ -282,7 +282,7 @@ class Dispatcher:
             here = set(self._runs)
             now = time.monotonic()
             self._not_before = {key: until for key, until in self._not_before.items() if until > now}
-        # those that were put off, or begin here just now, may be the oldest
+        # postponed ones, or ones that are just starting, may be the oldest
         most = 2 * MOST + len(here) + len(self._not_before)
         found = self._store.unclaimed(owner_is_dead, most)
         return [one for one in found if one.id not in here and one.id not in self._not_before]
@@ -298,7 +298,7 @@ class Dispatcher:
                 len(left),
             )
         except BaseException as error:
-            # each run alone says what is wrong with it, or waits for the cluster
+            # each separate run reports its own error, or waits for the cluster
             _log.warning("%d small studies are run one by one: %s", len(ids), error)
         finally:
             with self._lock:
@@ -317,7 +317,7 @@ class Dispatcher:
                 lambda progress: self._follow(study_id, progress),
                 stop,
                 only_from=("queued", "running"),
-                # whoever cancels says so in the catalogue: stopped otherwise, or resumed since, it waits for its next turn
+                # a cancelled study is so in the catalogue; any other stopped one waits for its next turn
                 stopped_as="queued",
                 outage_as="queued",
                 wait_seconds=WAIT_SECONDS,
@@ -332,17 +332,17 @@ class Dispatcher:
             if record.state == "queued" and not stop.is_set():
                 self._put_off(study_id, record.message or "it was cancelled and resumed elsewhere")
         except ClusterUnusable as error:
-            # Nothing is wrong with the study: a scheduler may be starting, or come back.
+            # The study is not at fault: a scheduler may be starting, or come back.
             self._put_off(study_id, str(error))
         except (StudyBusy, StudyNotFound) as error:
             _log.info("study %s is left alone: %s", study_id, error)
-            with self._lock:  # clocks that differ may show it as free again at once
+            with self._lock:  # clocks that differ may show it as free immediately
                 self._not_before[study_id] = time.monotonic() + AGAIN_SECONDS
         except (StoreFault, OSError) as error:
-            # The catalogue cannot be written, or a connection broke: the study is taken up again from where it is.
+            # The catalogue cannot be written, or a connection broke: the study is continued from its present state.
             self._put_off(study_id, str(error))
         except BaseException as error:
-            # A defect, or a cluster that does not come up: this study is put down, and the others go on.
+            # A defect, or a cluster that does not start: this study fails, and the others continue.
             _log.exception("study %s failed", study_id)
             self._put_down(study_id, f"{type(error).__name__}: {error}")
         finally:

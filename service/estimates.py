@@ -67,9 +67,9 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
     -------
     dict
         ``points``, ``blocks``, ``bytes`` (before compression); ``seconds`` (on one core, including compiling) and
-        its likely range ``seconds_low`` to ``seconds_high``; ``compiling_seconds`` (its part for compiling) and
-        ``kernels_missing`` (scenes to compile on this machine); ``digest``, ``definition``, and ``understood``
-        (assumptions, derived ratios, and unusual values, in sentences).
+        its likely range ``seconds_low`` to ``seconds_high``. ``compiling_seconds`` is its part for compiling, and
+        ``kernels_missing`` the number of scenes to compile on this machine. Also ``digest``, ``definition``, and
+        ``understood``: assumptions, derived ratios, and unusual values, in sentences.
     """
     lacking = missing(scenes(study))
     compiling = sum(scene.seconds for scene in lacking)
@@ -83,7 +83,7 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
         "blocks": plan.count,
         "bytes": study.points * bytes_per_point(study),
         "seconds": seconds + compiling,
-        # the compiler takes twice as long on a machine that is busy
+        # compiling takes twice as long on a busy machine
         "seconds_low": seconds / doubt + compiling / 2,
         "seconds_high": seconds * doubt + 2 * compiling,
         "compiling_seconds": compiling,

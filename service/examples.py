@@ -286,7 +286,7 @@ def _complete_operation(path: str, method: str, operation: dict[str, Any]) -> No
     statuses = [*EDGE]
     if scope_of(method, path) is not None:
         statuses += WITH_KEY
-        # on loopback nobody is asked for a key
+        # no key is required on loopback
         operation["security"] = [{}, {"key": []}, {"session": []}]
     if method not in SAFE_METHODS:
         statuses += (403, 415)

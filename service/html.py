@@ -77,11 +77,11 @@ def drawing(figure: "Figure", caption: str) -> str:
 
     drawn = io.BytesIO()
     for axes in figure.axes:
-        axes.set_title("", loc="left")  # the caption says it, in the units of the study
-    # letters as outlines: another machine's fonts are of other widths
+        axes.set_title("", loc="left")  # the caption has it, in the units of the study
+    # letters as outlines: fonts on other machines have other widths
     with styled({"svg.fonttype": "path"}):
         figure.savefig(drawn, format="svg", metadata={"Date": None})
-    # in a picture of its own, so that the names of two drawings' parts are never mixed up
+    # as a separate image, so that ids of two drawings cannot collide
     data = base64.b64encode(drawn.getvalue()).decode()
     text = escape(caption)
     return f'<figure><img alt="{text}" src="data:image/svg+xml;base64,{data}"><figcaption>{text}</figcaption></figure>'

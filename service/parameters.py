@@ -144,7 +144,7 @@ def described(field: Field) -> str:
 
 def _single(field: Field) -> Any:
     """Define the parameter of one field."""
-    # which words are right is the question's to judge; that there is one is judged here, where nothing means the default
+    # the question checks the words; this checks that there is one, because an empty list would mean the default
     text: Any = Annotated[
         str, Described(min_length=1), WithJsonSchema({"type": "string", "enum": list(field.allowed)})
     ]
@@ -163,7 +163,7 @@ def _single(field: Field) -> Any:
     more = {name: limit for name, limit in limits.items() if limit is not None}
     if field.example:
         more["examples"] = [field.example]
-    # a list that is not given is told from one without a name in it
+    # distinguishes a missing list from one without a name
     optional = default is None
     if field.needed:
         optional, default = False, ...

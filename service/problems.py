@@ -197,7 +197,7 @@ STORE_UNAVAILABLE = "store-unavailable"
 _STORE_PROBLEMS: dict[type[StoreFault], tuple[int, str, str]] = {
     StudyNotFound: (404, "study-not-found", "There is no such study."),
     StudyBusy: (409, "study-busy", "The study is being worked on."),
-    KeyTaken: (422, "key-taken", "The key stands for another definition."),
+    KeyTaken: (422, "key-taken", "The key belongs to another definition."),
     RevisionGone: (
         410,
         "revision-gone",
@@ -209,11 +209,11 @@ _STORE_PROBLEMS: dict[type[StoreFault], tuple[int, str, str]] = {
     RecordDamaged: (503, "record-damaged", "A record cannot be read."),
     RecordNotFound: (404, "record-not-found", "There is no such record."),
     RecordKept: (409, "record-kept", "This record stays."),
-    ShelfFull: (507, "records-full", "No more records can be kept."),
+    ShelfFull: (507, "records-full", "No more records can be stored."),
     DesignDamaged: (503, "design-damaged", "A design cannot be read."),
     DesignNotFound: (404, "design-not-found", "There is no such design."),
     DesignBusy: (409, "design-busy", "The design has not ended."),
-    DesignsFull: (507, "designs-full", "No more designs can be kept."),
+    DesignsFull: (507, "designs-full", "No more designs can be stored."),
     CatalogueDamaged: (503, "catalogue-damaged", "The catalogue is damaged."),
     BlockDamaged: (503, "block-damaged", "Stored results cannot be read."),
 }
@@ -227,7 +227,7 @@ def store_problem(request: Request, error: Exception) -> Response:
     error = _deleted_meanwhile(request) or error
     status, kind, detail = next(
         (told for known, told in _STORE_PROBLEMS.items() if isinstance(error, known)),
-        # not the request's fault: the disk is full, or its folder cannot be written
+        # not the request's fault: the disk is full, or its folder is read-only
         (503, STORE_UNAVAILABLE, "The service cannot use its data."),
     )
     again = {"Retry-After": str(RETRY_SECONDS)} if kind in _TRY_AGAIN else {}
@@ -244,7 +244,7 @@ def _deleted_meanwhile(request: Request) -> StudyNotFound | None:
     except StudyNotFound as gone:
         return gone
     except StoreFault:
-        pass  # which says nothing of the study
+        pass  # the study itself may be intact
     return None
 
 

@@ -21,7 +21,7 @@ STALE_SECONDS = 5.0
 """An older check is ignored: the store or the disk hangs."""
 PROBE = ".ready"
 """The file that is written and removed to test whether a folder is writable."""
-_PROBE_BYTES = 8192  # more than a file system keeps without a block of the disk
+_PROBE_BYTES = 8192  # more than a file system stores without a block of the disk
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ class Scrub:
                     except (_Closing, StoreFault, OSError):
                         raise
                     except Exception as error:
-                        # one study that cannot be compared keeps no other from it
+                        # a study that cannot be compared does not prevent the others
                         self.background.note(error)
             cursor = page.cursor
             if cursor is None:
@@ -68,14 +68,14 @@ class Scrub:
 
     def _look_at(self, record: Record) -> None:
         try:
-            record = self._store.find(record.id)  # the page may be hours old
+            record = self._store.find(record.id)  # the list may be hours old
             damages = list(verify(self._store, record, self._pause)) if record.owner is None else []
             now = self._store.find(record.id)
             if now.owner is not None or (now.revision, now.provenance) != (
                 record.revision,
                 record.provenance,
             ):
-                return  # it was worked on meanwhile: what was seen may be of two moments
+                return  # a process worked on it meanwhile: the findings may belong to two moments
         except StudyNotFound:
             return
         told = [

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 PREFIX = "DAMPERLAB_"
 OTHER_VARIABLES = (
-    # of kernels, workers, and the client
+    # variables of kernels, workers, and the client
     *("CACHE_DIR", "TARGET", "CLUSTER_TLS", "URL", "KEY", "KEY_FILE"),
     # of tests
     *("DURATIONS", "PICTURES"),
@@ -41,7 +41,7 @@ class Settings(BaseSettings):
         extra="forbid",
         frozen=True,
         env_ignore_empty=True,
-        # how a limit that has a default is lifted
+        # removes a limit that has a default
         env_parse_none_str="none",
     )
 

@@ -285,8 +285,9 @@ def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
     -------
     dict
         ``metrics`` (the cube's variables), ``state``, ``events``, ``cycles``, ``history`` (columns by name),
-        ``status`` and ``response_class`` in words; ``settles_after_cycles`` where the response repeats; ``attractors`` where
-        starts were asked for; ``wall`` with the ``stiffness`` over k and the ``damping`` over k/ω_n of a compliant one.
+        ``status`` and ``response_class`` in words. ``settles_after_cycles`` if the response repeats, and
+        ``attractors`` if starts were requested. ``wall`` with the ``stiffness`` over k and the ``damping`` over
+        k/ω_n of a compliant one.
     """
     settings = _settings(asked, cycles_limit)
     answer = simulate(

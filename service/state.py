@@ -102,7 +102,7 @@ StudyId = Annotated[
 
 
 async def _study(request: Request, service: TheService, study_id: StudyId) -> Record:
-    known: Record | None = request.scope.get("study")  # looked up at the door
+    known: Record | None = request.scope.get("study")  # already looked up by the dependency
     return known or await service.looks.ask(study_id)
 
 
@@ -113,7 +113,7 @@ def _exact_study(
 ) -> Record:
     record = service.store.find(study_id)
     if record.id != study_id:
-        # The start of an id or a name is enough to look, but a slip of the pen must not delete a study.
+        # The beginning of an id or a name is enough for reading, but a typing error must not delete a study.
         advice = f"write {record.id} if you mean {record.name}"
         told = f"A study is changed by its complete id alone, and {printable(study_id)} is not one."
         raise StudyNotFound(Fault("study", describe(study_id), "a whole id", advice, told))

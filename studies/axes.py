@@ -249,7 +249,7 @@ def _distinct(span: Range) -> bool:
     width = (
         math.log(span.stop / span.start) if span.spacing == "log" else (span.stop - span.start) / span.stop
     )
-    # Values are rounded by 1.2e-16 at most; only steps near that need a look at the values.
+    # Values are rounded by at most 1.2e-16; only steps near that need a check of the values.
     return width / (span.num - 1) > 1e-12 or bool(np.all(np.diff(span.values()) > 0.0))
 
 

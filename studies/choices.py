@@ -183,7 +183,7 @@ def _choice(
 
     def check(raw: Any) -> Any:
         if plain and raw == {key: tags[0]}:
-            return tags[0]  # written as those with settings are
+            return tags[0]  # written like those with settings
         written = isinstance(raw, dict | BaseModel) or (plain and isinstance(raw, str))
         if not written:
             allowed = tags[0] if plain else f"a mapping, such as {{{key}: {tags[0]}}}"

@@ -172,7 +172,7 @@ class Study(Choice):
         except ValidationError as error:
             raise StudyFaults(faults_of(error, KEYS, document)) from None
 
-    # so that pydantic validates documents without coming through here, which would check them twice
+    # otherwise pydantic would validate through this method, and check documents twice
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
     @model_validator(mode="wrap")
@@ -200,7 +200,7 @@ class Study(Choice):
             faults.extend([fault] if fault else [])
         if study is None or faults:
             raise StudyFaults(faults)
-        # kept as a cached property is: it is no part of the definition, and equal studies may differ in it
+        # stored like a cached property: it is not part of the definition, and equal studies may differ in it
         study.__dict__["assumed"] = assumed(given)
         return study
 
@@ -304,7 +304,7 @@ class Study(Choice):
         if before := [name for name in BEFORE if name in self.coordinates]:
             settings["before"] = before  # points of other dimensions are other points
         if self.over_amplitudes and self.physical is not None:
-            # what force, clearance and base amplitude become as ratios
+            # the ratios of force, clearance and base amplitude
             given = self.physical.values()
             structure = {name: given.get(name) for name in ("mass_kg", "natural_frequency_hz")}
             structure |= {name: given[name] for name in MADE_BY.values() if name in given}
@@ -333,7 +333,7 @@ class Study(Choice):
         return dumped
 
     def _spec(self, name: str) -> AxisSpec:
-        # Validation leaves no ratio empty that is neither made of the physical block nor the particle's.
+        # Validation leaves a ratio empty only if the physical block gives it or it belongs to an absent particle.
         spec: AxisSpec = getattr(self.axes if name in Axes.model_fields else self, name)
         return spec
 

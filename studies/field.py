@@ -121,7 +121,7 @@ def asked(default: Any, help: str, **more: Any) -> Any:
         As in `Field`.
     """
     about = {"field": Field(help, default=default, **more)}
-    if isinstance(default, Mapping):  # no default that a dataclass takes as it is
+    if isinstance(default, Mapping):  # no default that a dataclass can take directly
         return field(default_factory=lambda: default, metadata=about)
     return field(default=default, metadata=about)
 

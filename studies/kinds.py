@@ -182,6 +182,6 @@ def shown_axes(
     favourites = [name for name in kind_of(sizes).axes if name in sizes]
     free = [name for name in favourites if name not in {*taken, x, y}]
     free.sort(key=lambda name: sizes[name] == 1)
-    # where none is left the question is refused for naming a dimension twice
+    # if none is left the question is refused for naming a dimension twice
     free += favourites
     return x or free.pop(0), y or free.pop(0)

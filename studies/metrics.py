@@ -15,7 +15,7 @@ def read_metrics(raw: object, variables: Collection[str], field: str = "") -> tu
     variables : collection of str
         Every allowed name, in the cube's order.
     field : str
-        Where `raw` stands, for the faults.
+        Path of `raw`, for the faults.
 
     Returns
     -------

@@ -195,7 +195,7 @@ def make_plan(study: AnyStudy, cost: Cost) -> Plan:
         rows = chunk_of(shape[:-1], max(1, size // shape[-1]))
         return plan_with_chunk(study, (*rows, shape[-1]), cost)
     chunk = chunk_of(shape, size)
-    # Whole rows are preferred to exact sizes, which may make more blocks than were asked for.
+    # Complete rows are preferred to exact sizes, which may make more blocks than requested.
     while math.prod(-(-n // c) for n, c in zip(shape, chunk, strict=True)) > MAX_BLOCKS:
         size += -(-size // 4)
         chunk = chunk_of(shape, size)
@@ -238,7 +238,7 @@ def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
     picked = []
     for name, values in study.coordinates.items():
         count = min(len(values), _SAMPLES.get(name, _FEWEST_SAMPLES))
-        # Centres of equal parts: the ends of an axis stand for less of it than its inside.
+        # Centres of equal parts: the ends of an axis represent a smaller part of it than its inside.
         picked.append(values[((np.arange(count) + 0.5) * len(values) / count).astype(np.int64)])
     mesh = np.meshgrid(*picked, indexing="ij")
     points = {name: axis.ravel() for name, axis in zip(study.coordinates, mesh, strict=True)}

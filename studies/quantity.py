@@ -67,7 +67,7 @@ class Quantity:
         """
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise StudyFaults([Fault(field, describe(raw), self.allowed, number_advice(raw, self.unit))])
-        # An integer too large for a float is compared as it is, and never converted.
+        # An integer too large for a float is compared unchanged, and never converted.
         if not self.admits(raw):
             raise StudyFaults([Fault(field, describe(raw), self.allowed, self.advice)])
         return float(raw) + 0.0  # -0.0 + 0.0 is 0.0: two spellings of one number
@@ -110,8 +110,8 @@ CLEARANCE_RATIO = Quantity(
 FRICTION_RATIO = Quantity(
     "friction_ratio", "friction ratio γ_F = F_f/(kZ)", 0.0, 1e12, "give 0 for a scene without friction"
 )
-# Outside, one excitation cycle holds more than 10^4 natural periods, or the reverse: the response is
-# quasi-static or isolated, and the closed forms lose the digits of their smaller term.
+# Outside, one excitation cycle holds more than 10^4 natural periods, or the reverse: the response is quasi-static or
+# isolated, and the closed forms lose the accuracy of their smaller term.
 FREQUENCY_RATIO = Quantity(
     "frequency_ratio",
     "frequency ratio r = ω/ω_n",

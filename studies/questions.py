@@ -353,7 +353,7 @@ class Simulated:
         None,
         "Largest number of samples of the time history.",
         least=2,
-        # a file has them all
+        # a file contains all of them
         doors=("http", "client"),
     )
     excitation: Excitation = asked(

@@ -151,7 +151,7 @@ def _refused(found: str, allowed: str, advice: str, told: str = "") -> StudyFaul
 
 
 def _load_json(text: str, studies: int) -> Any:
-    # Counting characters costs little beside parsing them, and the guard would refuse the same later.
+    # Counting characters is cheap compared with parsing them, and the guard would refuse the same later.
     most = 2 * studies
     if text.count("{") + text.count("[") > most * MAX_CONTAINERS or text.count(",") > most * MAX_VALUES:
         told = f"The document has far more values than a study needs; at most {MAX_VALUES:,} are allowed."

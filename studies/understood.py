@@ -179,7 +179,7 @@ def _unusual(made: Mapping[str, Ends], damping: float, forced: bool, where: str,
                 f"The {moves.format(f'more than {1.0 / FEW:g}')} the clearance ({shown}): check the units of "
                 f"`clearance_m` and {key}."
             )
-        # undamped by anything else the structure moves Z/(2ζ) at resonance, and never more than twice that on the way there
+        # without other damping the structure moves Z/(2ζ) at resonance, and never more than twice that before
         if damping > 0.0 and low > max(1.0 / damping, MANY):
             found.append(
                 f"The clearance is larger than any motion ({shown}), so that the particle meets no wall: check the units of "

@@ -1,1 +1,1 @@
-"""How a design point is computed: physics, solver, steady states, and the Dask door."""
+"""Computing a design point: physics, solver, steady states, and the interface to Dask."""

@@ -132,7 +132,7 @@ def find_attractors(design: Design, starts: int, seed: int, settings: Settings) 
 
 def _next_to(rest: State) -> Iterator[State]:
     for times in NUDGES:
-        # under a force the base has no velocity, and without a particle nothing is next to rest
+        # under a force the base has no velocity, and without a particle no start is next to rest
         if rest.w == 0.0:
             if rest.gap > 0.0:
                 yield rest._replace(gap=rest.gap * (1.0 + times * NUDGE))

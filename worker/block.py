@@ -71,11 +71,11 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
         values["run_time"][linear] = (thread_time() - began) / np.count_nonzero(linear)
     chosen = np.flatnonzero(~linear if known is None else ~(linear | known.reshape(-1)))
     if chosen.size:
-        # have the kernels ready before a point is timed
+        # compile the kernels before a point is timed
         for scene in scenes(study):
             warm(scene)
     if isinstance(study.start, Continuation):
-        # a point that is known already still hands its state on: nothing is left out
+        # a known point still passes its state on: nothing is left out
         _solve_rows(study, points, np.flatnonzero(~linear), values, block.shape[-1])
     elif isinstance(study.start, Ensemble):
         _solve_ensembles(study, study.start, points, chosen, values)
@@ -133,7 +133,7 @@ def _solve_rows(
     settings = _settings(study)
     if isinstance(study.start, Continuation) and study.start.direction == "down":
         chosen = chosen[np.lexsort((-chosen, chosen // frequencies))]
-    last: tuple[int, float | Forced, State] | None = None  # row, frequency and end of the point before
+    last: tuple[int, float | Forced, State] | None = None  # row, frequency and end of the previous point
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
         row = i // frequencies

@@ -77,7 +77,7 @@ def _code(code: CodeType) -> Iterator[str]:
     for number, constant in enumerate(code.co_consts):
         if isinstance(constant, CodeType):
             yield from _code(constant)
-        elif number or not isinstance(constant, str):  # a docstring is the first
+        elif number or not isinstance(constant, str):  # the first constant is a docstring
             yield f"{type(constant).__name__} {constant!r}"
 
 

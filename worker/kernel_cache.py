@@ -99,7 +99,7 @@ def shipped_folder() -> Path:
 
 def is_private(folder: Path) -> bool:
     """Whether only this user and the superuser can write files there, or replace it or a folder above it."""
-    if not hasattr(os, "getuid"):  # not a POSIX system: the user's folders are the user's
+    if not hasattr(os, "getuid"):  # not a POSIX system: the user's folders belong to the user
         return True
     trusted = (0, os.getuid())
     try:
@@ -108,7 +108,7 @@ def is_private(folder: Path) -> bool:
         return False
     if places[0].st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         return False
-    # in a sticky folder, such as /tmp, others cannot rename what is not theirs
+    # in a sticky folder, for example /tmp, others cannot rename files of another user
     open_modes = (place.st_mode & (stat.S_IWGRP | stat.S_IWOTH) for place in places)
     return all(
         place.st_uid in trusted and (not writable or place.st_mode & stat.S_ISVTX)
@@ -166,7 +166,7 @@ class KernelCache:
     def __init__(self, function: Callable[..., Any]) -> None:
         self._name = f"{function.__module__.rpartition('worker.')[2]}.{function.__qualname__}"
         source = Path(inspect.getfile(function)).resolve()
-        # of the sources of a kernel outside the package the identity knows nothing
+        # the identity does not cover sources of a kernel outside the package
         if not source.is_relative_to(_HERE.resolve()) and source.exists():
             self._name += f".{hashlib.sha256(source.read_bytes()).hexdigest()[:8]}"
 
@@ -259,5 +259,5 @@ def _keep(path: Path, stored: _Stored) -> None:
         with NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as file:
             file.write(json.dumps(head).encode() + b"\n" + kernel)
         Path(file.name).replace(path)
-    except OSError:  # a full disk: the kernel serves this process all the same
+    except OSError:  # a full disk: the kernel still serves this process
         Path(file.name).unlink(missing_ok=True)

@@ -113,7 +113,7 @@ def judged(error: Exception, index: int, failures: int) -> Failure | None:
     if isinstance(error, WrongCode):
         raise Interrupted(str(error)) from error
     if isinstance(error, ShelfAway):
-        # it was tried for a while by the worker
+        # the worker has already retried for a while
         raise Outage(f"a worker cannot reach the study's data ({error})") from error
     text = f"{type(error).__name__}: {error}"
     if isinstance(error, OSError) and is_full(error):

@@ -120,7 +120,9 @@ def simulate_ready(
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
         if design.forced:
-            raise ValueError("rk4 knows a shaken base only: leave `excitation` out, or use the event solver")
+            raise ValueError(
+                "rk4 supports a shaken base only: leave `excitation` out, or use the event solver"
+            )
         if cycles is None:
             raise ValueError("rk4 stops after a number of cycles: give `cycles`")
         one = design.particle
@@ -221,7 +223,7 @@ def _march(
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
-    meter = None if measured else Meter(sums)  # what has been measured is only shown
+    meter = None if measured else Meter(sums)  # measured results are only displayed
     peaks = np.zeros((2 * cycles + 1, 2))
     state = at_rest(design.excitation, friction, particle) if start is None else start
     stored = stored_energy(state, base_rate_at_phase_zero(design.excitation), particle)
@@ -297,7 +299,7 @@ def _measures(
     time = 2.0 * pi * cycles / design.frequency_ratio
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
-    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last half
+    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not only of the last half
     end = stored_energy(state, base_rate_at_phase_zero(design.excitation), design.particle)
     residual = energy_residual(sums, stored, end)
     return {

@@ -238,8 +238,8 @@ def require_begun_alike(study_id: str, recorded: Mapping[str, str], now: Mapping
 
 def _begun_otherwise(study_id: str, recorded: Mapping[str, str], now: Mapping[str, str]) -> WrongCode:
     return WrongCode(
-        f"the study was begun by {_words(recorded)}, and here is {_words(now)}: "
-        f"finish it with the former, or compute it beside with `damperlab recompute {study_id}`"
+        f"the study was started by {_words(recorded)}, and here is {_words(now)}: "
+        f"finish it with the former, or compute a new version with `damperlab recompute {study_id}`"
     )
 
 

@@ -1,7 +1,7 @@
 """The paper's own method (its Figure 2), for comparison: fixed-step Runge–Kutta; impacts are detected at the ends of
 steps.
 
-Its error is of first order in the step at every event: a step straddles the reversal or the impact, and the particle
+Its error is of first order in the step at every event. A step straddles the reversal or the impact, and the particle
 is already beyond the wall when the impact is detected.
 """
 

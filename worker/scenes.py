@@ -28,8 +28,8 @@ Purpose = Literal[
     "rk4",
 ]
 """The requested results: the steady response with energies, without, or also with the acceleration; its motion,
-displayed; a motion from rest, measured; the response to a record without or with its time history; the accuracy of
-an integration; the steady response and a motion from rest by fixed steps.
+displayed; a motion from rest, measured. Also the response to a record without or with its time history; the accuracy
+of an integration; the steady response and a motion from rest by fixed steps.
 """
 
 _STEADY: tuple[Purpose, ...] = ("steady", "peaks", "acceleration")

@@ -28,7 +28,7 @@ from damperlab.worker.solver.particle import FALLING, RUBBING, Particle, Wall
 try:
     import fcntl
     import resource
-except ImportError:  # not a POSIX system: every process compiles for itself, and ends where what acts changes
+except ImportError:  # not a POSIX system: every process compiles alone, and ends where elements change
     fcntl = resource = None  # type: ignore[assignment]
 
 SHARE = 1 / 3
@@ -69,7 +69,7 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
     """Compile the first scene that no other process is compiling, then those with the same elements, then others
     while memory is left.
 
-    The elements of a scene determine most of its code: six scenes of a hybrid damper take 44 s of CPU time in one
+    The elements of a scene determine most of its code. Six scenes of a hybrid damper take 44 s of CPU time in one
     process, and 69 s in separate ones. A process that continues with another damper still saves a third of its first
     scene: numba compiles its own code first, and both share some. Compiled parts stay in memory, 0.2 GB for a large
     scene, so a process that holds much ends instead of continuing with other parts.
@@ -91,7 +91,7 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
         alike = [scene for scene in left if scene[1:] == made[1:]]
         others = [scene for scene in left if scene not in alike]
         next_ones = chain(alike, (scene for scene in others if _has_held() < _much()))
-    if len(left) == len(wanted):  # others compile all of them: until the first is done
+    if len(left) == len(wanted):  # others compile all of them, until the first is done
         _made_by_name(left[0], wait=True)
 
 
@@ -174,7 +174,7 @@ def compile_apart(
                 require_done(process)
                 if 0 < len(left) < lacked:
                     running.append((start_apart(left, cache), len(left)))
-            if not running:  # kept elsewhere, as where this folder cannot be written
+            if not running:  # stored in another place, because this folder cannot be written
                 yield from ((scene, time.monotonic() - began) for scene in left)
                 return
             time.sleep(0.02)
@@ -281,7 +281,7 @@ def _steady(scene: Scene) -> None:
     one = excitation_of(1.0, scene.forced)
     rest = at_rest(one, friction, particle)
     settle(0.1, one, friction, particle, settings, rest)
-    # what ensembles start from
+    # the initial states of ensembles
     moving(0.0, 0.0, 0.0, 0.0, one, friction, particle)
 
 

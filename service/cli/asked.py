@@ -65,7 +65,7 @@ def asks(command: Command) -> Command:
 
     parameters: list[inspect.Parameter] = []
     for name, each in signature.parameters.items():
-        if name in questions:  # its options stand in the help where it stands in the command
+        if name in questions:  # its options appear in the help at its position in the command
             mine = [field.name for field in fields_of(questions[name]) if field.name in more]
             parameters += [parameter(field, *more.pop(field)) for field in mine]
         else:
@@ -163,7 +163,7 @@ def with_parameters(command: Any, parameters: list[inspect.Parameter]) -> Comman
     """Give a command the parameters that typer reads."""
     command.__signature__ = inspect.Signature(parameters)
     command.__annotations__ = {each.name: each.annotation for each in parameters}
-    del command.__wrapped__  # its signature is not this one
+    del command.__wrapped__  # its signature differs
     return command  # type: ignore[no-any-return]
 
 
@@ -262,7 +262,7 @@ def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str])
 def _named(
     option: str, written: Iterable[str] | None, names: tuple[str, ...], form: str
 ) -> Iterator[tuple[str, str]]:
-    """Read ``name=value`` as `read_named`; a name of the physical block of a study is that of the coordinate."""
+    """Read ``name=value`` as `read_named`; names of a study's physical block mean its coordinates."""
     assignments = (
         f"{ALIASES.get(name, name)}{equals}{text}"
         for name, equals, text in (each.partition("=") for each in written or ())

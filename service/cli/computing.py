@@ -199,7 +199,7 @@ class Computer(ExitStack):
                         self._lent,
                         _Told(progress),
                         stop,
-                        # asked to go on with what it is now; whoever cancels it meanwhile is heard
+                        # the state at this moment is resumed; a later cancel is respected
                         only_from=("queued", "running", record.state),
                         here_seconds=self._here_seconds,
                         wait_seconds=self._means.wait_seconds,
@@ -266,7 +266,7 @@ class Computer(ExitStack):
 
     @contextmanager
     def _lent(self) -> "Iterator[Client]":
-        # loaded only where a cluster is needed: it is most of what a tiny study would cost
+        # imported only if a cluster is needed: the import takes most of the time of a tiny study
         from damperlab.service.cluster import SharedCluster
 
         if self._cluster is None:

@@ -66,9 +66,7 @@ def design(
     with working("Planning"):
         budget = budget_of(asked)
         if dry_run:
-            next(
-                designing(asked, budget)
-            )  # a budget that ends before the first look does is refused here too
+            next(designing(asked, budget))  # also refuses a budget that does not cover the first look
     unusual = unusual_specification(asked)
     if dry_run:
         _print_size(asked, budget, unusual, as_json)
@@ -134,8 +132,8 @@ class _Evaluation:
                 now = self._computer.compute(now, shown=progress.of_study(points))
             if now.state != "done":
                 note(
-                    "damperlab: stopped before the design was done. Run the same command again to go on with it; its study "
-                    f"{now.id} is {now.state}."
+                    "damperlab: stopped before the design was done. Run the same command again to continue "
+                    f"it; its study {now.id} is {now.state}."
                 )
                 raise typer.Exit(FAILED)
             points += now.points_total

@@ -90,7 +90,7 @@ def doctor(
 def _check(name: str, attempt: Callable[[], str]) -> Check:
     try:
         return Check(name, True, attempt())
-    except Exception as error:  # whatever it is, it is the finding
+    except Exception as error:  # any exception is the finding
         return Check(name, False, f"{type(error).__name__}: {error}")
 
 

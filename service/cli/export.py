@@ -66,7 +66,7 @@ def export(
     make_parent(output)
     with working(f"Writing {output}"):
         write_file(cube, output, file_format)
-    if crate or described == output.name:  # what is described must stay true
+    if crate or described == output.name:  # the crate must stay true
         write_crate(cube, output)
     missing = record.points_total - record.points_done
     unfinished = f"; {missing} of them are not computed yet (status -1)" if missing else ""

@@ -95,7 +95,7 @@ def report(error: Exception, as_json: bool) -> int:
     elif isinstance(error, UsageFault):
         kind, status, faults = "usage", BAD_USAGE, error.faults
     elif isinstance(fault := getattr(error, "fault", None), Fault):
-        # Store and cluster raise errors of their own that carry the one fault.
+        # Store and cluster raise errors of their own with a single fault.
         kind, faults = _kebab(type(error).__name__), (fault,)
         status = BAD_USAGE if kind in ("study-not-found", "design-not-found", "query-fault") else FAILED
     elif isinstance(error, OSError):
@@ -105,7 +105,7 @@ def report(error: Exception, as_json: bool) -> int:
     if as_json:
         _print_problem(kind, status, text if isinstance(error, StudyFaults) else _spelled(text), faults)
     else:
-        # of a study's own fields one may be called like an option
+        # a field of the study itself may have the name of an option
         lines = [str(fault) for fault in faults] or [text]
         for line in lines if isinstance(error, StudyFaults) else map(_spelled, lines):
             note(f"damperlab: {line}")
@@ -121,7 +121,7 @@ def _of_system(error: OSError) -> str:
 
 def _report_usage(error: typer.TyperException, as_json: bool) -> int:
     faults = _faults_of_value(error)
-    # the library that reads the options puts the name of its own exception before the message
+    # the option parser puts the name of its exception before the message
     text = " ".join(map(str, faults)) or _with_nearest(error.format_message().replace("Value error, ", ""))
     text = _ratio_for(error) or text
     if as_json:

@@ -185,7 +185,7 @@ def _of_response() -> _Way:
         verdict,
         fit_document,
         write_fit,
-        # a study can be made of every frequency response
+        # every frequency response gives a study
         lambda question: None,
         "sets of parameters",
     )

@@ -41,7 +41,7 @@ def create(
     from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
     lasts = None if expires is None else lasting(expires, "--expires")
-    os.umask(0o077)  # as the service's: a folder that this makes no other user can read
+    os.umask(0o077)  # as for the service: a folder created here is private to this user
     store = open_store(data_dir)
     try:
         key, secret = AccessKeys(store.catalogue).create(owner or getpass.getuser(), (scope,), lasts)

@@ -184,7 +184,7 @@ def contact_document(contact: ContactModel, written: str | None) -> dict[str, An
     if written is None:
         if contact != "instant":
             message = (
-                f"--contact {contact} needs to know how long a contact lasts. Add --contact-time TIME, in units "
+                f"--contact {contact} needs the duration of a contact. Add --contact-time TIME, in units "
                 f"of 1/ω_n, as in --contact-time 0.1, or one of the times that the paper gives: {', '.join(CONTACT_TIMES)}."
             )
             raise typer.BadParameter(message, param_hint="--contact")
@@ -220,7 +220,7 @@ def read_time(text: str | None) -> datetime | None:
         return None
     now = datetime.now().astimezone()
     with suppress(ValueError):
-        # a time of day alone is of today, or of tomorrow
+        # a time of day without a date is that of today or tomorrow
         alone = datetime.combine(now.date(), time.fromisoformat(text)).astimezone()
         return alone if alone > now else (alone.replace(tzinfo=None) + timedelta(days=1)).astimezone()
     try:
@@ -265,7 +265,7 @@ def check_alone(options: Mapping[str, object], needed: str) -> None:
     """
     for option, value in options.items():
         if value:
-            message = f"found without {needed}, where it changes nothing; leave it out"
+            message = f"found without {needed}, which it needs for an effect; leave it out"
             raise typer.BadParameter(message, param_hint=option)
 
 

@@ -63,7 +63,7 @@ def _why_no_files_in(folder: Path) -> str:
     if not folder.is_dir():
         return f"{folder} is a file"
     try:
-        # Permissions alone do not tell: of a file system that holds no files, or is mounted to be read, root has them all.
+        # Permissions are not sufficient: on a read-only or special file system even root cannot write.
         with tempfile.TemporaryFile(dir=folder):
             return ""
     except OSError as error:

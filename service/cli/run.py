@@ -112,7 +112,7 @@ def _stored(study: str, data_dir: Path | None) -> "Record | None":
         try:
             return store.find(study)
         except StudyNotFound as error:
-            if "damperlab studies" not in error.fault.advice:  # one is near, or several begin so
+            if "damperlab studies" not in error.fault.advice:  # one name is near, or several begin like it
                 raise
     return None
 
@@ -142,7 +142,7 @@ def find_or_submit(
     known = store.newest(asked.digest)
     if known is not None:
         return known
-    # a plan, with the cost model behind it, is needed for a new one alone
+    # only a new study needs a plan and the cost model
     from damperlab.studies.plan import make_plan
     from damperlab.worker.dispatch.cost_model import seconds_per_point
     from damperlab.worker.provenance import provenance
@@ -161,7 +161,7 @@ def finish(
 ) -> None:
     """Compute the missing points, if any, and print the record."""
     store = computer.store
-    # a lost done-mark is told, and not taken for an end
+    # a lost done-mark is reported, and does not count as an end
     lost = store.lost_blocks(record.id)
     if lost:
         require_own_solver(record)
@@ -201,7 +201,7 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
     with working("Planning"), ExitStack() as stack:
         store = None
         if has_store(data_dir):
-            # earlier studies tell what points take, where they can be asked; nothing is made for the sake of it
+            # earlier studies improve the estimate if a store exists; none is created for this
             with suppress(StoreFault):
                 store = stack.enter_context(closing(open_store(data_dir)))
         size = estimate_document(asked, make_plan(asked, seconds_per_point), store)

@@ -60,7 +60,7 @@ def serve(
         raise typer.BadParameter("found --open and --keys; allowed: one of them")
     from damperlab.service.app import serve as serve_until_stopped
 
-    # What is not given here comes from the environment, DAMPERLAB_…, or the defaults.
+    # Values that are not given here come from the environment, DAMPERLAB_…, or the defaults.
     settings = settings_of(
         data_dir,
         store=store,
@@ -77,7 +77,7 @@ def serve(
     )
     _check_port(settings.host, settings.port)
     _check_certificate(settings)
-    opened = settings.open_store()  # one that cannot be used is told in a sentence, before anything listens
+    opened = settings.open_store()  # an invalid one is reported in a sentence, before anything listens
     try:
         _check_access(settings, opened)
     finally:
@@ -132,7 +132,7 @@ def _check_port(host: str, port: int) -> None:
     try:
         family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, kind) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server does
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # like the server
             probe.bind(address)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()

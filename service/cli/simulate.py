@@ -100,7 +100,7 @@ def simulate(
 
         with in_options(OPTIONS):
             checked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
-        checked = replace(checked, followed=as_json)  # a table tells the state alone
+        checked = replace(checked, followed=as_json)  # a table needs only the state
     if not as_json:
         from damperlab.studies.understood import assumed
 

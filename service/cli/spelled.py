@@ -43,9 +43,9 @@ def in_options(names: Mapping[str, str]) -> "Iterator[None]":
 
 
 def _spelled(fault: Fault, names: Mapping[str, str]) -> Fault:
-    # one of a list goes by the option that is repeated
+    # an item of a list is named by the repeated option
     field = names.get(re.sub(r"\[\d+\]\Z", "", fault.field), fault.field)
-    if "." in field:  # it stands in a document, and so does what is to be written in its place
+    if "." in field:  # it is quoted in a document, and so is its replacement
         return fault
     texts = {part: _in_text(getattr(fault, part), names) for part in ("allowed", "advice", "message")}
     return replace(fault, field=field, **texts)

@@ -62,7 +62,7 @@ def _fault(entry: Mapping[str, Any], options: Collection[str]) -> Fault:
     """Describe a fault of a setting, under the name that the user knows."""
     from damperlab.studies.pydantic_faults import value_fault
 
-    if not entry["loc"]:  # of several together: its words name them
+    if not entry["loc"]:  # a fault of several settings: its words name them
         return Fault("settings", "", "", "", sentence(str(entry["msg"]).removeprefix("Value error, ")))
     name = str(entry["loc"][0])
     field = _OPTIONS.get(name, option_of(name)) if name in options else _variable(name)

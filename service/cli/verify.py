@@ -72,7 +72,7 @@ def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> 
         _require_solver_of_blocks(record, damages)
         record = take_back(store, record, damages)
         if any(damage.block is None for damage in damages):
-            # what the damaged description hid is seen now
+            # faults that the damaged description hid are visible now
             hidden = list(damages_of(store, record))
             _require_solver_of_blocks(record, hidden)
             record = take_back(store, record, hidden)

@@ -47,7 +47,7 @@ def warm(
     Later commands then need not wait for the compiler.
     """
     if target is not None:
-        # read as the compiler is imported, here and in the processes that compile
+        # read when the compiler is imported, here and in the processes that compile
         os.environ["DAMPERLAB_TARGET"] = target.value
     from damperlab.worker.jit import CACHE_FOLDER
     from damperlab.worker.scenes import every_scene, usual_scenes

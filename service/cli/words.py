@@ -28,7 +28,7 @@ def cell(name: str, value: float | str) -> str:
     """Write one value of a variable: a code by its name, a number with six digits, a text unchanged."""
     if isinstance(value, str):
         return value
-    name = name.removeprefix("other_")  # of the second study, where two are compared
+    name = name.removeprefix("other_")  # of the second study, in a comparison
     flags = VARIABLES[name].flags if name in VARIABLES else None
     return number(float(value)) if flags is None else flags(int(value)).name.lower()
 

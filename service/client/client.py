@@ -91,8 +91,8 @@ class Client:
         Parameters
         ----------
         study : mapping, Study, path or str
-            The study as a mapping or a checked `damperlab.Study`; a path of a .json, .yaml or .yml file; a text of
-            YAML; or the name of a study of the paper, for example ``"figure-11"``.
+            The study as a mapping or a checked `damperlab.Study`; or a path of a .json, .yaml or .yml file; or a
+            text of YAML. Or the name of a study of the paper, for example ``"figure-11"``.
         reuse : bool
             Reuse points already computed by earlier studies.
         priority : int
@@ -109,7 +109,7 @@ class Client:
             With every fault of the study: field, found, allowed, advice.
         """
         sent = _study(study)
-        # the same study under the same key however often it is sent
+        # the same key always means the same study
         sent["headers"]["Idempotency-Key"] = blake2b(sent["content"], digest_size=16).hexdigest()
         return Study(
             self._transport,
@@ -164,7 +164,7 @@ class Client:
         """
         answer = self._transport.ask("POST", "/studies", params={"dry_run": True}, **_study(study))
         names = ("digest", "points", "blocks", "bytes", "seconds", "definition")
-        # a service of before does not say these
+        # an older service does not send these
         more = {
             name: answer[name]
             for name in ("compiling_seconds", "seconds_low", "seconds_high")

@@ -56,7 +56,7 @@ class Design:
             return card(f"Design {self.name}", [("id", self.id)])
         answer = now["answer"] or {}
         rows: list[tuple[str, object]] = [("id", self.id), ("state", now["state"])]
-        # an answer that was kept before there was a verdict has its sentences alone
+        # an answer from before verdicts has only sentences
         told = answer["verdict"]["sentences"] if "verdict" in answer else answer.get("words", ())
         rows += [("", sentence) for sentence in told]
         if not answer:
@@ -174,7 +174,7 @@ class Design:
     def _answer(self, now: Mapping[str, Any]) -> dict[str, Any]:
         if now["state"] != "done":
             why = f" {now['message']}" if now.get("message") else ""
-            raise Stopped(f"{self} is {now['state']}.{why} design.resume() goes on with it.")
+            raise Stopped(f"{self} is {now['state']}.{why} design.resume() continues it.")
         answer: dict[str, Any] = now["answer"]
         return answer
 

@@ -31,7 +31,7 @@ def finished(figure: "Figure", path: str | Path | None) -> "Figure":
     if in_notebook():
         from IPython.core import pylabtools
 
-        # what `%matplotlib inline` does for figures of pyplot, which these are not
+        # `%matplotlib inline` does this only for figures of pyplot
         shell: Any = sys.modules["IPython"]
         tools: Any = pylabtools
         tools.select_figure_formats(shell.get_ipython(), {"png"})

@@ -109,9 +109,9 @@ class Simulation:
     ratios : dict of float
         The design point.
     attractors : dict, optional
-        The responses that many starts lead to (``met``, each with its ``share`` and ``metrics``), whether a change
-        of the start in its last digits leads to another one (``decided_by_a_rounding``), and the same in words
-        (``note``); None if no starts were requested.
+        The responses that many starts lead to (``met``, each with its ``share`` and ``metrics``).
+        ``decided_by_a_rounding`` says whether a change of the start in its last digits leads to another one, and
+        ``note`` describes both in words. None if no starts were requested.
     """
 
     metrics: dict[str, Any]
@@ -171,7 +171,7 @@ class Accuracy:
 
 def read_record(document: Mapping[str, Any]) -> Record:
     """Read a study's record; unknown fields of a newer service are ignored."""
-    # what services of before did not say
+    # fields that older services did not send
     before = {
         "phase": document["state"],
         "phase_done": None,

@@ -223,7 +223,7 @@ class Study(Questions, Searches):
                 self._ask("DELETE", params={"trash": True} if trash else None)
                 return
             except Conflict:
-                # the blocks that were under way when it was cancelled come to their end
+                # the blocks that were running at the cancel complete
                 if time.monotonic() > give_up or self.state in ("queued", "running"):
                     raise
             time.sleep(0.2)

@@ -92,7 +92,7 @@ class Transport:
         try:
             response = self._answer(method, path, how)
         except ClientFault as fault:
-            # whoever reads the traceback made a request: the frames of its retries would hide the message
+            # a traceback shows the request: the frames of its retries would hide the message
             refusal = fault.with_traceback(None)
         else:
             return None if response is None or response.status_code == 204 else _json(response)
@@ -126,7 +126,7 @@ class Transport:
                 self._http.delete(where)
             raise
         if response.status_code == 404:
-            # the service was restarted: what it had promised is computed again
+            # the service was restarted: the deferred answer is computed again
             detail = "The service no longer has the deferred answer."
             raise problem({"status": 503, "title": "Service Unavailable", "detail": detail})
         _check(response)
@@ -152,7 +152,7 @@ class Transport:
                 asked = _retry_after(error)
                 if asked is None:
                     return True
-                # a pause that ends after the patience does is the end
+                # a pause that would exceed the patience ends the wait
                 return asked if time.monotonic() + asked < give_up else False
             return isinstance(error, Unreachable) and isinstance(error.__cause__, httpx.TransportError)
 
@@ -169,7 +169,7 @@ class Transport:
             self._met = True
             raise
         except httpx.ReadTimeout as error:
-            # The service is at work on it: asked again it would begin anew.
+            # The service is computing it: a repeated request would start again.
             message = f"{self.url} took longer than {self._timeout_seconds:g} s to answer; give Client(timeout=…) more."
             raise Unreachable(message) from RuntimeError(str(error))
         except httpx.TransportError as error:
@@ -193,7 +193,7 @@ def written(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _spelled(value: Any) -> str:
-    # numpy's numbers would be spelled with their type
+    # numpy's numbers would be printed with their type
     return str(value.item() if hasattr(value, "dtype") else value)
 
 
@@ -251,7 +251,7 @@ def _retry_after(error: Problem) -> float | None:
     try:
         return max(0.0, float(error.document.get("retry_after", "")))
     except ValueError:
-        return None  # a date, or nothing: the usual pause will do
+        return None  # a date, or nothing: use the usual pause
 
 
 def _json(response: httpx.Response) -> Any:

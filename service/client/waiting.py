@@ -60,8 +60,8 @@ def follow(transport: Transport, study_id: str, until: float | None = None) -> I
         except NotFound:
             raise
         except (Unavailable, Unreachable):
-            pass  # the record is asked for next, with all the patience there is
-        # a stream that ends at once would make this a busy loop
+            pass  # then request the record, with the remaining patience
+        # a stream that ends immediately would make this a busy loop
         time.sleep(max(0.0, min(LOOK_SECONDS, left) - (time.monotonic() - began)))
 
 
@@ -72,7 +72,7 @@ def _events(transport: Transport, study_id: str, silence_seconds: float) -> Iter
         for line in response.iter_lines():
             if line.startswith("data:"):
                 event = json.loads(line.removeprefix("data:"))
-                # a study that was deleted has no state: asking for its record says so
+                # a deleted study has no state: requesting its record raises the error
                 if "state" not in event:
                     return
                 yield event

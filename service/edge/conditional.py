@@ -59,7 +59,7 @@ class Tagged:
                 start, held = held, None
                 body = message.get("body", b"")
                 if not message.get("more_body", False) and len(body) <= TAGGED_BYTES:
-                    # weak: the same document may be sent packed
+                    # weak: the same document may be sent compressed
                     tag = f'W/"{blake2b(body, digest_size=12).hexdigest()}"'
                     headers = MutableHeaders(scope=start)
                     headers["ETag"] = tag

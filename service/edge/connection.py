@@ -69,7 +69,7 @@ class Connection(H11Protocol):
                 )
                 return
             idle = min(others, key=lambda each: each._heard)
-            idle.transport.close()  # heard of least recently: its client can connect again
+            idle.transport.close()  # idle for the longest time: its client can connect again
             siblings.pop(idle)
             self.connections.discard(idle)
         if len(self.connections) > self._settings.connections_limit:
@@ -110,7 +110,7 @@ class Connection(H11Protocol):
     def eof_received(self) -> bool | None:  # type: ignore[override]
         """Answer a client that has stopped sending, for a moment: it may have left, or only have closed its half."""
         if self._lingers_until is not None or self.scheme == "https":
-            return None  # under TLS there is no half of a connection
+            return None  # TLS has no half-closed connections
         under_way = self.cycle is not None and not self.cycle.response_complete
         if under_way and not self.cycle.more_body:
             self.cycle.keep_alive = False
@@ -169,7 +169,7 @@ class Connection(H11Protocol):
         traffic: Traffic = self._state.traffic
         traffic.add("other", status, 0.0)
         if self.cycle is not None and not self.cycle.response_complete:
-            # whatever computes for this client hears that it has left
+            # the computation for this client learns that it has left
             self.cycle.disconnected = True
             self.cycle.message_event.set()
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
@@ -208,5 +208,5 @@ class Connection(H11Protocol):
         if self.transport.can_write_eof():
             try:
                 self.transport.write_eof()
-            except OSError:  # reset by the client, which the loop has not told us yet
+            except OSError:  # reset by the client, but the loop has not reported it yet
                 self.transport.abort()

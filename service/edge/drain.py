@@ -24,7 +24,7 @@ class Drain:
         if scope["type"] != "http" or not _has_body(headers := Headers(scope=scope)):
             await self.app(scope, receive, send)
             return
-        # a client that waits for "100 Continue" sends nothing before it hears that
+        # a client that waits for "100 Continue" sends nothing before it arrives
         waits = headers.get("expect", "").lower() == "100-continue"
         ended = False
 

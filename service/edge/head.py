@@ -52,7 +52,7 @@ def _framed_twice(scope: Scope) -> Problem | None:
         "leave it out",
         "`Content-Length` and `Transfer-Encoding` exclude each other (RFC 9112, 6.1).",
     )
-    # another reader on the way may see another request behind the body
+    # another parser on the way may see another request after the body
     return Problem(
         400,
         "malformed-request",

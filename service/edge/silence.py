@@ -64,7 +64,7 @@ class Silence:
         """Test once for all waiting requests."""
         if self._asking is None or self._asking.done():
             self._asking = asyncio.create_task(_ask(catalogue))
-        asking = self._asking  # by the time this one has ended another may be asking anew
+        asking = self._asking  # when this look-up ends another caller may have started one
         done, _ = await asyncio.wait([asking], timeout=SILENCE_SECONDS)
         return bool(done) and asking.result()
 
@@ -76,7 +76,7 @@ class Silence:
 
 async def _ask(catalogue: Catalogue) -> bool:
     try:
-        # beside the threads of the requests: they may all wait
+        # separate from the threads of the requests, which may all be waiting
         await run_sync(catalogue.greet, abandon_on_cancel=True, limiter=CapacityLimiter(1))
     except StoreFault:
         return False

@@ -62,17 +62,17 @@ def draw_amplitudes(found: Found) -> Figure:
             r, values = curve.r, curve.measured / curve.base_m / curve.rate**asked.measure.order
             name = level(asked, amplitude) if asked.in_units else f"{amplitude.reference_m:.3g}"
             place = int(values.argmax())
-            held = values[place] == 0.0  # friction withstands the force: nothing to draw on a logarithm
+            held = values[place] == 0.0  # friction withstands the force: nothing on a logarithm
             colour = colours(norm(amplitude.reference_m))
             axes.plot(_frequencies(asked, r), values, color=colour, label=f"{name}, held" if held else name)
             if not held:
                 peaks.append((float(_frequencies(asked, r)[place]), float(values[place])))
         if peaks:
-            if not asked.measure.mean:  # which is at no frequency
+            if not asked.measure.mean:  # an rms over the band has no frequency
                 axes.plot(*np.transpose(peaks), color="black", ls=":", marker="o", ms=3)
             axes.set_yscale("log")
             ticks_1_2_5(axes.yaxis)
-            # a mass that sticks to its base hardly moves against it: a logarithm would show nothing else
+            # a sticking mass hardly moves against its base, and would dominate a logarithmic axis
             axes.set_ylim(bottom=max(axes.get_ylim()[0], max(top for _, top in peaks) / DEEPEST))
         force = found.shown[0].excitation.motion.force
         over = f"{'static displacement' if force else 'base amplitude'}{' times $ω_n^2$' if asked.measure.order else ''}"

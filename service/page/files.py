@@ -105,7 +105,7 @@ def plotly_path() -> Path:
     small = Path(str(files("damperlab.service") / "page" / "library" / SMALL))
     if small.is_file():
         return small
-    # Found, not imported: the package takes seconds to import, and only one of its files is wanted.
+    # Located without an import: the package takes seconds to import, and only one of its files is needed.
     spec = find_spec("plotly")
     assert spec is not None
     assert spec.submodule_search_locations is not None

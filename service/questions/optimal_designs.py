@@ -110,7 +110,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, 
 
     phrases, words = Phrases.of(study.cube), words_of(found)
     told = [*(doubt["sentence"] for doubt in words.get("doubts", ())), words["note"]]
-    # a front is its designs
+    # a front has no order, only designs
     if found.sizes["rank"] < 2 or not (details or "pareto" in found.attrs):
         return Words(words["brief"], told)
     shown = found.drop_vars(["lowest", "highest"], errors="ignore")

@@ -36,7 +36,7 @@ class Exact(TypedDict):
 
 
 class TmdComparison(OfPoints):
-    """A design beside a tuned mass damper over the frequency ratio."""
+    """A design compared with a tuned mass damper over the frequency ratio."""
 
     next_frequencies: NotRequired[Frequencies]
     frequency_ratio: Numbers
@@ -91,7 +91,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, de
     if not details:
         return Words(words["brief"], [])
     cube, _ = at_one_amplitude(study.cube, design.at)
-    # a force beside a shaken base has no base amplitude that its static displacement could be over
+    # a force in a study with a shaken base has no base amplitude as reference of its static displacement
     of_force = found.attrs["excitation"] != excitation_of(cube)
     phrases = Phrases.of(cube.drop_vars(list(cube.data_vars)) if of_force else cube)
     meant = dict.fromkeys(("hybrid", "tmd", "no_damper"), "amplitude_ratio")

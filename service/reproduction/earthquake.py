@@ -60,16 +60,17 @@ def table_a1(solve: Solve, quick: bool) -> Section:
             less("fd"), "least peak over all forces tried"),
     ]  # fmt: skip
     section.verdict = (
-        "The paper says neither clearance, friction force nor scale of that run, and its record is not free; another record of "
-        "the same earthquake stands in for it."
+        "The paper states neither clearance, friction force nor scale of that run, and its record is not "
+        "free; another record of the same earthquake replaces it."
     )
     section.words = [
         SOURCE_NOTE,
         f"Here the record is {motion.name}, multiplied by {factor:.4g}, which gives the structure without a damper the "
         "paper's peak against its base; every cavity of the prototype, and the friction force that gives the 16.22 of "
-        "Table 3 for each base amplitude that its labels may mean, were tried. Amplitudes are those against the base. A "
-        "response that depends on its start in the seventh digit has the range of its peak over "
-        f"{STARTS} such starts beside it.",
+        "Table 3 for each base amplitude that its labels may mean, were tried. Amplitudes are those against the base.  "
+        "If a response depends on its start in the seventh digit, the row also gives the range of its "
+        "peak over "
+        f"{STARTS} such starts.",
     ]
     return section
 
@@ -93,7 +94,7 @@ def figure_a2(solve: Solve, quick: bool) -> Section:
     cavity, force = 1e3 * values["clearance_m"], values["friction_force_n"]
     section.verdict = "As Table A1: one damper of each kind, under the other record."
     section.words = [
-        "The paper draws the displacement over time; the numbers beside ours are those of its Table A1. Drawn here is one "
+        "The paper draws the displacement over time; ours are compared with its Table A1. Drawn here is one "
         f"damper of each kind, d = {cavity:g} mm and F_f = {force:g} N, against the base; Table A1 above has every cavity "
         "and friction force that the paper may have meant.",
     ]

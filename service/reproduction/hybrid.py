@@ -83,13 +83,14 @@ def figure_11(solve: Solve, quick: bool) -> Section:
                 float(line["amplitude_error"][place]), INSTANT)
         )  # fmt: skip
     section.verdict = (
-        "The paper prints no values of its contours. Over the band other designs are best than at r = 1, "
-        "where it draws them."
+        "The paper prints no values of its contours. The best designs over the band differ from those at "
+        "r = 1, where the paper draws them."
     )
     section.words = [
-        "The paper draws its contours at resonance only and prints none of their values; the number beside ours is the "
-        "lowest of Table 3. Designs that look superb at r = 1 are not those that are good over the band, since a "
-        "particle that rides on its wall moves the resonance to about r = 0.953: compare the two maps.",
+        "The paper draws its contours at resonance only and prints none of their values; ours is "
+        "compared with the lowest value of Table 3. Designs that look superb at r = 1 are poor over the "
+        "band, because a particle that rides on its wall moves the resonance to about r = 0.953: "
+        "compare the two maps.",
     ]
     return section
 
@@ -124,14 +125,14 @@ def figure_12(solve: Solve, quick: bool) -> Section:
         panels.append(panel)
     section.figures["figure-12.png"] = draw_responses(panels)
     section.verdict = (
-        "The paper prints neither values of its curves nor their friction; beside ours stand the hybrid's "
-        "entries of Table 3."
+        "The paper prints neither values of its curves nor their friction; ours are compared with the "
+        "hybrid's entries of Table 3."
     )
     section.words = [
-        "The paper draws measured curves for several compressions of the friction spring and prints none of their values; "
-        "the number beside ours is the hybrid's entry in Table 3 for the same cavity. The friction ratio of a compression "
-        f"is not printed either, so {listing(f'{g:g}' for g in FRICTION_RATIOS)} are shown. The figure shows contact "
-        f"{INSTANT}; shading is one error.",
+        "The paper draws measured curves for several compressions of the friction spring and prints none "
+        "of their values. Ours is compared with the hybrid's entry in Table 3 for the same cavity. The "
+        f"friction ratio of a compression is not printed either, so {listing(f'{g:g}' for g in FRICTION_RATIOS)} "
+        f"are shown. The figure shows contact {INSTANT}; shading is one error.",
     ]
     return section
 

@@ -67,8 +67,8 @@ def figure_7(solve: Solve, quick: bool) -> Section:
     )
     section.words = [
         contacts_in_words(),
-        "The numbers beside ours are those of Table 3 for the particle alone, which is measured; the curves themselves "
-        "are not printed as numbers. A particle in a short cavity rides on its wall and moves the resonance to about "
+        "Ours are compared with the measured values of Table 3 for the particle alone; the paper prints "
+        "no values of the curves. A particle in a short cavity rides on its wall and moves the resonance to about "
         "r = 1/√(1 + β) = 0.953, so the peak of the curve and the value at r = 1 are not the same thing.",
         "The clearance with the lowest peak: "
         + "; ".join(f"{length:g} mm ({name})" for name, length in best.items())
@@ -76,8 +76,8 @@ def figure_7(solve: Solve, quick: bool) -> Section:
         f"A particle that is held for the printed {known['contact_time_soft_s'].value:g} s, longer than a period, is carried "
         "along as added mass: the peaks are then "
         + listing(f"{peak:.3g}" for peak in peaks[PRINTED])
-        + f", against {bare:.4g} without a damper. Nothing in the paper comes near that, so its simulations can hardly have "
-        "held the particle so long.",
+        + f", against {bare:.4g} without a damper. Nothing in the paper comes near that, so its "
+        "simulations can hardly have used such a long contact.",
     ]
     return section
 

@@ -79,7 +79,7 @@ async def export(
         return Response(status_code=304, headers={"ETag": tag, "Cache-Control": CACHING})
     _, file = await written(request, service, study, _write, query.format, query.names, export=True)
     response = _download(request, study, query.format, tag, file)
-    # the record was read first: there may be more in the file, and not less
+    # the record was read first: the file may hold more, but not less
     response.headers[COMPLETE] = f"{study.points_done / study.points_total:.6g}"
     response.headers["Cache-Control"] = CACHING
     if tag is not None:

@@ -43,7 +43,7 @@ async def live() -> Document:
 )
 async def ready(request: Request) -> Document:
     """Give the state of the store, its folders and the service's threads at the last check, and of the cluster."""
-    # nothing here waits: no store, no lock, and no thread of a pool that others may have taken
+    # nothing here waits: no store, no lock, and no thread of a pool that others may occupy
     service: Service = request.app.state.service
     if service.closing.is_set():
         raise Problem(503, "closing", "The service is shutting down.")

@@ -42,7 +42,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         [({"state": state}, totals[state].studies if state in totals else 0) for state in STATES],
     )  # fmt: skip
     for name, meaning in (
-        ("points", "Design points of the studies kept."),
+        ("points", "Design points of the stored studies."),
         ("points_done", "Design points that are stored."),
         ("points_failed", "Design points stored as failed."),
         ("bytes", "Bytes of the cubes at full size."),

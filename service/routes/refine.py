@@ -55,7 +55,7 @@ def refine(
     settings: Settings, study: Record, known: FollowUps, search: Search, judging: Judging
 ) -> Refinement:
     """Search where a better design may lie; name completed follow-ups with `with`."""
-    cubes = _cubes(settings, study, known)  # first: of another kind of study it says so
+    cubes = _cubes(settings, study, known)  # first, because it refuses other kinds of study
     return refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
 
 

@@ -334,7 +334,7 @@ async def differences(
 ) -> Document:
     """Compare every common point: how many differ, by how much, and where most."""
     found = await computed(request, service, study, _differences, query.older)
-    # which version is the one before may change while this study stays as it is
+    # the meaning of "the previous version" may change although this study does not
     return Document(found, headers={} if query.older else {"Cache-Control": "no-store"})
 
 

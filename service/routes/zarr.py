@@ -1,9 +1,9 @@
 """The cube as Zarr over HTTP, read-only: `xarray.open_zarr(url)` works from another machine.
 
-Zarr takes a missing chunk for fill values, so 404 for a block is only sent if that is true: the study has ended
-without it, and its points have status -1. While a study runs, such a block is a conflict: a reader might take half
-of it before and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which shows only
-the blocks that were done by then. A lost or damaged file is an error in any case.
+Zarr takes a missing chunk for fill values, so 404 for a block is only sent if that is true. This is so if the study
+has ended without it: its points have status -1. While a study runs, such a block is a conflict: a reader might take
+half of it before and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which shows
+only the blocks that were done by then. A lost or damaged file is an error in any case.
 """
 
 import re
@@ -72,7 +72,7 @@ def read(service: TheService, study_id: StudyId, key: Key, request: Request) -> 
     except StudyNotFound as error:
         if key.endswith("zarr.json") or (_ID.fullmatch(study_id) and not service.store.existed(study_id)):
             raise
-        # of a cube that was opened before: 404 would be taken for a chunk of fill values
+        # of a cube that was opened before: a 404 would be read as fill values
         raise Problem(
             410,
             "study-gone",
@@ -107,7 +107,7 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
             continue  # replaced a moment ago
         if revision is not None:
             raise _nothing(key)
-        # what is said of a missing block must be true of one moment: the study may have ended, or been taken up, since
+        # the answer about a missing block must be consistent: the study may have ended, or been resumed, since
         before, study = study, store.find(study.id)
         if (before.revision, before.created) != (study.revision, study.created):
             continue
@@ -133,7 +133,7 @@ def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:
 
 @lru_cache(maxsize=64)
 def _description(shelf: Shelf) -> Description:
-    # no study's arrays change, and no other study ever has its shelf
+    # a study's arrays never change, and its shelf is never reused
     with telling(shelf, None, "the cube's description"):
         return describe_cube(shelf.get(DESCRIPTION))
 
@@ -145,7 +145,7 @@ def _revision(key: str) -> tuple[int | None, str]:
 
 def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Response:
     if not marks.keys() >= set(group.blocks()):
-        # shown for a complete cube alone: blocks of it were taken back since
+        # only a complete cube has these chunks: blocks of it were invalidated since
         raise Problem(
             409,
             "block-unfinished",
@@ -183,8 +183,8 @@ def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Respo
 
 def _coordinate(shelf: Shelf, one: StoredCoordinate, key: str) -> bytes:
     if one.value is not None:
-        raise _nothing(key)  # it stands in the metadata, where its reader has found it
-    # Zarr would take one that is not found for fill values
+        raise _nothing(key)  # it is in the metadata, where its reader has found it
+    # Zarr would read a missing one as fill values
     with telling(shelf, None, f"the coordinates along {one.name}"):
         content = shelf.get(key)
         one.decode(content)
@@ -204,7 +204,7 @@ def _part(request: Request, content: bytes, tag: str) -> Response:
 
 
 def _headers(tag: str) -> dict[str, str]:
-    # a block may be computed again: caches keep it, and ask
+    # a block may be computed again, so caches must revalidate
     return {"ETag": tag, "Cache-Control": "no-cache"}
 
 

@@ -54,7 +54,7 @@ class Gate:
             return
         client = (self.guard.proxies.client(headers) if believed else None) or peer
         scope["caller"], scope["client_address"] = caller, client
-        # set for every request: a connection's next one begins where the last one left off
+        # set for every request: the next one on the same connection would inherit it
         submitter.set(caller.owner or None if caller else None)
         noted = False
 
@@ -66,7 +66,7 @@ class Gate:
 
         async def send_noted(message: Message) -> None:
             if message["type"] == "http.response.start":
-                # before the answer: whoever has it finds the line in the log
+                # before the answer, so that a client with an answer finds its line in the log
                 note(message["status"])
             await send(message)
 

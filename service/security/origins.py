@@ -7,7 +7,7 @@ from starlette.datastructures import Headers
 from damperlab.service.problems import Problem
 from damperlab.studies.faults import Fault, printable
 
-# a browser sends these from any page without asking first
+# a browser sends these from any page without a preflight
 _SIMPLE_TYPES = ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data")
 
 
@@ -23,11 +23,11 @@ def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
     """
     origin, site = headers.get("origin"), headers.get("sec-fetch-site")
     if origin is None and site is None:
-        return None  # no browser of today
+        return None  # no present browser
     if origin is not None:
         if origin in shared_with:
             return None
-        # the scheme is left out: behind a proxy that ends TLS it is another one here
+        # without the scheme: behind a proxy that ends TLS it differs
         if origin.partition("://")[2].lower() != headers.get("host", "").lower() or "://" not in origin:
             return _cross(Fault("Origin", printable(origin), _own(headers), _ADVICE))
     if site not in (None, "same-origin", "none"):

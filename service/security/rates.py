@@ -19,7 +19,7 @@ class Rates:
 
     def __init__(self, per_minute: int | None) -> None:
         self.per_minute = per_minute
-        # when whatever a caller has asked so far will be forgotten
+        # time at which a caller's requests no longer count
         self._spent_until: OrderedDict[str, float] = OrderedDict()
 
     def wait_seconds(self, who: str) -> int:
@@ -33,6 +33,6 @@ class Rates:
         self._spent_until[who] = until
         self._spent_until.move_to_end(who)
         if len(self._spent_until) > _KEPT:
-            # whoever asked longest ago; who has asked nothing for a minute has all of it again anyway
+            # the one with the oldest request; a caller without one for a minute has its full allowance anyway
             self._spent_until.popitem(last=False)
         return 0

@@ -17,7 +17,7 @@ class Sessions:
     """The active sessions; they end at sign-out, with their key, after eight hours, and with the process."""
 
     def __init__(self) -> None:
-        # by the hash of the cookie's value: of which key, its hash, and until when
+        # by the hash of the cookie's value: the id of the key, its hash, and the end
         self._open: OrderedDict[bytes, tuple[str, str, float]] = OrderedDict()
 
     def begin(self, key: AccessKey) -> tuple[str, int]:

@@ -78,7 +78,7 @@ async def written(
             found = await run_sync(function, service.store, study, place, *more)
         return found, await run_sync(_open, place)
     finally:
-        # the process may have been killed, which leaves all that it had written
+        # the process may have been killed, which leaves all its files
         with CancelScope(shield=True):
             await run_sync(folder.cleanup)
 

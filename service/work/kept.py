@@ -68,13 +68,13 @@ class Kept:
         except StudyNotFound:
             others = None
         except StoreFault as fault:
-            # a large cube is not known as one, so the question must not reach the service's own threads
+            # whether a cube is large is unknown, so the question must not use the service's own threads
             within = Request({**scope, "path_params": {"study_id": study_id}})
             problem_document = await run_sync(store_problem, within, fault)
             await problem_document(scope, receive, send)
             return
         if others is None or len(named) > OTHERS_KEPT:
-            await self.app(scope, receive, send)  # which says what is wrong
+            await self.app(scope, receive, send)  # its answer explains the error
             return
         headers = Headers(scope=scope)
         packed = "gzip" in headers.get("accept-encoding", "")
@@ -82,13 +82,13 @@ class Kept:
         answered = False
         while key not in self._kept and not answered and (under_way := self._under_way.get(key)) is not None:
             await asyncio.wait([under_way])
-            # if not, its client has left: one of those that wait computes it, and the others wait again
+            # if not, its client has left: one of the waiting requests computes it, and the others wait again
             answered = under_way.result()
         if key in self._kept:
             self._kept.move_to_end(key)
             await _send(self._kept[key], headers, scope, receive, send)
         elif key in self._under_way:
-            await self.app(scope, receive, send)  # another computes it, and it will not be kept either
+            await self.app(scope, receive, send)  # another request computes it, and will not be cached either
         else:
             await self._compute(key, scope, receive, send)
 
@@ -103,7 +103,7 @@ class Kept:
                 start = message
                 return
             if start is None or message.get("more_body", False):
-                # too long to be kept: nobody waits until its reader has all of it
+                # too long for the cache: nobody waits until its reader has all of it
                 self._done(key, mine, answered=True)
                 if start is not None:
                     await send(start)

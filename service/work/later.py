@@ -47,7 +47,7 @@ class Later:
             await self.app(scope, receive, send)
             return
         promise = Promise(scope["caller"].name)
-        sent = asyncio.Event()  # the whole body has come
+        sent = asyncio.Event()  # the complete body has arrived
         promise.task = asyncio.create_task(self._answer(promise, sent, scope, receive))
         leaving = asyncio.create_task(_left(sent, receive))
         try:
@@ -57,7 +57,7 @@ class Later:
                 await promised(promise)(scope, receive, send)
                 return
             if not promise.task.done():
-                # it has left, or there are too many promises to make one more
+                # it has left, or there are too many deferred answers for one more
                 await asyncio.wait((promise.task, leaving), return_when=asyncio.FIRST_COMPLETED)
             leaving.cancel()
             if promise.task.done():

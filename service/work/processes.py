@@ -119,7 +119,7 @@ class Work:
                 429, "too-many-waiting", "Too many of your requests are already waiting.", (fault,), headers
             ) from None
         except BrokenWorkerProcess:
-            # the system ends a process at its processor time, and where the machine has no more memory
+            # the system ends a process at its processor time, and if the machine lacks memory
             _log.warning("work for %s was ended at its limit", request.scope.get("request_id"))
             found = f"more than {seconds:g} s of a processor, or more memory than the machine has"
             raise self._too_much(found, seconds) from None
@@ -211,7 +211,7 @@ def bounded(
     try:
         return function(*arguments)
     finally:
-        # what the next one imports before it has its own limit is not counted
+        # imports of the next one before its own limit are not counted
         _, most = resource.getrlimit(resource.RLIMIT_CPU)
         resource.setrlimit(resource.RLIMIT_CPU, (most, most))
 

@@ -40,7 +40,7 @@ class Shared(Generic[Found]):
             task = self._next[what] = asyncio.create_task(self._after(self._under_way.get(what), what))
             task.add_done_callback(
                 lambda done: done.cancelled() or done.exception()
-            )  # whoever asked may be gone
+            )  # the caller may have left
         return await asyncio.shield(task)
 
     async def _after(self, before: asyncio.Task[Found] | None, what: str) -> Found:

@@ -59,7 +59,7 @@ class Turns:
         try:
             await called.wait()
         except BaseException:
-            # whoever leaves while it is called hands its turn on
+            # a caller that leaves at this moment passes its turn on
             if called.is_set():
                 self._hand_on(who)
             else:
@@ -83,7 +83,7 @@ class Turns:
 
     def _call(self) -> None:
         while ready := [who for who in self._waiting if self._may_begin(who)]:
-            # of equals the one that has waited longest: dictionaries keep the order in which they came
+            # among equal ones the one that has waited longest: dictionaries keep the order of insertion
             who = min(ready, key=lambda each: self._under_way[each])
             self._waiting[who].popleft().set()
             self._begin(who)

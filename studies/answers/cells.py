@@ -111,7 +111,7 @@ class Cells:
     def flat(self, value: float, error: float) -> NDArray[np.bool_]:
         """Say which cells have corners that the errors do not distinguish from a value, (n,)."""
         doubt = np.hypot(self.spread[:, 2], error)
-        # rounding is no error that would blur anything
+        # rounding is no statistical error
         return np.asarray((doubt > 1e-6 * value) & (self.spread[:, 1] - value <= LUCK * doubt))
 
 
@@ -218,7 +218,7 @@ class _Grid:
             back = np.minimum(steps[:-1] / steps[1:], STEEPEST).reshape(shape)
             up[1:-1] = 0.5 * on * np.maximum(-fall[:-1] - noise[:-1], 0.0)
             down[1:-1] = 0.5 * back * np.maximum(fall[1:] - noise[1:], 0.0)
-            # at the end of a grid nothing is known outside: the slope within stands for it
+            # at the end of a grid nothing is known outside: the slope inside is used
             up[0] = 0.25 * np.maximum(np.abs(fall[0]) - noise[0], 0.0)
             down[-1] = 0.25 * np.maximum(np.abs(fall[-1]) - noise[-1], 0.0)
         return tuple(np.moveaxis(np.nan_to_num(array), 0, d) for array in (up, down))  # type: ignore[return-value]

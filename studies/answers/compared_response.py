@@ -74,7 +74,7 @@ def compared_response(
         raise refused("metric", metric, "a quantity where two studies are compared", advice)
     for name in first.coords:
         ours, theirs = first[name].values, second[name].values
-        # with and without friction of the particle is what is compared
+        # the comparison is with and without friction of the particle
         if name not in BEFORE and not np.array_equal(ours, theirs):
             found = f"a study with other values of {name} than the first"
             advice = f"name one with the same {name}, or subtract their maps with `minus`"
@@ -86,7 +86,7 @@ def compared_response(
     limit = ERRORS * errors + ROUNDING * np.maximum(np.abs(a), np.abs(b))
     both = np.isfinite(distance)
     unknown = both & ~np.isfinite(limit)
-    differs = distance > limit  # False where either is unknown
+    differs = distance > limit  # False if either is unknown
     answer = beside(first, second, metric, "amplitude_error", "response_class", "status")
     answer["differs"] = (
         FREQUENCY,

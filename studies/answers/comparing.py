@@ -2,7 +2,7 @@
 
 The mean of an irregular response sometimes lies farther from the truth than a normal error of the stated size would.
 So it is taken as distributed by Student's t with `DEGREES` degrees of freedom. Of 427 such means over random designs
-2.3 % were more than `WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6, for which Student's t
+2.3 % were more than `WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6. For these Student's t
 has 5 % and 1 %.
 """
 
@@ -86,11 +86,11 @@ def chance_of_another(value: Floats, error: Floats, best: int) -> float:
     rounding = ALIKE * abs(float(value[best]))
     same = (np.abs(value - value[best]) <= rounding) & (np.maximum(error, error[best]) <= rounding)
     others = others[~same[others] & (others != best)][:COMPARED]
-    # the best at equally likely places
+    # the best value at equally likely quantiles
     at = value[best] + error[best] * stdtrit(DEGREES, (np.arange(NODES) + 0.5) / NODES)
     distance = at[:, None] - value[others]
     doubt = error[others]
     with np.errstate(divide="ignore", invalid="ignore"):
-        # what has no error is better or it is not; a tie is not
+        # a value without error is better or it is not; a tie is not
         scaled = np.where(doubt > 0, distance / doubt, np.where(distance > 0, np.inf, -np.inf))
     return float(1 - np.prod(1 - stdtr(DEGREES, scaled), axis=1).mean())

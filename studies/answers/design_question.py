@@ -131,7 +131,7 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
     if not units.keys() & judging.ranges.keys():
         return judging
     band, ranges = judging.band, dict(judging.ranges)
-    for name in [name for name in judging.ranges if name in units]:  # in their order, which words follow
+    for name in [name for name in judging.ranges if name in units]:  # in their order, which the words follow
         each = units[name]
         if each.source in cube.sizes:
             values = each.of(cube[each.source].values)

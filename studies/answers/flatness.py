@@ -32,13 +32,13 @@ def flatness(
     Returns
     -------
     list of dict
-        One entry for each dimension with more than one value. It has `dimension` and `value`; `low` and `high`, the
-        last grid points on either side with at most `LOSS` more and nothing worse or unknown in between; and `below`
-        and `above`, the next grid points beyond them, or None at the end of the axis. The border lies between `low`
-        and `below`, and between `high` and `above`; there is no interpolation. `resolved`: whether the next design
-        on either side is known to be as good. If one is `worse`, the response changes by more than `LOSS` from one
-        grid point to the next, and a much better design may lie between them. One that is `unknown` has no value: it
-        was not computed, failed, or is left out.
+        One entry for each dimension with more than one value. It has `dimension` and `value`. `low` and `high` are
+        the last grid points on either side with at most `LOSS` more and nothing worse or unknown in between. `below`
+        and `above` are the next grid points beyond them, or None at the end of the axis. The border lies between
+        `low` and `below`, and between `high` and `above`; there is no interpolation. `resolved`: whether the next
+        design on either side is known to be as good. If one is `worse`, the response changes by more than `LOSS`
+        from one grid point to the next, and a much better design may lie between them. One that is `unknown` has no
+        value: it was not computed, failed, or is left out.
     """
     found = []
     for name in question.design:

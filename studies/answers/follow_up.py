@@ -65,7 +65,7 @@ class Refinement:
 def follow_up(study: Study, axes: Mapping[str, Any], kind: str) -> Study:
     """Make the study on other axes."""
     document = study.document()
-    # the ratios are given themselves: of the physical block stays what gives them their units, and makes none
+    # the ratios are given explicitly: only entries of the physical block that give units remain
     physical = document.pop("physical", None) or {}
     structure = {name: physical[name] for name in STRUCTURE if isinstance(physical.get(name), int | float)}
     if structure:

@@ -89,7 +89,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     -------
     Dataset
         Dimension scale. Variables: `exceeded`, the share of the records whose result exceeds the limit at this or a
-        lower scale; `probability`, the fitted curve; `lowest`, `median` and `highest` of the result over the
+        lower scale; `probability`, the fitted curve. Also `lowest`, `median` and `highest` of the result over the
         records, and the fields of `OverRecords`. Attributes: `threshold`, `metric`, `records`, `never` (records
         under which the limit is never exceeded), `median_scale` and `dispersion` with their intervals, if they could
         be fitted, `complete`, `points`, `points_failed`, `note`.
@@ -119,7 +119,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     may_be_known = known | (status == Status.NOT_COMPUTED)
     may_be_known_above = np.maximum.accumulate(may_be_known[:, ::-1], axis=1)[:, ::-1]
     beyond = np.isin(status, FAILED_RUNS) & ~may_be_known_above
-    # a record under which every run fails tells of the solver, and nothing of the limit
+    # a record under which every run fails is a failure of the solver, and gives no information on the limit
     beyond &= known.any(axis=1, keepdims=True)
     exceeds, keeps = (known & (values > asked.threshold)) | beyond, known & ~(values > asked.threshold)
     some = (exceeds | keeps).any(axis=1)
@@ -128,7 +128,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     low, high = bounds(exceeds[some], scales, keeps[some])
     observed = (low, high)
     if not beyond.any():
-        # Runs fail where results are large: interpolating between the others alone would move the median.
+        # Runs fail where results are large: interpolating between the others alone would shift the median.
         observed = reached(values[some], asked.threshold, scales, low, high)
     fitted = fit_lognormal(*observed)
     attributes: dict[str, Any] = {
@@ -309,7 +309,7 @@ def _log_likelihood(median: float, width: float, low: Floats, high: Floats) -> f
         a, b = (np.log(low) - median) / width, (np.log(high) - median) / width
     density = -0.5 * a[known] ** 2 - math.log(width)
     a, b = a[~known], b[~known]
-    # in the nearer tail, so that no digit is lost
+    # in the nearer tail, which preserves accuracy
     flip = a > 0
     a, b = np.where(flip, -b, a), np.where(flip, -a, b)
     return float(density.sum() + (log_ndtr(b) + np.log1p(-np.exp(log_ndtr(a) - log_ndtr(b)))).sum())

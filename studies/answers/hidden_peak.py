@@ -56,7 +56,7 @@ def hidden(
 ) -> NDArray[np.bool_]:
     """Find the frequencies between which the response of each design may exceed `HIGHER` times its largest value.
 
-    Only coarse intervals count: those that are wider than ζ, half of the half-power bandwidth, and meet the natural
+    Only coarse intervals count. They are wider than ζ, half of the half-power bandwidth, and meet the natural
     frequencies from 1/√(1 + β), with the particle's mass riding on the structure, to 1. There a peak may hide in two
     cases:
 
@@ -121,7 +121,7 @@ def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any
         return np.zeros(r.size - 1, np.bool_)
     wanted = {str(name): design[str(name)] for name in cube["status"].dims if name != FREQUENCY}
     place = {name: nearest_place(cube[name].values, value) for name, value in wanted.items()}
-    # a follow-up may have the same frequencies but for rounding
+    # a follow-up may have the same frequencies up to rounding
     one = cube.isel({**place, FREQUENCY: [nearest_place(cube[FREQUENCY].values, each) for each in r]})
     kinds = one["response_class"].values if "response_class" in cube else np.full(r.size, -1, np.int8)
     values = np.asarray(one["amplitude_ratio"].values, np.float64)
@@ -209,7 +209,7 @@ def _number(r: NDArray[np.float64], bandwidth: float) -> int:
 
 
 def _ceiling(steps: float) -> int:
-    # a step of just the wanted width is not cut in two for its rounding
+    # a step of exactly the wanted width is not halved because of its rounding
     return math.ceil(steps * (1.0 - 1e-9))
 
 

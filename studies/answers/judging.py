@@ -59,9 +59,9 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     -------
     dict of ndarray
         One entry per qualifying design. It has the six grid indices by dimension (the frequency's where the
-        amplitude is largest), `value`, `error`, `lowest` and `highest` (its limits with the question's confidence),
-        `response_class`, `locked_share`, `locked_near_resonance` (at the judged frequency nearest r = 1),
-        `impact_share` and `beside`.
+        amplitude is largest), `value`, `error`, `lowest` and `highest` (its limits with the question's confidence)
+        and `response_class`. It also has `locked_share`, `locked_near_resonance` (at the judged frequency nearest r
+        = 1), `impact_share` and `beside`.
     """
     cube, load = slab.cube, slab.read
     status = load("status")
@@ -81,7 +81,7 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
         tally["locked"] += int((keep & locked[:, question.nearest]).sum())
         keep &= ~locked[:, question.nearest]
     if question.max_impact_speed is not None:
-        # no impact, no speed: a missing one is no reason to leave a design out
+        # no impact, no speed: a missing value does not exclude a design
         too_fast = (load("impact_speed_max") > question.max_impact_speed).any(axis=1)
         tally["too_fast"] += int((keep & too_fast).sum())
         keep &= ~too_fast
@@ -89,13 +89,13 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
         values = load(name)
         if name in NONE_IS_ZERO:
             values = np.nan_to_num(values)
-        # what is not defined lies in no range
+        # an undefined value lies in no range
         outside = ~((values >= low) & (values <= high)).all(axis=1)
         tally["outside"] += int((keep & outside).sum())
         keep &= ~outside
     rows = np.flatnonzero(keep)
     amplitude, error, kind, locked = amplitude[rows], error[rows], kind[rows], locked[rows]
-    # a run that was cut off may be farther off than it says
+    # an interrupted run may have a larger error than it states
     bounded = np.where(status[rows] == Status.MAX_CYCLES, np.nan, error)
     place = amplitude.argmax(axis=1)
     each = np.arange(rows.size)
@@ -112,13 +112,13 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     found["locked_near_resonance"] = locked[:, question.nearest]
     found["impact_share"] = unknown
     if classed:
-        # where friction holds the mass a particle that strikes does not damp it
+        # if friction holds the mass, impacts do not damp it
         strikes = (kind >= ResponseClass.SYMMETRIC) & ~massless[:, None]
         if "impacts_per_cycle" in cube:
             strikes &= load("impacts_per_cycle")[rows] > 0
         found["impact_share"] = strikes.mean(axis=1)
     for name in beside:
-        # a design without an impact has no impact speed, and one that dissipates nothing no shares
+        # a design without an impact has no impact speed, and one without dissipation no shares
         known = np.nan_to_num(load(name)[rows])
         found[name] = (
             known.max(axis=1, initial=0.0) if name == "impact_speed_max" else product(known, question.weights)

@@ -41,7 +41,7 @@ def within_reach(values: NDArray[np.float64], wanted: float) -> bool:
     low, high = float(np.min(values)), float(np.max(values))
     if low < high:
         return bool(inside(wanted, 2.0 * low - high, 2.0 * high - low))
-    # nothing is near a value of 0, as of a scene without friction
+    # no value is near 0, for example for a scene without friction
     return low <= 0.0 or bool(inside(wanted, low / FACTOR, low * FACTOR))
 
 

@@ -27,11 +27,11 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     Returns
     -------
     Dataset
-        Lazily, over the six ratios, with that amplitude in the definition of its attribute `study`. Where a velocity
-        or an acceleration of the base is constant the ratios of a damper are others at each frequency: the cube is
-        then still one over clearances and forces, with one base amplitude.
+        Lazily, over the six ratios, with that amplitude in the definition of its attribute `study`. If a velocity or
+        an acceleration of the base is constant, the ratios of a damper vary with the frequency. The cube then stays
+        one over clearances and forces, with one base amplitude.
     mapping of float
-        The point in what the cube has: without its base amplitude where the cube has ratios.
+        The point for that cube: without its base amplitude if the cube has ratios.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     if definition["physical"].get("constant") is not None:
         definition["physical"][AMPLITUDE] = [chosen]
         return cube.isel({AMPLITUDE: [place]}).assign_attrs(study=json.dumps(definition)), at
-    # its chunks are those of the dimensions that it had
+    # its chunks had the former dimensions
     part = cube.sel({AMPLITUDE: chosen}).swap_dims(RATIOS_OF).drop_encoding()
     part = part.drop_vars([*RATIOS_OF, AMPLITUDE, *(name for name in RESULT_NAMES if name in part)])
     definition["physical"][AMPLITUDE] = chosen
@@ -71,7 +71,7 @@ def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Da
         called = amplitude_called(cube).capitalize()
         first = {"note": f"{called} Z = {metres:g} m."}
         in_units = {"note": f"{called} Z = {spelled(metres, 'm', 6)}."}
-    else:  # what follows names the base amplitude among the other dimensions
+    else:  # the text after it names the base amplitude among the other dimensions
         power = {1: "", 2: "²"}[CONSTANT[constant]]
         first = in_units = {
             "note": f"The {constant} of the base is the same at every frequency, and Z is its amplitude at the natural "

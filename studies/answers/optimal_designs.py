@@ -109,7 +109,7 @@ def merged_designs(
     ids = list(cubes)
     cubes = dict(zip(ids, alike(cubes.values()), strict=True))
     cube = cubes[ids[0]]
-    # follow-ups need not have the units of the study, and their faults name ratios
+    # follow-ups may lack the units of the study, and their faults name ratios
     judging = judging_in_ratios(cube, judging)
     question = DesignQuestion.ask(cube, judging, top)
     judging = replace(judging, objective=question.objective)
@@ -230,7 +230,7 @@ def _joined(parts: Mapping[str, xr.Dataset], question: DesignQuestion) -> xr.Dat
     joined = xr.concat(named, "rank", combine_attrs="override", join="outer")
     coordinates = np.stack([joined[name].values for name in question.design], axis=1)
     errors = joined["error"].values
-    # of one design the smallest error; where that is equal, as of periodic responses, the earlier study
+    # for equal designs the smallest error; if errors are equal, as of periodic responses, the earlier study
     order = np.lexsort((np.arange(errors.size), np.where(np.isnan(errors), np.inf, errors)))
     _, kept = np.unique(coordinates[order], axis=0, return_index=True)
     places = order[kept]

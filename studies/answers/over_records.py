@@ -56,7 +56,7 @@ def over_records(values: Floats, share: float) -> OverRecords:
         return OverRecords(*[np.nan] * len(OverRecords._fields))
     mean, rms = float(known.mean()), float(np.sqrt(np.mean(known**2)))
     spread = [float(each.std(ddof=1)) if n > 1 else np.nan for each in (known, known**2)]
-    # the chance that at most so many of n results are below the quantile
+    # the probability that at most so many of n results are below the quantile
     below = bdtr(np.arange(n), n, share)
     low, high = int((below <= BEYOND).sum()) - 1, int((below < 1.0 - BEYOND).sum())
     return OverRecords(

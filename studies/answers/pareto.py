@@ -166,7 +166,7 @@ def _unsurpassed(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     surpassed = np.zeros(low.shape[0], bool)
     rest = high[np.lexsort(high.T[::-1])]
     while rest.size:
-        # what is above the best limits is above others too, so these are enough
+        # a value above the best limits is also above others, so these are sufficient
         best = rest[0]
         surpassed |= (best <= low).all(axis=1) & (best < low).any(axis=1)
         rest = rest[~(rest >= best).all(axis=1)]
@@ -180,7 +180,7 @@ def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.n
     places = np.arange(order.size)
     kept: list[int] = []
     while places.size:
-        # in this order nothing later beats the first one that is left
+        # in this order no later design beats the first remaining one
         first = rest[0]
         kept.append(int(places[0]))
         same = (rest == first).all(axis=1)

@@ -159,7 +159,7 @@ class Phrases:
         if not self._has(quantity):
             if name in SYMBOLS:
                 return f"{name} {SYMBOLS[name]}"
-            # what is called a ratio, or stands beside one, is over Z by its name
+            # a name that is a ratio, or stands next to one, implies the reference Z
             return f"{name} [{OVER[quantity]}]" if quantity in OVER_MORE_THAN_Z else name
         of_a_dimension = name in TERMS and name not in RESULTS
         named = _SI_SUFFIX.sub("", (AMPLITUDES | ACCELERATIONS).get(name, name))
@@ -222,7 +222,7 @@ OVER_MORE_THAN_Z = OVER.keys() - AMPLITUDES.keys() - ACCELERATIONS.keys()
 HIDDEN = 5e-4
 """Relative error that is invisible in three digits."""
 RATIOS = Phrases()
-_SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit stands beside it
+_SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit is given separately
 
 
 def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:

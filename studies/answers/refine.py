@@ -53,10 +53,10 @@ def refine_optimum(
 ) -> Refinement:
     """Make the studies that examine where a better design may lie.
 
-    The grid's cells are those of all studies. The least value in a cell is estimated from its corners: a dip is
-    assumed to continue into it, for half of its width, with the slope at its edge; differences within the errors
-    count as zero. Every cell that may hold a design better by more than the tolerance is divided; so are those
-    around the best. For a study in units the last follow-up is the optimum with friction of its particle.
+    The grid's cells are those of all studies. The least value in a cell is estimated from its corners. A dip is
+    assumed to continue into the cell, for half of its width, with the slope at its edge; differences within the
+    errors count as zero. Every cell that may hold a design better by more than the tolerance is divided; so are
+    those around the best. For a study in units the last follow-up is the optimum with friction of its particle.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def refine_optimum(
         Its cube first, then those of finished follow-ups, by id.
     search : Search
         Limits: the step to which each parameter is refined, in its own unit; the share of the value by which a
-        design must promise to be better; the points that all follow-ups may take.
+        design must promise to be better. Also the points that all follow-ups may take.
     judging : Judging
         As in `optimal_designs`.
 
@@ -84,7 +84,7 @@ def refine_optimum(
     judging = judging_in_ratios(parent, judging)
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
-        advice = "wait for the study, go on with it, or loosen what is asked"
+        advice = "wait for the study, resume it, or relax the limits"
         raise refused(
             "refine", "no design that qualifies", "a study with a best design", advice, NONE_QUALIFIES
         )

@@ -60,7 +60,7 @@ def resonance_map(
 ) -> xr.Dataset:
     """Slice the cube along two dimensions.
 
-    A quantity is shown at its largest over the frequencies of the study unless the question names a frequency: a map
+    A quantity is shown at its largest over the frequencies of the study unless the question names a frequency. A map
     at r = 1 alone recommends designs that are terrible a few per cent away. Likewise a suite is shown under its
     worst record, and a damper over base amplitudes at the worst of them. With `over`, both are reduced: the result
     is the reduction of the worst.
@@ -139,7 +139,7 @@ def resonance_map(
         answer = _slice(cube, x, y, metric, index)
     else:
         answer = _reduced(cube, (y, x), metric, (over, inner), reduce, index)
-    # a study over base amplitudes has no ratios of mass and damping that its places could be asked by
+    # a study over base amplitudes has no ratios of mass and damping for its places
     peaks = (over, reduce) == (FREQUENCY, "max") and metric in PEAKS and kind_of(cube.sizes) is HARMONIC
     notes = hidden_on(cube, metric, (y, x), index) if peaks else []
     if over is not None and answer.attrs["complete"] < 1:

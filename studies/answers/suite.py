@@ -169,7 +169,7 @@ def worst_case_designs(
     attributes["note"] = _note(cube.isel(counting), metric, tally, ranked)
     ends: dict[str, list[Any]] = {}
     if ranked:
-        # along its whole axis, whatever range was asked for
+        # along the complete axis, whatever the range
         ends = ends_of_damper(cube, metric, counting, {name: int(best[name][0]) for name in damper})
         if kind_of(cube.sizes) is AMPLITUDES:
             most = acceleration_g(cube, {**counting, **{name: int(best[name][0]) for name in damper}})
@@ -218,7 +218,7 @@ def _brief(
     if not answer.sizes["rank"]:
         return Brief(None, (f"No damper is left of {answer.attrs['designs']:,}.",))
     phrases, metric = Phrases.of(cube), str(answer.attrs["metric"])
-    # a suite has its dampers in SI units itself
+    # a suite itself has its dampers in SI units
     varied = [name for name in damper if cube.sizes[name] > 1]
     met = [
         str(name) for name in answer.coords if name != "rank" and name not in damper and cube.sizes[name] > 1

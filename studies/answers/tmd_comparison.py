@@ -58,17 +58,23 @@ def tmd_comparison(
     -------
     Dataset
         Dimension frequency_ratio. `hybrid` with `amplitude_error`, `response_class` and `status`; `tmd` and
-        `no_damper`, exact at the same frequencies. Attributes: the absorber (`tmd_mass_ratio`, `tmd_tuning`,
-        `tmd_damping_ratio` over its own frequency, `tmd_damping_over_structure` over the structure's), `hybrid_peak`
-        (the largest value; infinite where one is unbounded) with `hybrid_peak_error` (NaN where the study keeps
-        none) and `hybrid_peak_at`, `tmd_peak` and `tmd_peak_at` (exact, over the same band), `tmd_peak_everywhere`,
-        `ratio` (hybrid over tuned mass damper), `judged` (whether it is known which of the two peaks is lower), the
-        bandwidths `hybrid_bandwidth` and `tmd_bandwidth` (share of the band where X/Z is above its peak over √2),
-        `hybrid_better` (lowest and highest grid frequency of each run of them at which the hybrid is better by more
-        than its error) and `hybrid_better_share` of the frequencies at which that is known; `exact` (both exact
-        curves to be drawn, at frequencies so close that no peak is missed, as `studies.tmd.curves` has them);
-        `complete`, `points`, `points_failed`, `verdict` (which is better, in sentences; at one frequency, what to
-        compute next in place of that), `note`.
+        `no_damper`, exact at the same frequencies.
+
+        Attributes of the absorber: `tmd_mass_ratio`, `tmd_tuning`, `tmd_damping_ratio` over its own frequency, and
+        `tmd_damping_over_structure` over the structure's.
+
+        Peaks: `hybrid_peak`, the largest value, infinite if one is unbounded, with `hybrid_peak_at` and
+        `hybrid_peak_error`, which is NaN if the study stores none. `tmd_peak` and `tmd_peak_at` are exact over the same
+        band, and `tmd_peak_everywhere` over all frequencies. `ratio` is hybrid over tuned mass damper, and `judged`
+        says whether it is known which peak is lower.
+
+        Bands: `hybrid_bandwidth` and `tmd_bandwidth` are the share of the band where X/Z is above its peak over √2.
+        `hybrid_better` has the lowest and highest grid frequency of each run in which the hybrid is better by more than
+        its error. `hybrid_better_share` is the share of the frequencies at which that is known.
+
+        Others: `exact`, both exact curves for drawing, at frequencies so close that no peak is missed
+        (`studies.tmd.curves`). `complete`, `points`, `points_failed` and `note`. `verdict` says in sentences which is
+        better or, at one frequency, what to compute next.
 
     Raises
     ------
@@ -81,10 +87,10 @@ def tmd_comparison(
     criterion, mass_ratio = tuning.criterion, tuning.mass_ratio
     excitation = _excitation(cube, tuning.excitation)
     if mass_ratio is not None:
-        # the study's particle may have none where the absorber has a mass of its own
+        # the study's particle may have no mass if the absorber's is given
         least = LEAST_MASS if tuning.tmd_mass_ratio is None else 0.0
         _check_mass("mass_ratio", mass_ratio, "correct it, or leave it out for that of the design", least)
-        # the mass of the absorber may be any; the study's particle nearest to it is compared with it
+        # the absorber may have any mass; it is compared with the nearest particle of the study
         masses = cube["mass_ratio"].values
         near = (
             mass_ratio

@@ -95,12 +95,12 @@ def verdict(
     Returns
     -------
     dict
-        Attributes of the answer: `confidence`; `as_good`, how many further designs may be the best within their errors;
-        `chance_of_another`, the probability that one of them is (left out where errors are not known);
-        `best_with_impacts` (left out where there is none); `next_frequencies`, what to compute where one frequency
-        counts; `brief`, the short answer; `verdict`, its sentences; `notes`, all that is known beside it as data; `doubts`,
-        those of them that say why the best value may not hold, each with its `kind` (`DOUBTS`); `in_units`, the same words in
-        units (left out where the study is given in ratios alone).
+        Attributes of the answer. `confidence`; `as_good`, the number of further designs that may be the best within
+        their errors; `chance_of_another`, the probability that one of them is, left out if errors are unknown.
+        `best_with_impacts`, left out if there is none; `next_frequencies`, to compute if only one frequency counts.
+        `brief`, the short answer; `verdict`, its sentences; `notes`, all remarks as data. `doubts` are the notes that
+        question the best value, each with its `kind` (`DOUBTS`). `in_units` has the same words in units, left out if
+        the study is given in ratios alone.
     """
     if ranked.sizes["rank"] == 0:
         none = _none_left(cube, question, ranked.attrs)

@@ -26,8 +26,8 @@ def work_precision(cube: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         Dimension `run_time`, the centres of the bins that contain points [s], four a decade. Variables: `number` of
-        points, `max_cycles_share` of the points that reached the cycle limit, and `error_low`, `error_median`,
-        `error_high`: the relative errors of the amplitude ratio that 10, 50 and 90 per cent of the points do not
+        points, and `max_cycles_share` of the points that reached the cycle limit. `error_low`, `error_median` and
+        `error_high` are the relative errors of the amplitude ratio that 10, 50 and 90 per cent of the points do not
         exceed. Their resolution is an error bin, eight a decade; 0 means below 1e-18. Attributes: `complete`,
         `points`, `points_failed`, `seconds` (of all points), `note`.
 

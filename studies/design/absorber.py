@@ -163,7 +163,7 @@ def _under_records(
 ) -> Iterator[tuple[str, dict[str, float]]]:
     for records in asked.records:
         for source, cases in groupby(records.cases, key=lambda case: case.source):
-            # a linear structure: what is measured grows with the record
+            # a linear structure: its response is proportional to the record
             once = measures_under(absorber, damping, omega, records.motions[source.id], 1.0, records.tail_s)
             for case in cases:
                 results = {name: case.scale * value for name, value in once.items()}
@@ -176,7 +176,7 @@ def _limited(asked: Specification, absorber: Absorber, every: list[Built], name:
     if name not in LIMITED:
         return
     judged = LIMITED[name]
-    # a limit in ratios is kept in those of the structure's own units
+    # a limit in ratios is checked in the structure's own units
     unit = 1.0 if asked.in_units else asked.structure.angular_frequency**judged.order
     yield unit * hardest(asked, absorber, judged)[0]
     for each in every:

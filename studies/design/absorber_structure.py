@@ -93,7 +93,7 @@ def hardest(
     """Give the largest judged value over the bands within the tolerances, and the structure that reaches it.
 
     The worst damping is at an end of its tolerance. Natural frequency, mass and, if it may deviate, the tuning of
-    the absorber lie anywhere within their tolerances: a light damper moves most where a narrow peak meets an end of
+    the absorber lie anywhere within their tolerances. A light damper moves most where a narrow peak meets an end of
     a band. They are searched one after the other through each structure of a coarse grid; the highest places are
     then refined.
 

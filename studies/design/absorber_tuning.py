@@ -43,7 +43,7 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
     exchange.
     """
     judged = judged_of(asked)
-    # more damping of the structure hardly ever lets it move more
+    # more damping of the structure hardly ever increases its motion
     known = [shares for shares in structures(asked) if shares.get("damping_ratio", 0.0) <= 0.0]
 
     def among(shares: list[dict[str, float]], tunings: Floats, dampings: Floats) -> Floats:
@@ -60,7 +60,7 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
         start,
         *(Absorber(start.mass_ratio, float(tunings[i]), float(dampings[j])) for i, j in sorted(begin)),
     ]
-    # the nominal structure tells valleys from each other, all of them how deep each is
+    # the nominal structure distinguishes valleys; all structures together give the depth of each
     lowest = sorted((_least(nominal, one, FEW) for one in starts), key=lambda found: found[0])[:LOWS]
     expected, absorber = _followed(
         worst, *min((_least(worst, one) for _, one in lowest), key=lambda found: found[0])

@@ -280,7 +280,7 @@ def _where(asked: Specification, score: Score) -> Where:
         known["frequency_hz"] = hertz(asked, score.frequency_ratio)
     if not (
         asked.measure.mean and bound.motion.order
-    ):  # under a constant velocity: at no amplitude of the displacement
+    ):  # under a constant velocity no amplitude of the displacement exists
         known["ratio"] = score.value / (score.amplitude_m * _rate(asked) ** asked.measure.order)
         known["base_amplitude_m"] = score.amplitude_m if asked.in_units else None
     return known

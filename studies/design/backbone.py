@@ -54,7 +54,7 @@ def _under(found: Found, amplitude: Amplitude) -> OverBand:
     ratios = values / (curve.base_m * curve.rate**asked.measure.order)
     place = int(values.argmax())
     hertz = asked.structure.natural_frequency_hz if asked.in_units else None
-    # an rms over the band is at no frequency
+    # an rms over the band has no frequency
     peak = None if asked.measure.mean else float(curve.r[place])
     low, high = excitation.lowest_m * (1.0 - SAME), excitation.highest_m * (1.0 + SAME)
     return {

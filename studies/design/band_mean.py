@@ -54,7 +54,7 @@ def band_mean(r: NDArray[np.float64], values: NDArray[np.float64], errors: NDArr
     value = float(np.sqrt(square))
     doubt = float(_doubts(r, values**2).sum()) / width
     spread = float(np.sqrt(((weights * values * errors) ** 2).sum())) / value
-    # the root of what the mean square may be more
+    # the root of the possible excess of the mean square
     return BandMean(value, float(np.sqrt(square + doubt)) - value, spread)
 
 

@@ -228,7 +228,7 @@ class Book:
 
     def from_starts(self, wanted: Wanted) -> tuple[Study, ...]:
         """Make the study that computes a build from several starts."""
-        assert isinstance(wanted.amplitude, Amplitude)  # a record begins at rest
+        assert isinstance(wanted.amplitude, Amplitude)  # a record starts at rest
         law, place, contact = wanted.build.spot(self.asked.structure, wanted.amplitude)
         more = {
             "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
@@ -274,7 +274,7 @@ class Book:
             )
             status = cube["status"].values
             columns[..., 0][status > Status.MAX_CYCLES] = np.inf
-            # there is one base amplitude where there is a dimension of it
+            # a dimension of base amplitudes has one value here
             columns = columns.reshape(*(len(axis) for axis in axes), len(frequencies), len(self.variables))
             for index in np.ndindex(*columns.shape[:-2]):
                 place: Place = tuple(axis[i] for axis, i in zip(axes, index, strict=True))

@@ -23,7 +23,7 @@ Place = tuple[float, float, float, float, float]
 """ζ, e, β, d/Z and γ_F; the three of the particle are 0 where there is none."""
 
 Law = tuple[()] | tuple[str] | tuple[str, float, float, float]
-"""The constant quantity: empty for a base displacement; its name for a force; for a base velocity or acceleration
+"""The constant quantity: empty for a base displacement; its name for a force. For a base velocity or acceleration
 its name, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural frequency.
 Under a ground-motion record its id, its scale, and the same two of the structure.
 """
@@ -171,7 +171,7 @@ class Build:
                 continue
             value = self.value(name)
             if name == "particle_mass_kg" and not value:
-                continue  # what is not there has no tolerance
+                continue  # an absent element has no tolerance
             changed[name] = max(value + share * tolerance.of(value), 0.0)
             if name == "restitution":
                 changed[name] = min(changed[name], 1.0)

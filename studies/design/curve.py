@@ -37,7 +37,7 @@ class Curve:
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         """Give one variable; a point that failed has no value in units, and counts as infinite."""
         failed = np.isinf(next(iter(self.columns.values())))
-        if name == "amplitude_error":  # a transient ends where it ends: it is as exact as the solver
+        if name == "amplitude_error":  # a transient is as exact as the solver
             column = self.columns.get(name, np.zeros(self.r.size))
             return np.where(failed, 0.0, column)
         return np.where(failed, np.inf, self.columns[name])

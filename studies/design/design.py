@@ -118,7 +118,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         judged = [compared, nominal]
         if nominal.violation <= compared.violation:
             break
-        # what exceeds a limit only here gives way to a damper that keeps it
+        # a damper that exceeds a limit only here is replaced by one that keeps it
         search.robust[best] = worst(judged)
         yield from within(search.reconsidered(), left, "dampers that keep the limits")
         previous, best = best, search.best()

@@ -134,7 +134,7 @@ def at_ends(found: Found) -> dict[str, str]:
         if value in (QUANTITIES[name].lowest, QUANTITIES[name].highest):
             continue  # there is nothing beyond
         if value in (choice.start, choice.stop) and not (choice.values and choice.start == choice.stop):
-            # of a range that a limit left one value of, the upper end is the limit's
+            # if a limit reduced a range to one value, the upper end is the limit's
             ends[name] = "upper" if value == choice.stop else "lower"
     return ends
 

@@ -67,7 +67,7 @@ class Survey:
         margin = 0.25 * (1.0 - riding) + 5.0 * min(zeta, 0.02) + 0.005
         first, last = riding - margin, 1.0 + margin
         step = max(min(max(zeta, NARROWEST), WIDEST), (last - first) / MOST_STEPS)
-        # tolerances move the band over the structure's own frequency
+        # tolerances shift the band relative to the structure's own frequency
         off = {name: each.size for name, each in asked.tolerances.items() if name in OF_STRUCTURE}
         mass, frequency = off.get("mass_kg", 0.0), off.get("natural_frequency_hz", 0.0)
         lowest, highest = (
@@ -157,11 +157,11 @@ def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float,
 
 
 def rise(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
-    """Estimate by how much the peak beside the largest sample exceeds it.
+    """Estimate by how much the peak next to the largest sample exceeds it.
 
-    On an interval beside it the response is assumed to rise no more steeply than it did towards the interval from
-    either end, up to the intersection of both lines. If the value beyond is too low for that, the response jumps: it
-    is assumed to rise up to the jump, as steeply as before it.
+    On an interval next to it the response is assumed to rise no more steeply than towards the interval from either
+    end. The rise ends where both lines meet. If the value beyond is too low for that, the response jumps: it is
+    assumed to rise up to the jump, as steeply as before it.
     """
     place = int(values.argmax())
     return max(
@@ -180,7 +180,7 @@ def _rise_ahead(
     if r.size < 2 or back.size < 2 or not np.isfinite(np.r_[values[:3], behind[:3]]).all():
         return 0.0
     width, slopes = abs(r[1] - r[0]), np.diff(behind[:3]) / -np.abs(np.diff(back[:3]))
-    # much steeper than before is a jump, and no slope
+    # a much steeper slope than before is a jump
     up = float(np.minimum(slopes[0], 2.0 * abs(slopes[1])) if slopes.size > 1 else slopes[0])
     if r.size > 2:
         down = (values[1] - values[2]) / abs(r[2] - r[1])

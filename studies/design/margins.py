@@ -47,7 +47,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
         moved[PARTICLE_FRICTION.name, -1] = []
         rubbing = [(each, build.with_values({PARTICLE_FRICTION.name: each})) for each in COEFFICIENTS]
         moved[PARTICLE_FRICTION.name, 1] = rubbing
-    # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a look, or a closer one
+    # a worst case can only grow: if the coarse look shows a failure, values beyond it need no look
     near: dict[tuple[str, int], list[Build]] = {key: [] for key in moved}
     for first, last in ((0, FEW), (FEW, None)):
         further = {

@@ -1,8 +1,8 @@
 """scipy's optimisers as generators, which request values instead of computing them.
 
-Each yields candidates whose values it needs next, and continues once they are known. scipy calls a function and
-waits for it, so an optimiser is restarted with the known values and followed until one is missing. The requests
-depend only on the values, and following it costs little compared with computing them.
+Each yields candidates whose values it needs next, and continues once they are known. A function of scipy calls its
+objective and waits for it, so an optimiser is restarted with the known values and followed until one is missing. The
+requests depend only on the values, and following it costs little compared with computing them.
 """
 
 from collections.abc import Generator, Mapping, Sequence
@@ -103,7 +103,7 @@ def _divided(space: Space, values: Values, count: int) -> Wants:
             known.add(candidate)
             return values[candidate]
         wanted[candidate] = None
-        return 0.0  # of no consequence: it goes no further than this iteration
+        return 0.0  # without effect beyond this iteration
 
     def ended(_: object) -> None:
         if wanted or len(known) >= count:

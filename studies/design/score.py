@@ -27,15 +27,15 @@ class Score:
     Parameters
     ----------
     value, error, noise : float
-        The largest value of the measure in its unit; how much larger it may be at the required confidence; and how
-        much smaller, since a response that does not repeat has a standard error.
+        The largest value of the measure in its unit, and how much larger it may be at the required confidence. Also
+        how much smaller, since a response that does not repeat has a standard error.
     violation : float
         The largest share by which a limit is exceeded; 0 if all are kept.
     reached : dict of float
         The largest value of each limited quantity, of results and of the damper itself, in the unit of its limit.
     frequency_ratio : float
         Frequency of the worst case, over the nominal natural frequency; if the rms over the band is judged, that of
-        its largest response; NaN under a ground-motion record, like the next.
+        its largest response. NaN under a ground-motion record, like the next.
     amplitude_m : float
         Base amplitude Z of the worst case, at its frequency.
     build : Build

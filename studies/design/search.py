@@ -106,7 +106,7 @@ class Search:
             known = [each for each in self.first() if self.looked_at(self.space.build(each))]
             if not known:
                 raise BudgetSpent
-            # nothing was judged with its tolerances: the best as drawn, with what is known of its corners
+            # nothing was judged with its tolerances: the best as drawn, with the known results of its corners
             best = min(known, key=lambda each: (self.value(each), each))
             self.robust[best] = self.judged(best)
         try:
@@ -136,7 +136,7 @@ class Search:
     def _look(self, candidates: list[Candidate]) -> Asks:
         """Compute the values of candidates, each as closely as needed while it may be near the best."""
         yield from self.known(map(self.space.build, candidates), 0)
-        if not self.robust and len(candidates) > 1:  # there is no best yet to hold them against
+        if not self.robust and len(candidates) > 1:  # there is no best yet for comparison
             candidates = sorted(candidates, key=lambda each: (self.value(each), each))
             if self.told:
                 self.book.ahead = self.space.build(candidates[0])
@@ -234,7 +234,7 @@ class Search:
         for stage in range(level + 1):
             behind = [build for build in every if amplitudes or self._level.get(build, -1) < stage]
             if stage == 0 and level > 0:
-                continue  # the survey holds the coarse look
+                continue  # the survey includes the coarse look
             if behind:
                 wanted = [one for build in behind for one in self._samples_of(build, stage, at)]
                 if self.book.spent + self.book.lacking(wanted) > self.cap:

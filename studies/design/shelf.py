@@ -1,8 +1,8 @@
 """The store of designs: specification, progress and result, each a small file in a folder.
 
-A file is written completely or not at all, and only one process changes each: the request is written once, the round
-by the search, the end by whoever ends it first. So a process that is killed at any moment leaves a design that can
-be continued. A new name and a place in the trash are additional files.
+A file is written completely or not at all, and only one process changes each. The request is written once, the round
+by the search, and the end by the first process that ends the design. So a process that is killed at any moment
+leaves a design that can be continued. A new name and a place in the trash are additional files.
 """
 
 import json
@@ -82,7 +82,7 @@ class Shelf:
         full = self._quota.reached("design", [self._owner(each) for each in others])
         if full is not None:
             raise DesignsFull(full)
-        self.remove(design_id)  # what a deletion left that was cut short, or is too old in the trash
+        self.remove(design_id)  # left by an interrupted deletion, or too old in the trash
         folder = self._folder.at(design_id)
         request = {"specification": asked.document, "budget_points": budget, "created": now()}
         folder.fill({REQUEST: _sealed(signed(request))})
@@ -124,9 +124,9 @@ class Shelf:
             found = {each for each in ids if each.startswith(reference)}
         if len(found) == 1:
             return self.get(found.pop())
-        many = f"{describe(reference)}, which stands for {len(found)} designs"
+        many = f"{describe(reference)}, which matches {len(found)} designs"
         if reference in self._in_trash():
-            return self.get(reference)  # which says so
+            return self.get(reference)  # its message says so
         raise DesignNotFound(
             Fault(
                 "design",
@@ -171,7 +171,7 @@ class Shelf:
             asked = parse_specification(request["specification"])
             digest, name = asked.digest, asked.name
         except StudyFaults:
-            # of a version that read more, or less: it is kept, and searching for it says what is wrong
+            # of a version with other keys: it is kept, and searching for it reports the error
             digest, name = design_id, str(request["specification"].get("name", ""))
         return Kept(
             id=design_id,
@@ -194,7 +194,7 @@ class Shelf:
             try:
                 found.append(self._kept(design_id))
             except DesignNotFound:
-                continue  # deleted meanwhile; what is damaged is told by `damaged`
+                continue  # deleted meanwhile; damaged ones are reported by `damaged`
         return sorted(found, key=lambda each: each.place, reverse=True)
 
     def waiting(self) -> list[Kept]:
@@ -302,7 +302,7 @@ class Shelf:
             told = f"Design {kept.id} is {kept.state}, so it is not possible to delete it now."
             raise DesignBusy(Fault("design", found, "a design that has ended", "cancel it first", told))
         if trash:
-            self._folder.at(kept.id).put(TRASH, b"")  # its age says how long it has been there
+            self._folder.at(kept.id).put(TRASH, b"")  # its age is its time in the trash
         else:
             self.remove(kept.id)
 
@@ -331,7 +331,7 @@ class Shelf:
 
     def bury(self) -> None:
         """Remove the designs whose time in the trash has ended."""
-        with _putting:  # a design that is asked for again meanwhile stays
+        with _putting:  # a design that is submitted again meanwhile is kept
             for design_id in self._requested():
                 until = self._trashed_until(design_id)
                 if until is not None and until <= time.time():
@@ -340,14 +340,14 @@ class Shelf:
     def remove(self, design_id: str) -> None:
         """Remove a design; its studies stay."""
         folder = self._folder.at(design_id)
-        # the request first: a design is there when its request is
+        # the request first: a design exists once its request does
         folder.remove(REQUEST)
         folder.clear()
 
     def pieces(self, design_id: str) -> dict[str, bytes]:
         """Give the files of a design unchanged; one that ends meanwhile is given in its state before or after."""
         folder, found = self._folder.at(design_id), {}
-        # the end first: what it stands for is there before it
+        # the end last: the files that it announces must exist before
         for name in (END, ANSWER, REPORT, ROUND, NAME, TRASH, REQUEST):
             with suppress(FileNotFoundError):
                 found[name] = folder.get(name)
@@ -360,7 +360,7 @@ class Shelf:
         folder = self._folder.at(design_id)
         folder.remove(REQUEST)
         folder.clear()
-        # without the request, which makes it a design, and then with it
+        # first without the request, which makes it a design, and then with it
         for some in ({name: pieces[name] for name in pieces if name != REQUEST}, {REQUEST: pieces[REQUEST]}):
             if some:
                 folder.fill(some)

@@ -104,7 +104,7 @@ class Starts:
     frequency_hz : float or None
         The same in hertz; None without units.
     beyond : int or None
-        Number of frequencies at which some start exceeds the upper bound of the stated worst case; None if the
+        Number of frequencies at which some start exceeds the upper bound of the stated worst case. None if the
         measure is not the displacement, because other results are not stored for every start.
     where : tuple of Several
         The frequencies of `several`, ascending.

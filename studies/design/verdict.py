@@ -305,7 +305,7 @@ def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
         yield (
             "chosen" if CAVITY.intersection(asked.free) else "given",
             f"{lies}, {rubs}",
-            "friction has no effect where a cavity stands" if stands else "",
+            "friction has no effect in an upright cavity" if stands else "",
         )
     elif asked.choices["particle_mass_kg"].stop:
         yield (

@@ -30,7 +30,7 @@ from damperlab.studies.spelling import spelled
 
 ENDED: Mapping[str, str] = {
     "budget": "The search ended with its share of the budget of {points}.",
-    "converged": "The search ended where none beside the best was better.",
+    "converged": "The search ended because no neighbour of the best was better.",
     "lists": "These are all combinations of the values listed.",
     "nothing": "The limits leave one damper.",
 }
@@ -69,10 +69,10 @@ def _worst(found: Found) -> Iterator[str]:
     if isinstance(stated.under, Case):
         records = asked.records_of(stated.under)
         shaken, name = under_records(records), records.name
-        # one that is generated, at its one scale, is what the sentence begins with
+        # a single generated record, at its only scale, begins the sentence
         one = len(records.cases) == 1 and records.alone is not None
         near = "" if one else f", under {stated.under.name}"
-    elif not asked.excitations:  # no record lets anything move
+    elif not asked.excitations:  # no record moves anything
         shaken, name, near = under_records(asked.records[0]), asked.records[0].name, ""
     else:
         shaken, name = spelled_out(asked, found.binding), found.binding.name
@@ -84,7 +84,7 @@ def _worst(found: Found) -> Iterator[str]:
     if isinf(stated.value):
         yield f"{over}{within}, nothing bounds the {asked.measure.judged}{near}."
     else:
-        # what is known of a record is as exact as the solver: there is no error to state
+        # a result under a record is as exact as the solver: there is no error to state
         most = f"{allowing(asked, stated.noise)} it is at most {response(asked, rounded_up(stated.most))}"
         rest = FROM[asked.judge] if asked.excitations and not asked.measure.mean else ""
         reaches = f"{comes_to(asked)} {response(asked, stated.value)}{rest}{near}"
@@ -209,7 +209,7 @@ def _starts(found: Found) -> Iterator[str]:
 
 def _margins(found: Found) -> Iterator[str]:
     asked = found.asked
-    if not found.margins or isinf(found.stated.most):  # what has no bound cannot be exceeded
+    if not found.margins or isinf(found.stated.most):  # an unbounded value cannot be exceeded
         return
     holds = ["every limit holds"] if asked.limited_at_all else []
     if found.stated.violation > 0.0:

@@ -123,7 +123,7 @@ def taken_apart(
     ranges: dict[str, tuple[float, float] | None] = {}
     for name, raw in entries:
         if name in ("frequency_ratio", "excitation_frequency_hz"):
-            continue  # the frequencies are those that were measured
+            continue  # the frequencies are those of the measurement
         ends = _ends(raw)
         if ends is None:
             known |= read_number(name, raw, faults)

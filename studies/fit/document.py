@@ -34,7 +34,7 @@ def read_fit(document: object) -> FitQuestion | HistoryQuestion:
     ----------
     document : object
         As read from JSON: `measured` (the text of the table), `structure` (the known values, as a study), `fit`
-        (parameters to estimate: a range or null by name), and optionally `name`, `deviation`, `confidence`, `seed`.
+        (parameters to estimate: a range or null by name). Optional are `name`, `deviation`, `confidence` and `seed`.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def _ranges(raw: object, faults: list[Fault]) -> dict[str, tuple[float, float] |
             advice = f'write "{name}": [LOW, HIGH], or null for a usual range'
             faults.append(Fault(f"fit.{name}", describe(span), "a range", advice))
         else:
-            found[str(name)] = None  # said to be unknown with the question
+            found[str(name)] = None  # the question reports it as unknown
     return found
 
 

@@ -71,8 +71,8 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
     text : bytes or str
         A table whose first line names the columns with their units, as in ``frequency (Hz), amplitude (mm)``,
         separated by comma, semicolon or tab; bytes are UTF-8. Lines that begin with # are skipped. Frequencies in Hz
-        or over the natural frequency (`frequency ratio`); amplitudes as lengths or over the base amplitude (`X/Z`);
-        if it is known, one standard deviation (`deviation (mm)`, `deviation (%)`, `deviation ratio`). Columns for
+        or over the natural frequency (`frequency ratio`); amplitudes as lengths or over the base amplitude (`X/Z`).
+        If it is known, one standard deviation (`deviation (mm)`, `deviation (%)`, `deviation ratio`). Columns for
         conditions that differ from row to row, as in ``base amplitude (mm)`` or ``clearance ratio``; an empty cell
         means the value for the other rows.
     name : str

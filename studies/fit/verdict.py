@@ -61,8 +61,8 @@ def _agreement(fitted: Fitted) -> Iterator[str]:
         yield _scatters(f"{100 * share:.2g} %,")
         if share > POOR:
             yield (
-                "That is more than a measurement scatters: the model, or what is held known, does not describe this "
-                "prototype, and the parameters are those that come nearest, not those that it has."
+                "That is more than a measurement scatters: the model, or a value assumed known, does not "
+                "describe this prototype. The parameters are only the nearest ones."
             )
     elif fitted.probability is None:
         yield "There are no more rows than parameters, so the data cannot say whether the model is right."
@@ -147,8 +147,8 @@ def _regimes(fitted: Fitted) -> Iterator[str]:
 def _irregular(fitted: Fitted) -> Iterator[str]:
     if fitted.irregular:
         yield (
-            f"At {counted(fitted.irregular, 'row')} the fitted response is modulated or chaotic: the model knows its mean "
-            "to an error, which counts as one of the measurement's."
+            f"At {counted(fitted.irregular, 'row')} the fitted response is modulated or chaotic: the model's "
+            "mean has an error, which counts as one of the measurement's."
         )
 
 
@@ -203,9 +203,9 @@ def _stretch(fitted: FittedHistory) -> Iterator[str]:
         yield f"All of the history counts, {whole:.4g} s: the response is predictable throughout."
         return
     yield (
-        f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s count. Later on impacts make the response depend on the "
-        "parameters so steeply, within what the data leave open, that what agrees there agrees by chance; or the model "
-        "describes it worse."
+        f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s count. Later on, impacts make the response "
+        "depend so steeply on the parameters that agreement is chance; or the model describes it "
+        "worse."
     )
 
 

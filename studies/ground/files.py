@@ -22,7 +22,7 @@ Row = tuple[int, list[str]]
 MOST_BYTES = 16 * 1024 * 1024
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[EeDd][+-]?\d{1,3})?"
-# Fortran writes columns of fixed width: a minus sign may follow the last digit of the number before it.
+# Fortran writes columns of fixed width: a minus sign may directly follow the previous number.
 _NUMBERS = re.compile(rf"\s*(?:{_NUMBER}(?=[\s+-]|$)\s*)+$")
 _ONE = re.compile(_NUMBER)
 _BEGIN = re.compile(
@@ -137,7 +137,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
         if number < begin or not (rows or numbers or sample):
             head.append((number, bare))
             continue
-        # apart by commas, a line has no cells by the other signs
+        # in a line with commas, only these separate cells
         apart = [cell for cell in re.split(r"[;\t]|\s+", bare) if cell]
         whole = "," in bare and len(cells) == 4 and all(cell.lstrip("+-").isdigit() for cell in cells)
         if whole or ((begin or len(apart) == 2) and decimal_comma(apart)):
@@ -156,7 +156,7 @@ def _is_announcement(rows: Sequence[Row]) -> bool:
     count, below = int(rows[0][1][0][:12]), [cells for _, cells in rows[1:]]
     if all(len(cells) == 1 for cells in below):
         return True
-    # times would go on behind the first
+    # times would continue after the first
     return 1 < count > _float(below[0][0]) and count in (len(below), sum(map(len, below)))
 
 

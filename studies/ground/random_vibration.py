@@ -100,7 +100,7 @@ class RandomVibration:
         total = np.zeros_like(to)
         points = zip(self.frequency_hz, self.psd_m2_per_s3, strict=True)
         for (low, before), (high, after) in pairwise(points):
-            # ∫ S₁·(f/f₁)ⁿ df with f = f₁·e^x, of which there is x from 0 to `way`
+            # ∫ S₁·(f/f₁)ⁿ df with f = f₁·e^x, for x from 0 to `way`
             way, growth = (
                 log(np.clip(to, low, high) / low),
                 1.0 + math.log(after / before) / math.log(high / low),

@@ -36,7 +36,7 @@ def read_numbers(
     document : object
         As it is written.
     place : str
-        The method, with which every fault begins.
+        The method; every fault begins with it.
     numbers : Numbers
         The numbers.
     others : tuple of str

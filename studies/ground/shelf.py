@@ -137,7 +137,7 @@ class Shelf:
             found = f"{record_id}, which is built in"
             raise RecordKept(Fault("record", found, "an uploaded record", advice, told))
         self._require_uploaded(record_id)
-        # the summary first: a record is there when its summary is
+        # the summary first: a record exists once its summary does
         for suffix in (".json", ".npy"):
             (self.folder / f"{record_id}{suffix}").unlink(missing_ok=True)
         sync_path(self.folder)
@@ -178,7 +178,7 @@ class Shelf:
             motion = GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
             if f"u-{motion.digest}" != record_id:
                 raise ValueError("its samples are not those that were uploaded")
-        # whatever numpy makes of bytes that are none of its files
+        # any exception of numpy for bytes that are none of its files
         except Exception as error:
             raise _damaged(record_id, str(error)) from error
         return motion
@@ -216,7 +216,7 @@ class Shelf:
         sync_path(self.folder.parent)
         samples = io.BytesIO()
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
-        # the summary last: a record is there when its summary is
+        # the summary last: a record exists once its summary does
         Folder(self.folder).put(f"{record_id}.npy", samples.getvalue())
         summary = {"crc32c": PLACEHOLDER, **signed(motion.summary())}
         Folder(self.folder).put(f"{record_id}.json", seal(json.dumps(summary).encode()))

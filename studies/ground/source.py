@@ -183,7 +183,7 @@ def read_entries(
         try:
             read = read_sources(entry, shelf)
         except StudyFaults as caught:
-            # a record that is not found says so under a name of its own, which a list has no use for
+            # a missing record is reported under a separate name, which a list does not need
             faults += [
                 replace(each, field=place) if each.field == "record" else each.under(within)
                 for each in caught.faults

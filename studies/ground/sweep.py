@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 SAMPLES_PER_CYCLE = 72
 """Of the highest frequency. A line over a step h misses a by at most h²/8·max |a''|, so for a sine (ωh)²/8 = 9.5e-4
-of the amplitude; ramps of `FEWEST_RAMP_CYCLES` add less than a twentieth of it to a''.
+of the amplitude. Ramps of `FEWEST_RAMP_CYCLES` add less than a twentieth of it to a''.
 """
 FEWEST_RAMP_CYCLES = 4.0
 SPELLED: tuple[tuple[str, str], ...] = (
@@ -29,8 +29,8 @@ SPELLED: tuple[tuple[str, str], ...] = (
 class Sweep:
     """A sine whose frequency runs from one end to the other.
 
-    The base displacement is z = w·(a/ωⁿ)·sin φ with φ = ∫ω dt from 0, and w rising from 0 to 1 and falling back over the
-    first and the last cycles. Velocity and acceleration are its exact derivatives.
+    The base displacement is z = w·(a/ωⁿ)·sin φ with φ = ∫ω dt from 0. The window w rises from 0 to 1 over the first
+    cycles and falls over the last. Velocity and acceleration are its exact derivatives.
 
     Parameters
     ----------

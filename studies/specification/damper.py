@@ -180,7 +180,7 @@ class DamperFields(SceneFields):
         if not self._in_units:
             told = "{field} is in seconds, and the specification is in ratios."
             advice = "add mass_kg, natural_frequency_hz and the amplitude of the base"
-            self._fault(field, describe(raw), "a contact time beside a structure in units", advice, told)
+            self._fault(field, describe(raw), "a contact time with a structure in units", advice, told)
             return 0.0
         return self._read(field, raw, CONTACT_TIME) or 0.0
 

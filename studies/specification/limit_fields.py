@@ -88,7 +88,7 @@ class LimitFields(ToleranceFields):
             self._fault(
                 "limits",
                 describe(self.document["limits"]),
-                "limits beside a structure and a base motion in units",
+                "limits with a structure and a base motion in units",
                 f"{give} mass_kg, natural_frequency_hz and base_amplitude_m",
                 told,
             )

@@ -136,7 +136,7 @@ class Limit:
     per_second: bool = False
 
     def has_error(self, by_records: bool) -> bool:
-        """Whether the result has an error: a length, or over a band an acceleration; others are given none."""
+        """Whether the result has an error: a length, or over a band an acceleration; other results have none."""
         return self.unit == "m" or (not by_records and self.over_band[0] in ACCELERATIONS)
 
 

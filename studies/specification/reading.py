@@ -119,7 +119,7 @@ def parse_specification(document: object, shelf: Shelf | None = None) -> Specifi
     refuse_the_other(document, "specification")
     given, faults = guard(_mapping(document))
     faults = [_of_specification(fault) for fault in faults]
-    # a key of YAML without a value, as where each of its lines is a comment
+    # a key of YAML without a value, for example if all its lines are comments
     given = {key: value for key, value in given.items() if value is not None}
     reader = _Reader(given, faults, shelf)
     found = reader.specification()
@@ -153,15 +153,15 @@ class _Reader(LimitFields):
         points = self._count("budget_points", 100, 10_000_000, None)
         if "budget_points" in self.document and "budget_minutes" in self.document:
             told = "{field} and budget_minutes are given together."
-            found = "a budget in points beside one in minutes"
+            found = "a budget in points together with one in minutes"
             self._fault("budget_points", found, "one of the two", "remove one of them", told)
         builds = self._count("builds", 0, 10_000, 60)
         if structure is None or excitations is None or records is None:
             self._without_ratios(structure)
             return None
-        # of records no quantity is over an amplitude of the base
+        # records have no base amplitude as a reference
         largest_m = max((each.highest_m for each in excitations), default=1.0)
-        if not self._in_units:  # then everything is over the largest amplitude, also where that is given
+        if not self._in_units:  # then the largest amplitude is the reference, even if units are given
             excitations = tuple(each.over(largest_m) for each in excitations)
             largest_m = 1.0
         choices = self._choices(largest_m, structure)

@@ -83,7 +83,8 @@ class RecordFields(Fields):
             self._fault(f"{place}.{key}", f"{count} cases", f"at most {MOST_CASES}", advice, told)
         if len(groups) < len(read):
             return None
-        # the record as it is now is what is asked, so its samples' digest is in the document, and in its digest
+        # the document, and so its digest, contains the digest of the samples: the record in its present form is
+        # meant
         held = iter(groups)
         places = {place for place, _ in self._by_records}
         kept = [_held(next(held), each) if place in places else each for place, each in self._shakers]
@@ -118,7 +119,7 @@ class RecordFields(Fields):
         if first == "records":
             entries = self._entries(f"{place}.records", raw["records"])
         else:
-            # its faults name the key themselves
+            # its faults already name the key
             entries = [(f"{place}.{first}", place, {first: raw[first]})]
         found = read_entries(entries, self._shelf, named, self.faults)
         scales = self._scales(f"{place}.scales", raw.get("scales", 1.0))
@@ -182,9 +183,9 @@ class RecordFields(Fields):
 
 def _held(group: RecordCases, given: object) -> dict[str, Any]:
     """Give an excitation by records in the form of a specification."""
-    assert isinstance(given, Mapping)  # or it would not be one of records
+    assert isinstance(given, Mapping)  # otherwise it would not be an excitation by records
     name = {key: given[key] for key in ("name",) if key in given}
-    # a sweep says all that its samples are made of; of other records the digest of their samples is a part of what is asked
+    # a sweep defines its samples completely; for other records the digest of the samples is part of the document
     sources = [source.document() for source in group.sources]
     shaken = {"sweep": given["sweep"]} if "sweep" in given else {"records": sources}
     return name | shaken | {"scales": list(group.scales), "tail_s": group.tail_s}

@@ -83,8 +83,8 @@ class SceneFields(RecordFields):
                 told = f"{{field}} is missing: {key} needs it."
                 self._fault("structure.mass_kg", NOTHING, "the mass of the structure", "add `mass_kg`", told)
         if "mass_kg" in raw and not {"natural_frequency_hz", "stiffness_n_per_m"} & set(raw):
-            allowed = "natural_frequency_hz or stiffness_n_per_m beside the mass"
-            told = "{field} has a mass, and neither natural_frequency_hz nor stiffness_n_per_m beside it."
+            allowed = "natural_frequency_hz or stiffness_n_per_m with the mass"
+            told = "{field} has a mass, but neither natural_frequency_hz nor stiffness_n_per_m."
             self._fault("structure", "a mass alone", allowed, "add one of the two", told)
         if "damping_ratio" not in raw and "damping_n_s_per_m" not in raw:
             told = "{field} is missing."
@@ -128,7 +128,7 @@ class SceneFields(RecordFields):
             for place, (field, each) in enumerate(self._shakers)
             if field not in by_records
         }
-        # what each of them lacks of the structure is told once
+        # a missing part of the structure is reported only once
         self.faults[:] = dict.fromkeys(self.faults)
         names = self._names
         for place, name in enumerate(names):
@@ -140,9 +140,7 @@ class SceneFields(RecordFields):
         ]
         if any(have) and not all(have):
             place = have.index(False)
-            told = (
-                "{field} has no amplitude, and other excitations have one: which is the worst cannot be told."
-            )
+            told = "{field} has no amplitude, and other excitations have one: they cannot be compared for the worst."
             advice = "give every excitation an amplitude, or none of them"
             self._fault(f"excitation[{place}]", NOTHING, f"one of {listing(MOTIONS)}", advice, told)
         if not all(found.values()):
@@ -174,9 +172,9 @@ class SceneFields(RecordFields):
         Parameters
         ----------
         field : str
-            Where it stands.
+            Its path.
         raw : object
-            What stands there.
+            The value there.
         known : tuple of str
             Keys that it may have.
         structure : Structure or None

@@ -104,7 +104,7 @@ class ToleranceFields(DamperFields):
             self._fault(field, found, f"a tolerance of a given `{key}`", f"add `{key}`", told)
             return None
         largest = choices[key].stop
-        at_bound = largest in (0.0, about.highest)  # what lies beyond a bound is cut off
+        at_bound = largest in (0.0, about.highest)  # the part beyond a bound is cut off
         most = about.highest if at_bound else min(largest, about.highest - largest)
         size = tolerance.of(largest)
         if size > most * (1.0 + ROUNDING):

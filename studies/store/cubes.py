@@ -24,7 +24,7 @@ RESERVE_BYTES = 16 * 2**20
 RESERVE_FILES = 64
 """Free file entries on the disk that are required to start a block."""
 
-_MARKS_KEPT = 16  # studies whose marks are remembered
+_MARKS_KEPT = 16  # number of studies whose marks are cached
 
 
 class Cubes(StoreBase):
@@ -45,11 +45,11 @@ class Cubes(StoreBase):
         StoreFault
             If its files are missing.
         """
-        # xarray is half of what a command would load, and few ask
+        # importing xarray takes half of a command's start, and few commands need it
         from damperlab.studies.store.cube.opened import open_cube
 
         row, shelf, marks = self._snapshot(study_id)
-        # a study may have got another name since
+        # a study may have been renamed since
         return open_cube(shelf, marks).assign_attrs(title=row.name)
 
     def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
@@ -148,7 +148,7 @@ class Cubes(StoreBase):
                     f"the disk of {place} is full: {free / 1e6:.3g} MB are free, "
                     f"{RESERVE_BYTES / 1e6:.3g} MB are kept for the catalogue; make room"
                 )
-            if room.f_files and room.f_favail < RESERVE_FILES:  # some file systems count none
+            if room.f_files and room.f_favail < RESERVE_FILES:  # some file systems do not count them
                 return f"the disk of {place} is full: room for {room.f_favail} more files; remove some"
         return None
 

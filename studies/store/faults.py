@@ -75,7 +75,8 @@ def cannot_use(place: str, error: OSError) -> StoreFault:
             place,
             str(error),
             "a cube that can be read and written",
-            "check the server and the AWS_… variables; what is stored is not touched, and studies go on once it answers"
+            "check the server and the AWS_… variables; stored data are not affected, and studies continue "
+            "once it answers"
             if place.startswith("s3://")
             else "check the disk's free space and the folder's permissions; a cube that is lost can be "
             "computed again after `damperlab delete`",

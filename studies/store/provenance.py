@@ -89,7 +89,7 @@ def _version(package: str) -> str:
 
 @cache
 def _processor() -> str:
-    # Linux keeps the model's name where `platform` does not look
+    # Linux has the model's name in a place that `platform` does not read
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
@@ -102,5 +102,5 @@ def _user() -> str:
     try:
         return getpass.getuser()
     except (KeyError, OSError):
-        # a container may run under a number that has no name
+        # a container may run under a user id without a name
         return f"uid {os.getuid()}"

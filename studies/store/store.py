@@ -81,11 +81,11 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
         try:
             for _ in range(_COPIES):
                 before = _written(data_dir)
-                for suffix in ("", "-wal"):  # what was written last may be in SQLite's log alone
+                for suffix in ("", "-wal"):  # the latest changes may be only in SQLite's log
                     file = data_dir / f"{SQLITE_FILE}{suffix}"
                     if file.exists():
                         shutil.copyfile(file, Path(copy.name, file.name))
-                # somebody who may write it may have moved pages from the log into the file meanwhile
+                # another process with write access may have moved pages from the log into the file meanwhile
                 if _written(data_dir) == before:
                     break
             else:

@@ -46,7 +46,7 @@ def exact_curves(
     narrow = LEAST_SHARE * (r[-1] - r[0])
     split = np.flatnonzero(np.diff(r) > narrow)
     while split.size:
-        # at both thirds, where a line through an inflection shows too; in the middle it may be met by chance
+        # at both thirds, where a line through an inflection deviates too; in the middle it may agree by chance
         step = np.diff(r)[split] / 3
         thirds = np.stack([r[split] + step, r[split] + 2 * step])
         between = _both(thirds, absorber, structural_damping, excitation)

@@ -41,7 +41,7 @@ class _Problem(NamedTuple):
     def heights(self, x: Floats) -> Heights:
         """Give the amplitude ratios of absorbers, x of shape (n, 2)."""
         mu = self.mass_ratio
-        # by logarithms, so that γ² − 1 loses no digit of a light absorber's tuning
+        # by logarithms, so that γ² − 1 is exact even for a light absorber
         logarithm = self.width * x[:, 0] - 2 * math.log1p(mu)
         damping = math.sqrt(3 * mu / (8 * (1 + mu))) + self.structural_damping
         return Heights(
@@ -111,7 +111,7 @@ def _unlevel(x: Floats, problem: _Problem) -> Floats:
         raise ArithmeticError
     a, b = _slopes(problem, heights, float(places[0]))
     c, d = _slopes(problem, heights, float(places[2]))
-    # over the height, and angle instead of area: both of order one however light the absorber
+    # over the height, and angle instead of area: both of order one for any absorber
     angle = (a * d - b * c) / (math.hypot(a, b) * math.hypot(c, d))
     return np.array([math.log(values[0] / values[2]), angle])
 

@@ -22,7 +22,7 @@ class Heights:
     With s = λ², |H|² is a ratio N/D of polynomials in s (degrees 3 and 4), so its stationary points are roots of
     N′D − ND′. A light absorber on a lightly damped structure has all of them within about √μ of s = 1, where the
     coefficients in powers of s cancel. So the polynomials are also formed around a centre c in t = (s − c)/δ, with δ
-    the width of the features there: around s = 1, and around s = 0 for an absorber that is tuned far below. The
+    the width of the features there. The centres are s = 1, and s = 0 for an absorber that is tuned far below. The
     union of all roots is taken: an additional point does no harm when the largest value is sought. A height depends
     on its position only to second order.
 
@@ -97,7 +97,7 @@ class Heights:
         mu, structural = self.mass_ratio, self.structural_damping
         tuning, zeta = np.sqrt(self.square), self.damping_ratio
         one = np.ones_like(width)
-        # every factor over the power of δ it has: rows of coefficients, the constant first
+        # every factor divided by its power of δ: rows of coefficients, the constant first
         s = np.stack([centre * one, width], axis=1)
         unit = np.stack([(1 - centre) / width, -one], axis=1)  # (1 − s)/δ
         spring = np.stack([(self.offset if centre == 1 else tuning**2) / width, -one], axis=1)
@@ -118,7 +118,7 @@ def all_stationary(heights: Heights) -> tuple[Floats, Floats]:
     width = heights.width()
     roots = heights._roots(1.0, width)[0]
     step = float(width[0]) * roots
-    # a double root may come out as a pair, which is told from a complex root by its size there and from 0
+    # a double root may appear as a pair: the size there and at 0 distinguishes it from a complex root
     nearness = np.minimum(np.abs(1 + step), np.abs(step) + width[0])
     kept = np.isfinite(roots) & (np.abs(step.imag) < PAIR * nearness) & (step.real > -1)
     offset = np.sort(step.real[kept])[None]

@@ -56,7 +56,7 @@ def measures_under(
     # after the record the base has no acceleration: it moves on as it did
     base = np.concatenate([base, np.zeros(round(tail_s / step))])
     system, row = linear_system(absorber, damping_ratio, angular_frequency)
-    # in units of the step, so that the slope is that over a step
+    # in units of the step, so that the slope is per step
     system = system * step
     system[6, 7] = 1.0
     advance = expm(system)[:6]

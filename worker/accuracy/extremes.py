@@ -197,7 +197,7 @@ def _turn_with_impact() -> list[Extreme]:
     turns = np.flatnonzero((history["v_rate"] == 0.0) & (history["time"] > 0.0))
     if turns.size == 0:
         return []
-    # A turn at which the displacement is larger than ever before, so that no impact comes earlier.
+    # A reversal with the largest displacement so far, so that no impact comes earlier.
     u = np.abs(history["u"])
     first = next((int(i) for i in turns if u[i] >= 0.999 * u[: i + 1].max() and u[i] > 0.1), int(turns[0]))
     clearance = float(u[first])

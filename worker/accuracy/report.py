@@ -67,7 +67,7 @@ def advantages(diagram: Diagram) -> dict[str, dict[str, float | None]]:
     -------
     dict
         By method: `error` and `microseconds` of its most accurate run, and `times_slower` than the slowest
-        event-driven variant with no larger error; None if a method gave no result or was as accurate.
+        event-driven variant with no larger error. None if a method gave no result or was as accurate.
     """
     ours = [curve for curve in diagram.curves if not curve.setting]
     slowest = max(point.microseconds for curve in ours for point in curve.points)
@@ -95,7 +95,7 @@ def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
     report : dict
         Of `make_report`.
     figure : str
-        Name of the image beside it.
+        Name of the image next to it.
     """
     lines = [
         "# Accuracy and stability",

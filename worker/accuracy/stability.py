@@ -129,10 +129,11 @@ def _sampled(design: Design, cycles: int) -> tuple[float | None, float | None]:
     penetration = float(np.max(beyond, initial=0.0) / (1.0 + clearance + np.abs(history["u"]).max()))
     if design.particle.wall is not None:
         penetration = (
-            0.0  # how far a compliant wall gives way is no error; that nothing jumps there is the check
+            0.0  # penetration of a compliant wall is no error; the check is that nothing jumps there
         )
     before = np.flatnonzero(history["impact"][:-1] == 1.0)
-    # The segment after an impact starts at its instant; where a half cycle ends there is no next row of the same time.
+    # The segment after an impact starts at its instant; at the end of a half cycle there is no next row of the same
+    # time.
     before = before[history["time"][before + 1] - history["time"][before] <= 1e-9]
     if before.size == 0:
         return penetration, None

@@ -37,13 +37,13 @@ HALF_WIDTH = 1.96
 """Stated errors on either side of a 95 % interval."""
 
 _LONGEST_REPEAT = 128  # half cycles
-_SAME = 1e-7  # relative: peaks of a march that repeats
+_SAME = 1e-7  # relative: peaks of an integration that repeats
 TRANSIENT = "a transient longer than the run"
 """The verdict on an answer that does not repeat, if the integration repeats after the answer's run has ended."""
 WARNED = "a transient that the answer warns of"
 """The same, if the answer's status reports a stable orbit nearby."""
-_REMEMBERED = 1024  # half cycles in which a period is looked for
-_EXACT = 1e-6  # relative: amplitudes of one orbit, with what the march has not settled yet
+_REMEMBERED = 1024  # half cycles in which a period is searched
+_EXACT = 1e-6  # relative: amplitudes of one orbit, including what the integration has not settled yet
 
 Halves = NDArray[np.float64]
 
@@ -164,16 +164,17 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
     if steady and truth.period_halves > 0:
         allowed = truth.error + SIGMA * response.amplitude_error
         if response.response_class == ResponseClass.LOCKED:
-            # a march creeps towards its locked state as 1/N, which the answer takes the limit of
+            # the integration creeps towards its locked state as 1/N, and the answer takes the limit
             allowed += 4.0 / cycles
         if abs(response.amplitude_ratio - truth.amplitude) > allowed:
             return "another orbit", np.nan
         if response.response_class == ResponseClass.LOCKED:
             return "agrees", np.nan
-        # lags of peaks may be half of those of states
+        # periods of peaks may be half of those of states
         other_impacts = abs(response.impacts_per_cycle - truth.impacts) > 1e-6
         if other_impacts and abs(response.amplitude_ratio - truth.amplitude) <= 1e-9 * truth.amplitude:
-            # a chatter ends when what is left of it is too short to matter: one impact more or less is no other motion
+            # a chatter is completed when its remainder is too short to matter: one impact more or less is no other
+            # motion
             return "agrees but for an impact in a chatter", np.nan
         if truth.period not in (response.period, 0.5 * response.period):
             return "another period", np.nan
@@ -187,7 +188,7 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         return "agrees", np.nan
     if steady:
         slow = response.floquet_multiplier > 0.99
-        # the march is still on its way, and beside a particle that slows down so is the response
+        # the integration has not settled; with a decelerating particle neither has the response
         unknown = SIGMA * truth.error + response.amplitude_error
         if slow and abs(response.amplitude_ratio - truth.amplitude) <= unknown:
             return "agrees", np.nan
@@ -230,7 +231,7 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
         if verdict_there == "agrees":
             verdict, deviation = f"several responses ({verdict})", there
         elif verdict == "not periodic where the march is":
-            # irregular up to the end of the answer's run: a march settles later than that, which no run can know
+            # irregular up to the end of the answer's run: the integration settles later, which no run can predict
             halves = np.empty((_REMEMBERED, 3))
             before = max(0, 2 * int(response.cycles) - _REMEMBERED)
             _, outcome = march_halves(*point, point.rest(), before, halves)

@@ -102,7 +102,7 @@ def measure_method(method: Method, scene: Scene) -> Curve:
     scale = float(np.abs(truth).max())
     points = []
     for value in method.values:
-        state = method.march(scene.design, scene.cycles, value)  # compiles what has to be compiled
+        state = method.march(scene.design, scene.cycles, value)  # compiles the missing kernels
         seconds = _shortest(lambda v=value: method.march(scene.design, scene.cycles, v))  # type: ignore[misc]
         error = None
         if state is not None:

@@ -158,7 +158,7 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
         "count": count,
     }
     lines = [line.format(**numbers) for line in dialect.lines]
-    # PBS knows no array of one job
+    # PBS has no array of one job
     if count > 1 or jobs.system != "pbs":
         lines.append(dialect.array.format(**numbers))
     if jobs.options:
@@ -218,7 +218,7 @@ def _call(system: BatchSystem, command: tuple[str, ...], text: str) -> str:
             text=True,
             timeout=COMMAND_SECONDS,
             check=False,
-            # Ctrl-C in a terminal is for the coordinator, which takes the jobs back
+            # the coordinator handles Ctrl-C in a terminal, and cancels the jobs
             start_new_session=True,
         )
     except FileNotFoundError:

@@ -46,7 +46,7 @@ def security(folder: Path | None = None, address: str = "") -> Security:
                     Fault(
                         "tls",
                         f"no certificates for {address!r}",
-                        "certificates that the scheduler knows",
+                        "certificates that the scheduler accepts",
                         f"name their folder in {VARIABLE}, or with --tls where there is this option",
                         f"There are no certificates to show to {address}.",
                     )

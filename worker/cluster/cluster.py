@@ -198,7 +198,7 @@ def _remote(address: str) -> Iterator[Client]:
     try:
         shown = security(address=address)
         asyncio.run(_probe(address, shown))
-    # Dask raises all kinds for an address that is none and for a server that is no scheduler.
+    # Dask raises various exceptions for an invalid address and for a server that is no scheduler.
     except ClusterUnusable:
         raise
     except Exception as error:
@@ -213,7 +213,7 @@ def _remote(address: str) -> Iterator[Client]:
                 f"No Dask scheduler can be used at {address}: {why}.",
             )
         ) from error
-    # the library would log a traceback when the connection is lost, which is told by an exception
+    # the library would log a traceback for a lost connection, which an exception reports
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     try:
         opened = Client(address, security=shown, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False)
@@ -221,7 +221,7 @@ def _remote(address: str) -> Iterator[Client]:
         OSError,
         TimeoutError,
         ValueError,
-    ) as error:  # the last where a connection ends before it is encrypted
+    ) as error:  # the last one if a connection ends before it is encrypted
         raise _lost(error) from error
     with opened as client:
         yield client
@@ -240,7 +240,7 @@ def _lost(error: Exception) -> ClusterUnusable:
 
 
 async def _probe(address: str, shown: Security) -> None:
-    # A Client that finds no scheduler leaves its threads behind; this asks first and leaves nothing.
+    # A Client that finds no scheduler leaves its threads behind; this checks first and leaves nothing.
     arguments = shown.get_connection_args("client")
     async with rpc(address, timeout=SCHEDULER_TIMEOUT_SECONDS, connection_args=arguments) as remote:
         answer = await asyncio.wait_for(remote.identity(), SCHEDULER_TIMEOUT_SECONDS)

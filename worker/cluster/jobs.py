@@ -87,7 +87,7 @@ class Hired:
         """Cancel all jobs that may still wait or run."""
         for job, names in self._submitted.items():
             if names - self._gone:
-                # jobs that have ended meanwhile cannot be taken back
+                # jobs that have ended meanwhile cannot be cancelled
                 with suppress(ClusterUnusable):
                     cancel(self._jobs.system, job)
 
@@ -158,7 +158,7 @@ def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) 
                     thread.join()
                 hired.dismiss()
     finally:
-        # whoever begins later finds no scheduler; what the jobs said stays
+        # later jobs find no scheduler; the jobs' output stays
         shutil.rmtree(tls, ignore_errors=True)
         with suppress(OSError):
             place.rmdir()
@@ -169,7 +169,7 @@ def _keep(client: Client, hired: Hired, wanted: Callable[[], int], stop: threadi
         try:
             known = client.sync(client.scheduler.identity, n_workers=-1)["workers"].values()
             hired.look(wanted(), {str(one["name"]) for one in known}, time.monotonic())
-        # a scheduler, a catalogue or a batch system that is away may be back at the next look
+        # an absent scheduler, catalogue or batch system may be back at the next check
         except Exception as error:
             _log.warning("no jobs can be submitted now: %s", error)
 

@@ -81,7 +81,7 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         assert self._process.stdout is not None
         told = {name: getattr(self.security, name) for name in _TLS}
         said = {"tls": told, "config": self._config, "host": self._host}
-        # nothing secret stands in a command line or an environment, where others can read it
+        # a command line and an environment are readable by others, so no secret is in them
         self._process.stdin.write(json.dumps(said).encode() + b"\n")
         self._process.stdin.flush()
         line = await asyncio.to_thread(self._process.stdout.readline)
@@ -109,7 +109,7 @@ def _started(environment: dict[str, str]) -> "subprocess.Popen[bytes]":
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env=environment,
-        # Ctrl-C in a terminal is for the coordinator, which ends this one when it is done
+        # the coordinator handles Ctrl-C in a terminal, and ends this process when it is done
         start_new_session=True,
     )
 

@@ -41,12 +41,13 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
 
     def _optimize_final_module(self) -> None:
         for variable in self._final_module.global_variables:
-            # numba's environment of a function serves its wrapper for Python, which parts lack
+            # numba's environment of a function is for its Python wrapper, which parts lack
             if variable.name.startswith(_ENVIRONMENT) and variable.name not in self._own:
                 variable.linkage = binding.Linkage.internal
         super()._optimize_final_module()
         for function in self._final_module.functions:
-            # so late, lest it change what is inlined; private, lest the loader take another kernel's copy
+            # only now, so that inlining is unchanged; private, so that the loader does not take another kernel's
+            # copy
             if not function.is_declaration and function.linkage == binding.Linkage.linkonce_odr:
                 function.linkage = binding.Linkage.internal
 

@@ -21,7 +21,7 @@ class _Flags(compiler.Flags):  # type: ignore[misc]
     """
 
     __slots__ = ()
-    _ANY = hash(compiler.Flags())  # numba's is that of the names of its options
+    _ANY = hash(compiler.Flags())  # numba's version compares only the names of its options
 
     def __hash__(self) -> int:
         return self._ANY

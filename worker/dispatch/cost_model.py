@@ -91,9 +91,9 @@ def family_factor(earlier: Iterable[Record]) -> float | None:
         try:
             study = parse_stored(record.definition, record.digest)
         except (DefinitionDamaged, ValueError):
-            # what is wrong with another study is said where that is asked for
+            # errors of other studies are reported by their own queries
             continue
-        # points that were taken from other studies took no time
+        # reused points took no time
         share = (record.points_done - record.points_reused) / record.points_total
         taken += record.kernel_seconds
         expected += share * plan_with_chunk(study, record.chunk, seconds_per_point).seconds
@@ -116,13 +116,13 @@ def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDAr
     ratio = coordinates["frequency_ratio"]
     rubs = coordinates["friction_ratio"] > 0.0
     rattles = (coordinates["mass_ratio"] > 0.0) & study.particle
-    # Undamped, a transient takes as long as it is given.
+    # Without damping, a transient lasts until the limit.
     damping = np.maximum(coordinates["damping_ratio"], 1e-4)
     moving = np.clip(1.0 - (coordinates["friction_ratio"] / BREAKAWAY) ** 2, 0.0, 1.0)
     width = RESTLESS_WIDTH * moving * (coordinates["mass_ratio"] / damping) ** RESTLESS_POWER
     restless = np.exp(-((np.log(ratio) / np.maximum(width, NARROWEST)) ** 2)) * rattles * (moving > 0.0)
     settling = max(FEWEST_RESTLESS, RESTLESS_CYCLES * (RESTLESS_TOLERANCE / study.steady.tolerance) ** 2)
-    # an average over points that settle and points that run on: none of them takes more than the most
+    # an average over points that settle and points that run on, with the limit for each
     cycles = np.minimum(most, FEWEST_CYCLES + TRANSIENT * ratio / damping + min(most, settling) * restless)
     per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
     riding = 1.0 + MOST_RIDING * np.exp(-coordinates["clearance_ratio"] / RIDING_CLEARANCE)

@@ -36,7 +36,7 @@ class Examiner:
         self._truth = ""
         self._identity = ""
         self._asked: dict[str, tuple[Future, str]] = {}
-        # since when an answer that is there cannot be fetched
+        # since when an existing answer could not be fetched
         self._late: dict[str, float] = {}
 
     def prepare(self, cube_path: str, digest: str, code: str, canary: Block | None) -> None:
@@ -131,13 +131,13 @@ class Examiner:
             answer: Answer = future.result(timeout=FETCH_SECONDS)
         except WrongCode as error:
             self._workers.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
-        # a worker that does not hold this package, cannot reach the data, is lost, …
+        # a worker that lacks this package, cannot reach the data, is lost, …
         except (Exception, CancelledError) as error:
             self._tasks.require_scheduler()
             now = time.monotonic()
             fetched = isinstance(error, TimeoutError) and future.status == "finished"
             if fetched and now - self._late.setdefault(key, now) < LATE_SECONDS:
-                # it has answered, and nobody reaches it: asked again, while the others are heard
+                # it has answered, but cannot be reached: it is asked again, while the others' answers are processed
                 self._asked[key] = future, address
                 self._tasks.again(key)
                 return None

@@ -52,7 +52,7 @@ def compile_at_workers(
         host, folder, lacking = answer
         places.setdefault((host, folder), (lacking, []))[1].append(address)
     tasks = [
-        # another worker may take over from one that dies: machines differ less than that costs
+        # another worker may continue after one that dies: differences between machines cost less than waiting
         client.submit(
             *sealed(_warm, scene), pure=False, workers=[there[i % len(there)]], allow_other_workers=True
         )
@@ -60,7 +60,7 @@ def compile_at_workers(
         for i, scene in enumerate(lacking)
     ]
     while tasks:
-        done = sum(task.done() for task in tasks)  # failed, or lost with its scheduler, is done too
+        done = sum(task.done() for task in tasks)  # failed or lost ones are done too
         on_progress(done, len(tasks))
         if done == len(tasks) or stopping():
             return

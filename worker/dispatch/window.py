@@ -116,9 +116,9 @@ class Window:
             No worker could compute for the given time.
         """
         self._examiner.prepare(cube_path, digest, code, canary)
-        # nobody was waited for meanwhile: the first look comes minutes after the last where kernels were compiled
+        # nobody was waited for meanwhile: after compiling, the first check comes minutes after the last
         self._able = time.monotonic()
-        # who is there is asked at once, also where the last look was just now
+        # present workers are tested immediately, also if the last check was just now
         self._looked = -inf
         while True:
             answers = self._examiner.gather(self._look, look_on)
@@ -219,13 +219,13 @@ class Window:
         try:
             outcome: BlockOutcome = future.result(timeout=FETCH_SECONDS)
         except TimeoutError:
-            # its worker may be gone, and would be waited for in vain: look, and ask again where it is not
+            # its worker may be gone, and waiting would be in vain: check, and ask again if it is not
             self._tasks.require_scheduler()
             self._flying[key] = future
             self._tasks.again(key)
             self._looked = -inf
             return None
-        # lost with its worker before it was fetched, or never begun; whatever the library says of that
+        # lost with its worker before it was fetched, or never started, whatever the library reports
         except (Exception, CancelledError):
             self._tasks.require_scheduler()
             self.workers.give_back(key)
@@ -248,7 +248,7 @@ class Window:
         self._examiner.forget(threads)
         if examine:
             self._examiner.ask(now)
-        # a worker that compiles before it answers is no want of workers
+        # a worker that compiles before it answers is not missing
         if self.workers.able or self._examiner.compiles:
             self._able = now
         elif now - self._able > self._wait_seconds:

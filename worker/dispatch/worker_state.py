@@ -132,7 +132,7 @@ class Standings:
         if worker.standing == "out":
             self.news.append(f"worker {address} is used again")
         if worker.standing == "out":
-            worker.standing = "on trial"  # and keeps its reason, which may still hold
+            worker.standing = "on trial"  # and keeps its reason, which may still apply
         else:
             self.trust(worker)
         worker.against.unreadable = 0
@@ -207,7 +207,7 @@ class Standings:
 
     def _cannot_read(self, worker: WorkerState, text: str, now: float, at_once: bool) -> None:
         worker.against.unreadable += 1
-        # a store that is away was asked for a while already
+        # an absent store has already been retried for a while
         if at_once or worker.against.unreadable > RETRIES:
             reason = f"it cannot read or write the study's data ({text})"
             self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
@@ -233,7 +233,7 @@ class Standings:
                 if worker.standing == "leaving":
                     worker.standing, worker.reason = "joining", ""
             elif worker.standing != "leaving":
-                worker.standing, worker.reason = "leaving", "it was told to leave, or is short of memory"
+                worker.standing, worker.reason = "leaving", "it was asked to leave, or is short of memory"
                 self.news.append(f"worker {address} takes no more blocks: {worker.reason}")
                 ending.append(worker)
         self._count()

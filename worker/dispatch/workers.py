@@ -37,7 +37,7 @@ class Workers(Standings):
         self._backlog = backlog
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
-        # of thousands of workers few have room at a time: those without a block for each thread, without two, …
+        # few of thousands of workers have room: those without a block for each thread, without two, …
         self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
         self._patience = Patience()
 
@@ -68,7 +68,7 @@ class Workers(Standings):
         """
         lost = [key for address in self.states.keys() - threads.keys() for key in self.vanish(address)]
         for worker in self._meet(threads, running):
-            # it ends what it runs
+            # it completes its running block
             not_begun = list(worker.held)[worker.threads :]
             for key in not_begun:
                 self._again.append(self._take(key))
@@ -113,7 +113,7 @@ class Workers(Standings):
                 f"worker {address} is gone; its {len(worker.held)} blocks are computed by others"
             )
         for place, attempt in enumerate(worker.held.values()):
-            # it took what waited behind with it, which had no part in it
+            # the blocks that waited behind it were lost too, without their fault
             began = place < worker.threads and not known
             self._again.append(attempt.begun(apart=True) if began else attempt)
             if began:
@@ -218,7 +218,7 @@ class Workers(Standings):
                 if self._is_alone(worker):
                     self._again.append(again)
                     raise Outage(reason) from error
-                # a quota, or a disk of its own: whether it is so everywhere the others tell
+                # a quota, or a separate disk: the other workers show whether all are affected
                 self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
             else:
                 self._cannot_read(worker, text, now, at_once=isinstance(error, ShelfAway))

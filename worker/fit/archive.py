@@ -40,7 +40,7 @@ class Archive:
 
     def __init__(self, question: FitQuestion, progress: Progress | None) -> None:
         self.question = question
-        # where deviations are shares of the amplitudes, so are differences: then logarithms are compared
+        # if deviations are relative to the amplitudes, so are differences: then logarithms are compared
         self.logarithmic = question.in_shares
         self.measured = self._compared(question.measured.amplitude)
         self.count = len(question.free)

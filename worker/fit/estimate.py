@@ -3,7 +3,7 @@ errors.
 
 First a coarse set of points that fills the ranges is computed. The best of them are refined, each within a region
 that narrows. Finally the responses within about three standard deviations of the best are polynomials of the
-parameters (see `surface.py`), and the intervals come from the posterior density over the region (see `chain.py`).
+parameters (see `surface.py`). The intervals come from the posterior density over the region (see `chain.py`).
 """
 
 from collections.abc import Callable
@@ -82,14 +82,14 @@ class _End:
     best: Matrix
     row: int  # of the archive
     variance: Matrix
-    share: float  # standard deviation of the measurement over the amplitude, where it is estimated
+    share: float  # relative standard deviation of the measurement, if it is estimated
     misfit: float  # -2 ln L
 
 
 def _begin(archive: Archive) -> list[Region]:
     """Fill the ranges, and choose the best places that are apart."""
     number = START[archive.count]
-    # without the corner with which the sequence begins
+    # without the corner at which the sequence begins
     archive.add(Halton(archive.count, scramble=False).random(number + 1)[1:])
     spacing = float(number ** (-1.0 / archive.count))
     chosen: list[Matrix] = []
@@ -220,7 +220,7 @@ def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
     middle = end.draws.mean(axis=0)
     draws = np.clip(middle + widening * (end.draws - middle), 0.0, 1.0)
     low, high = np.quantile(draws, [tail, 1.0 - tail], axis=0)
-    # the best is one of the draws, but may be an extreme one; and jumps may leave others as good beyond the draws
+    # the best is one of the draws, but may be an extreme one; and jumps may leave equally good ones beyond the draws
     good = archive.places[_as_good(archive, end, widening)]
     low, high = np.minimum(low, good.min(axis=0)), np.maximum(high, good.max(axis=0))
     estimates = tuple(
@@ -261,7 +261,7 @@ def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
 def _correlation(draws: Matrix) -> Matrix:
     covariance = covariance_of(draws)
     deviation = np.sqrt(np.diag(covariance))
-    with np.errstate(invalid="ignore"):  # NaN for a parameter that all draws have at one end
+    with np.errstate(invalid="ignore"):  # NaN for a parameter whose draws are all at one end
         return np.clip(covariance / deviation[:, None] / deviation, -1.0, 1.0)
 
 
@@ -285,5 +285,5 @@ def _widening(archive: Archive, end: _End) -> float:
         return 1.0
     if chdtrc(freedom, float(squares.sum())) > DOUBTED:
         return 1.0
-    # a row that is off alone is named, and makes nothing wider
+    # a single row that is off is named, and widens nothing
     return max(1.0, float(np.sqrt(np.minimum(squares, LINEAR**2).sum() / freedom)))

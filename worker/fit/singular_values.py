@@ -68,11 +68,11 @@ def singular_values(matrix: Matrix) -> SingularValues:
     count = matrix.shape[1]
     if not np.isfinite(matrix).all():
         raise ArithmeticError("A matrix that is not finite has no singular values.")
-    # by a power of two, which rounds nothing: squares of elements are numbers then
+    # by a power of two, which is exact, so that squares of elements are finite
     unit = 2.0 ** float(np.frexp(np.abs(matrix).max(initial=0.0))[1])
     matrix = matrix / unit
     rows = matrix.shape[0]
-    # what rounding may make of the cosine of a right angle, and of the length of a column that is 0
+    # bounds of rounding on the cosine of a right angle, and on the length of a zero column
     rounding = max(rows, count) * float(np.finfo(float).eps)
     nothing = (rounding * float(length_of(np.ravel(matrix)))) ** 2
     # a row each: columns of the matrix, then of V

@@ -54,7 +54,7 @@ def solve_suite_block(
         source = sources[place[0]]
         point = [axis[at] for axis, at in zip(axes, place[1:], strict=True)]
         frequency, damping, scale, restitution, mass, clearance, force = point
-        # record and structure are the slowest dimensions: what was made of them last serves most points
+        # record and structure are the slowest dimensions: the latest data for them serve most points
         if place[:3] != shared:
             shared = place[:3]
             structure = Structure(suite.numbers["mass_kg"], frequency, damping)

@@ -56,8 +56,8 @@ from damperlab.worker.solver.sliding import direction_of, rubs
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.energy import energy_residual, stored_energy
 
-_SEGMENTS_PER_PERIOD = 2000  # of the structure; beyond it impacts follow each other too fast to resolve
-_LOGGED_PER_WINDOW = 20  # rows of a time history that there is room for at first
+_SEGMENTS_PER_PERIOD = 2000  # most events per period of the structure; more cannot be resolved
+_LOGGED_PER_WINDOW = 20  # initial number of rows of a time history
 
 HISTORY_COLUMNS = (
     "time_s",

@@ -1,7 +1,7 @@
 """A compliant wall: a spring and a dashpot side by side that push but never pull.
 
 Its force is max(0, K pen + C pen') while the particle penetrates the wall by pen > 0, and 0 otherwise. In free
-space, from pen = 0 and pen' = v, it falls to 0 after the contact time, when the bodies separate with e v; the energy
+space, from pen = 0 and pen' = v, it falls to 0 after the contact time, when the bodies separate with e v. The energy
 left in the spring is lost. With θ = acos ζ_c, where ζ_c is the damping ratio of the wall and the reduced mass: ln e
 = −2 θ cot θ and ω_c = 2θ/(T sin θ). An overdamped wall has the hyperbolic functions instead.
 """
@@ -10,7 +10,7 @@ from math import cos, cosh, inf, log, pi, sin, sinh, tan, tanh
 
 from damperlab.worker.jit import kernel
 
-_BISECTIONS = 200  # at most; ends when the interval is two neighbouring numbers
+_BISECTIONS = 200  # most iterations; they end when the interval is two neighbouring numbers
 
 
 @kernel

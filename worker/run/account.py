@@ -151,7 +151,7 @@ class Account:
         if phase is not None:
             progress = replace(progress, phase=phase, phase_done=done, phase_total=total)
         if phase in ("starting", "waiting"):
-            # what is left to compute says nothing of when it goes on
+            # the remaining work gives no estimate of when the study continues
             progress = replace(progress, seconds_left=None)
         if phase == "waiting":
             left = max(0.0, self._gives_up_at - now)

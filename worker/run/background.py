@@ -99,7 +99,7 @@ class Background:
         """Log and count an error; give it in a line."""
         self.failures += 1
         told = _in_a_line(error)
-        # the store's own words need no trace
+        # the store's own messages need no traceback
         _log.error("%s: %s", self.name, told, exc_info=None if isinstance(error, StoreFault) else error)
         return told
 
@@ -110,7 +110,7 @@ class Background:
             failed = type(error).__name__
             try:
                 failed = self.note(error)
-            finally:  # an exception that cannot be put into words is told by its name
+            finally:  # an exception that cannot be formatted is given by its name
                 self._failed = failed
         else:
             self._failed = None

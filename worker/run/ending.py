@@ -48,11 +48,11 @@ class Ending:
         if failures:
             message = f"{len(failures)} of {record.blocks_total} blocks failed; the first: {failures[0]}"
         elif message is None and record.message and not record.points_failed:
-            message = ""  # of an earlier run that was interrupted; there is nothing to say any more
-        # Only blocks that were given up take no kernel time: points that fail by their numbers are an answer.
+            message = ""  # of an earlier, interrupted run; it no longer applies
+        # Only blocks that failed as a whole take no kernel time: numerical failures of points are answers.
         given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
         state = "failed" if given_up else "done"
-        # one that was cancelled meanwhile stays so, though its last block was under way
+        # a cancelled study stays cancelled, although its last block was running
         self._store.set_state(study_id, state, message, only_from=("running",), owner=self._lease.owner)
 
     def put_down(self, state: str, message: str | None) -> None:

@@ -65,7 +65,7 @@ class Harvest:
                     return
                 outcomes.append(self._outcome(end))
         finally:
-            # also where the cluster is lost half-way: what is safe on the disk need not be computed again
+            # also if the cluster is lost half-way: blocks safe on the disk need not be computed again
             self._mark(outcomes)
 
     def _outcome(self, end: BlockOutcome | Failure) -> BlockOutcome:
@@ -82,7 +82,7 @@ class Harvest:
     def _mark(self, outcomes: list[BlockOutcome]) -> None:
         if not outcomes or self._lease.lost.is_set():
             return
-        # one commit for all that has ended meanwhile: the more arrives, the less each costs
+        # one commit for all blocks that have ended meanwhile: the more arrive, the less each costs
         if not self._store.mark(self._lease.study_id, *outcomes, owner=self._lease.owner):
             self._lease.lost.set()
             return

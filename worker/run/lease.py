@@ -16,7 +16,7 @@ from damperlab.worker.run.background import Background
 
 logger = logging.getLogger(__name__)
 
-_held: set[str] = set()  # the owners that live in this process
+_held: set[str] = set()  # the owners in this process
 
 RENEW_SECONDS = 5.0
 """Interval between renewals; many fit into a claim's duration, so that a busy catalogue costs no claim."""
@@ -44,7 +44,7 @@ class Lease:
         self.lost = threading.Event()
         """Set when another runner has the claim: this one must not change the study any more."""
         runner = threading.current_thread()
-        # a runner that was ended without releasing its claim leaves the study to another
+        # a runner that was killed without releasing its claim leaves the study to another
         self.renewing = Background(f"lease-{study_id}", self._renew, RENEW_SECONDS, runner.is_alive)
         """The thread that renews the claim."""
 
@@ -120,12 +120,12 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
         try:
             store.release(study_id, lease.owner)
         except StoreFault as error:
-            # Of an owner that lives no more the next one takes the claim over.
+            # The next owner takes over the claim of a dead one.
             logger.warning("the claim on study %s could not be released: %s", study_id, error)
 
 
 def _take_over(lease: Lease) -> bool:
-    # Who runs a killed study again on the same machine need not wait for the claim to expire.
+    # A killed study can be run again on the same machine without waiting for the claim to expire.
     owner = lease.store.find(lease.study_id).owner
     if owner is not None and owner_is_dead(owner):
         lease.store.release(lease.study_id, owner)
@@ -151,7 +151,7 @@ def owner_is_dead(owner: str) -> bool:
     if host != socket.gethostname() or os.name != "posix":
         return False
     if int(pid) == os.getpid():
-        # In a container that was started again, the process before had the same number.
+        # In a restarted container, the earlier process had the same number.
         return owner not in _held
     try:
         os.kill(int(pid), 0)

@@ -79,7 +79,7 @@ class Recipe:
             canary = canary_of(self._plan, int(done[0]))
             names = [variable.name for variable in stored_variables(study)]
             with suppress(StoreFault, OSError):
-                # no worker is measured by what is not there
+                # no worker is judged by a missing answer
                 if truth := stored_bits(self._store.cube(self._lease.study_id), study, canary, names):
                     return canary, truth
         return canary_of(self._plan, int(pending[0])), ""

@@ -69,8 +69,8 @@ def run_study(
 
     The study ends `done` when every block has its mark, even if some blocks were recorded as failed points; it ends
     `failed` if every block failed. If it is stopped, here or by a cancel in another process, it is `cancelled`. If
-    it cannot continue for a reason outside its points (the scheduler is lost, the disk is full, a worker has other
-    code), it is `failed` with that message and blocks remain pending. In any case finished blocks are kept, and
+    it cannot continue for a reason outside its points, it is `failed` with that message and blocks remain pending:
+    the scheduler is lost, the disk is full, or a worker has other code. In any case finished blocks are kept, and
     another call continues from there.
 
     Parameters
@@ -124,7 +124,7 @@ def run_study(
         if run.begin(only_from):
             try:
                 run.complete(stopped_as, client_factory, here_seconds, wait_seconds, return_seconds)
-            # One step each: a process that is killed between two would leave the first one's state for good.
+            # One step each: a process that is killed between two would leave the first one's state permanently.
             except Outage as error:
                 run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
             except Interrupted as error:
@@ -134,7 +134,7 @@ def run_study(
             except StudyNotFound:
                 raise
             except StoreFault as error:
-                # the catalogue was locked, or its server away, and may be back already
+                # the catalogue was locked, or its server absent, and may be back already
                 run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
             except WrongCode as error:
                 run.ending.put_down("failed", str(error))
@@ -183,7 +183,7 @@ class _Run:
 
     def begin(self, only_from: tuple[str, ...]) -> bool:
         """Start the study, and check its state in the same step; False if it is in none of those."""
-        # why it was put down before holds no more; what is said of blocks that failed does
+        # the former reason for the end no longer applies; messages about failed blocks do
         told = None if self._record.points_failed else ""
         owner = self._lease.owner
         self._record = self._store.set_state(
@@ -241,14 +241,14 @@ class _Run:
     ) -> None:
         """Compute every pending block, or as many as there is leave for."""
         study = parse_stored(self._record.definition, self._record.digest)
-        # The cube's own cut: the cost model may have changed since the study was submitted.
+        # The cube's own division: the cost model may have changed since the study was submitted.
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         self._take_back_lost()
         pending = self._store.pending(self._study_id)
         earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
         expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
         work_left = float(expected[pending].sum())
-        # once: what was spent before the store was lost counts too
+        # once: the time before the loss of the store counts too
         self._harvest = self._harvest or Harvest(
             self._store, self._lease, self._plan, expected, self._account
         )
@@ -258,14 +258,14 @@ class _Run:
             return
         sweep(self._store, self._study_id)
         if self._record.blocks_done:
-            # known before a cluster is started; whether the processors are alike its workers say
+            # known before a cluster is started; the workers report whether the processors are alike
             require_solver(self._study_id, self._record.provenance)
         self._require_room()
         if work_left <= here_seconds:
             self._compute_here(pending, work_left)
             return
         self._require_readable()
-        # loaded here alone: what is computed in this process needs no cluster's library
+        # imported only here: computing in this process needs no cluster library
         from damperlab.worker.run.on_cluster import OnCluster
 
         away = OnCluster(
@@ -302,7 +302,7 @@ class _Run:
         try:
             description_of(open_shelf(self._store.cube_path(self._study_id)))
         except (OSError, ValueError) as error:
-            # nobody could read it; else who cannot is left out
+            # no worker could read it; otherwise those that cannot are excluded
             kind = Outage if isinstance(error, ShelfAway) else Interrupted
             raise kind(f"the study's data cannot be read ({type(error).__name__}: {error})") from error
 
@@ -311,7 +311,7 @@ class _Run:
         if not lacking:
             return
         self._account.compiling(0, len(lacking))
-        # what fails here the blocks compile themselves, and say what is wrong
+        # after a failure here the blocks compile the kernels themselves, and report the error
         with suppress(RuntimeError), closing(compile_apart(lacking, core_count())) as compiled:
             for done, _ in enumerate(compiled, 1):
                 self._account.compiling(done, len(lacking))

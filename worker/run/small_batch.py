@@ -48,7 +48,7 @@ def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool])
             try:
                 return None if stop() else run_block(*task)
             except Exception:
-                return None  # run alone it is tried again, and what is wrong is said
+                return None  # run alone it is tried again, and reports its error
 
         with ThreadPoolExecutor(core_count(), "block") as threads:
             outcomes = threads.map(attempt, tasks_of(store, records, identity))
@@ -70,7 +70,7 @@ def hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str,
             try:
                 store.put_back(owner)
             except StoreFault as error:
-                # of an owner that lives no more the next one takes the claims over
+                # the next owner takes over the claims of a dead one
                 _log.warning("the claims of %s could not be released: %s", owner, error)
 
 

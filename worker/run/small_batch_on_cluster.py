@@ -52,7 +52,7 @@ def run_small_studies(
             identity = one_identity(answers)["identity"] if answers else ""
         except WrongCode:
             identity = ""
-        # looked at before any is claimed: a study that waits for the compiler says so
+        # checked before any is claimed: a study that waits for the compiler reports it
         if not identity or store.trouble() is not None or not _ready(client, [store.find(ids[0])]):
             return list(ids)
         with hold(store, ids, identity) as (owner, records):

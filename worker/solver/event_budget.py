@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.events import ARRIVED, BUDGET, IDLE, OUT_OF_EVENTS, SEGMENTS, STALLED
 
-_MOST_IDLE = 64  # events without time moving on before the integration gives up
+_MOST_IDLE = 64  # events without progress in time before the integration gives up
 _NO_TIME = 1e-15  # relative
 
 

@@ -11,12 +11,12 @@ SLIP_ONSET = 2
 NEAR_WALL = 3
 FAR_WALL = 4
 RELEASE = 5
-LET_GO = 6  # a dwell is over
-CLEARANCE = 7  # the particle is out of a compliant wall
+LET_GO = 6  # end of a dwell
+CLEARANCE = 7  # the particle is clear of a compliant wall
 PUSHED_AGAIN = 8  # a compliant wall pushes again
-REST = 9  # a particle that rubs has come to rest in its cavity
+REST = 9  # a particle with friction has come to rest in its cavity
 
-# Counts of events in a march (int64 array of COUNTS entries).
+# Counts of events in an integration (int64 array of COUNTS entries).
 IMPACTS = 0
 TURNS = 1
 ATTACHMENTS = 2
@@ -34,7 +34,7 @@ class Outcome(IntEnum):
     STALLED = Status.NO_PROGRESS
 
 
-# The same as plain numbers, as kernels take them.
+# The same as plain numbers, for kernels.
 ARRIVED = int(Outcome.ARRIVED)
 OUT_OF_EVENTS = int(Outcome.OUT_OF_EVENTS)
 STALLED = int(Outcome.STALLED)

@@ -1,8 +1,8 @@
 """Integrate through half an excitation cycle, or through a record, from event to event.
 
 Absent elements of a scene are None, and the compiler drops them. Without `friction` there is no search for velocity
-reversals and no sticking; without `particle` no gap, no impact, no riding; without `meter` no peaks, and without its
-`energies` no integrals; without `log` no history.
+reversals and no sticking; without `particle` no gap, no impact, no riding. Without `meter` there are no peaks, and
+without its `energies` no integrals; without `log` no history.
 """
 
 from damperlab.worker.jit import inlined, kernel
@@ -86,7 +86,7 @@ def half_cycle_on_addresses(
                     if span.remaining <= 0.0:
                         break
             segment, is_free = _propagate(state, span, scene)
-            # most windows; a time history has a row of each
+            # most panels; a time history has a row of each
             if is_free and span.whole and not isinstance(log, Log):
                 if measured_at_ends(meter, segment, scene):
                     state = segment.end
@@ -184,7 +184,7 @@ def _to_event(
         t, kind = next_event(segment, scene, curves)
     end, phase_end = segment.end, segment.phase_end
     if kind != NOTHING or not whole:
-        # a whole window stays crossed by its matrix, so that the motion has the same bits whatever is measured
+        # a complete panel is integrated by its matrix, so that the motion has the same bits for any observables
         end = _advance(segment, t, scene, curves)
     if kind != NOTHING or (meter is not None and meter.energies is not None and not whole):
         expand_excitation(scene.base, segment.phase, curves.excitation)

@@ -19,7 +19,7 @@ class LinearMotion(NamedTuple):
     compliance : float
         κ = 1 over the inertia.
     xx … wc : float
-        Map of (x, w, sin φ, cos φ) at the start of a window to x and w at its end.
+        Map of (x, w, sin φ, cos φ) at the start of a panel to x and w at its end.
     relative_rows, absolute_rows : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s for each unit start: x₀, w₀, sin φ and cos φ, one row each.
     forms : array, shape (3 · PAIRS + 4,), or None

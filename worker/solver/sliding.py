@@ -4,7 +4,7 @@ dropped.
 The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. Or friction
 carries it along, as one body with the mass, while |u''| ≤ κ. A pushing wall carries it along at any u''. Gravity
 adds −G to p'', and u'' + G replaces u''. With gravity, u is measured from the rest position of the mass with the
-particle on its lower wall; so βG acts on the mass while it does not carry the particle.
+particle on its lower wall. So βG acts on the mass while it does not carry the particle.
 """
 
 from damperlab.worker.jit import inlined

@@ -51,7 +51,7 @@ class State(NamedTuple):
     wall : float
         +1 if the wall last touched is the one at u − p = +d/Z, −1 for the other.
     gap : float
-        Distance of the particle from that wall, exactly 0 after an impact: measuring from the wall preserves the
+        Distance of the particle from that wall, exactly 0 after an impact. Measuring from the wall preserves the
         accuracy of a short flight that u − p, a difference of large numbers, would lose. Negative during penetration
         of a compliant wall.
     p_rate : float

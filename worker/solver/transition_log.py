@@ -1,7 +1,7 @@
 """The transitions of a half cycle, as its variational equations need them.
 
-Between two of them the motion is linear and its state-transition matrix depends only on the time, so panels without
-events are not logged and cost no more than without a log.
+Between two of them the motion is linear and its state-transition matrix depends only on the time. So panels without
+events are not logged, and cost no more than without a log.
 """
 
 from typing import Any, NamedTuple

@@ -86,7 +86,7 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
     -----
     Periodic responses are equal if class, period and impacts per period agree, and the amplitudes within 10⁻⁶ and
     four of their errors. Modulated and chaotic ones count as one kind, since no finite run distinguishes the two for
-    certain, and are equal if their means agree within four standard errors; neighbours are chained. Locked rest
+    certain. They are equal if their means agree within four standard errors; neighbours are chained. Locked rest
     positions, which form an interval, are one response, unless a particle keeps moving between the walls in another
     way. Mirror images agree in every measure, so they count once.
     """

@@ -19,8 +19,8 @@ _MAX_CYCLES = int(Status.MAX_CYCLES)
 _UNBOUNDED = int(Status.UNBOUNDED)
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _CHUNK = 64  # cycles between looks
-_BURN_IN = 0.2  # share of max_cycles taken as transient where the peaks do not come to rest
-_FEWEST_STEPPED = 512  # cycles before a standard error is believed
+_BURN_IN = 0.2  # share of max_cycles that counts as transient if the peaks do not settle
+_FEWEST_STEPPED = 512  # cycles before a standard error is used
 
 
 @kernel
@@ -62,14 +62,14 @@ def settle_stepped(
     """
     halves = np.empty((2 * settings.max_cycles + 1, 2))
     peaks = np.empty((2, settings.max_cycles))
-    left = exp(-2.0 * pi * _CHUNK * damping_ratio / frequency_ratio)  # of a free vibration after a chunk
+    left = exp(-2.0 * pi * _CHUNK * damping_ratio / frequency_ratio)  # rest of a free vibration after a chunk
     counts = np.zeros(COUNTS, np.int64)
     state = Stepped(0.0, -frequency_ratio, 0.0, 0.0)
     cycles = 0
     burn_in = int(_BURN_IN * settings.max_cycles)
     impacts_before = 0  # those of the transient
     status = _MAX_CYCLES
-    first = 0  # cycle from which the run is measured, and from which its mean is taken
+    first = 0  # first cycle of the measurement, and first cycle of the mean
     begin = 0
     error = nan
     while cycles < settings.max_cycles:
@@ -110,7 +110,7 @@ def settle_stepped(
             if known.stationary and error <= settings.tolerance * known.mean:
                 status = _CONVERGED
                 break
-    if status == _MAX_CYCLES and cycles - first < _CHUNK:  # too little is left after the burn-in
+    if status == _MAX_CYCLES and cycles - first < _CHUNK:  # too little remains after the burn-in
         first = 0
         impacts_before = 0
     if status == _MAX_CYCLES:

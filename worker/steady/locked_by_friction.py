@@ -28,7 +28,7 @@ def _edge(friction: float, forcing: float) -> float:
     """Displacement up to which friction holds the mass permanently, γ_F − P; below 0 if it holds it nowhere."""
     edge = friction - forcing
     if edge < 0.0 and edge > -_TIE * forcing:
-        return 0.0  # γ_F = r² but for the rounding of r²
+        return 0.0  # γ_F = r² up to the rounding of r²
     return edge
 
 
@@ -44,7 +44,7 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
 
     With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P
     is locked permanently. From outside by an excess x, each cycle slips inwards by about 4.5 x²/(P r²), so the edge
-    is reached only as 1/N: the limit is used instead of steps towards it. A particle stays at rest where it is, if
+    is reached only as 1/N. The limit is used instead of steps towards it. A particle stays at rest where it is, if
     it stays clear of both walls.
     """
     forcing = largest_forcing(scene.base)
@@ -154,7 +154,7 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     stays within the margin does not move the mass.
 
     A displacement outwards lets the mass creep more, so the bound is computed again, allowing for twice its first
-    value. Two assumptions are not proved but confirmed by integrations: impacts during the creep, at most one a
+    value. Two assumptions are not proved but confirmed by integrations. Impacts during the creep, at most one a
     cycle, add no more than this; and twice the first value holds where the second exceeds it.
     """
     forcing = largest_forcing(scene.base)
@@ -194,7 +194,7 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
         return inf
     margin = edge - abs(state.v) - moved
     excess = max(-margin, 0.0)
-    # how long the forcing exceeds friction, at the most
+    # longest time for which the forcing exceeds friction
     exceeds = pi * sqrt(2.0 * excess / forcing) / frequency_ratio
     creep_rate = excess * exceeds
     gain = (1.0 + restitution) / (1.0 - restitution)

@@ -35,10 +35,10 @@ EVENTS_PER_CYCLE = 100
 measures.
 """
 
-# Events for which a cycle, and each window of it, has room: where there are more, impacts follow too fast to resolve.
+# Largest number of events of a cycle, and of each of its panels: beyond it impacts follow too fast to resolve.
 _EVENTS_AT_ONCE = 2000
 _EVENTS_PER_WINDOW = 4
-_WINDOWS_PER_EVENT = 128  # event-free windows that take about as long as one event
+_WINDOWS_PER_EVENT = 128  # panels without events that take about as long as one event
 _LOG_ROWS = 4096
 
 
@@ -185,7 +185,7 @@ def advance(
     outcome : int
         ARRIVED, or the reason of an early end.
     """
-    # taken apart once: numba counts references to whatever is taken apart, which would cost a third of the run time
+    # unpacked once: numba counts references on unpacking, which would take a third of the run time
     trace, ring, struck = notes.trace, notes.ring, notes.struck
     meter, counts = notes.meter, scene.counts
     counts[BUDGET] = counts[SEGMENTS] + _room(scene, halves)

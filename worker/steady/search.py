@@ -39,17 +39,17 @@ from damperlab.worker.steady.stopping_rules import (
 )
 
 _UNBOUNDED = int(Status.UNBOUNDED)
-# Half cycles between looks at the section, twice as many once metered; even, so that whole cycles lie between. Fewer where a
-# half cycle takes long.
+# Half cycles between examinations of the section, twice as many while metering; even, so that whole cycles lie
+# between. Fewer if a half cycle takes long.
 _CHUNK = 32
 _SHORT_CHUNK = 8
 _LONG_HALF = 1000  # windows
-_SPARE_EVENTS = 20_000  # added to those that its cycles may have, so that a short run is not cut off
+_SPARE_EVENTS = 20_000  # added to the number allowed for its cycles, so that a short run is not cut off
 # half cycles metered before the burn-in is over; `advance` and `nearby` read any below 0 so
 _NOT_METERED = -1
 _LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
-# Way left, in static displacements, that a run does not wait for: at any time; and the least amplitude that `tolerance` is
-# taken of, once as many cycles are metered as a mean needs.
+# Remaining displacement, in static ones, that a run ignores: at any time; and the least amplitude as reference of
+# `tolerance`, once as many cycles are metered as a mean needs.
 _AT_ONCE = 1e-6
 _SMALL = 1e-2
 
@@ -110,7 +110,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     work_allowed = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
     needed = burn_in_of(scene, settings)
     burn_in = needed // chunk * chunk
-    # cycles of the burn-in that are metered, since they end between two looks
+    # metered cycles of the burn-in, since it ends between two examinations
     left_out = (needed - burn_in + 1) // 2
     state = start
     half = 0
@@ -251,7 +251,7 @@ def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
     """Whether the peaks of the metered cycles grow, with no sign of an end.
 
     Without viscous damping at resonance, a cycle of amplitude A supplies π A and loses 4 γ_F A to friction as long
-    as the particle meets no wall: every growth continues. Otherwise the peaks decide.
+    as the particle meets no wall. So every growth continues. Otherwise the peaks decide.
     """
     undamped = scene.base.two_zeta == 0.0 and scene.base.frequency_ratio == 1.0 and scene.counts[IMPACTS] == 0
     undamped = undamped and not rubs(scene.particle)
@@ -280,7 +280,7 @@ def _end_of_search(
 
     If the peaks grow to the end of the run, their mean is not that of a response.
     """
-    if metered_halves == _NOT_METERED:  # nothing was left after the burn-in
+    if metered_halves == _NOT_METERED:  # nothing remains after the burn-in
         metered_halves = 0
         begin_trace(state, scene, notes)
     if metered_halves < 2:

@@ -97,7 +97,7 @@ def settle(
     -----
     The run continues until one of these conditions is met. It repeats to rounding, or its remaining distance from
     repetition is below `periodic_tolerance`, and the orbit does not repel it. Or Newton's method finds a periodic
-    orbit, stable by its multipliers, and the run approaches it just as its linearisation predicts: the run then
+    orbit, stable by its multipliers, and the run approaches it just as its linearisation predicts. The run then
     tends to this orbit, and need not be continued. Or friction holds the mass permanently, or it creeps to such a
     position. Or, under a force and with a decelerating particle, its remaining displacement is within `tolerance`.
     Or, beyond a burn-in, the standard error of the mean peak is below `tolerance`, no particle is flying to its
@@ -156,7 +156,7 @@ def _measured_orbit(
     )
     error = found.orbit.error + found.way_left
     mean = mean_of_period(notes.trace, period_halves, error)
-    # a response of the size of rounding cannot be known any better
+    # a response of the size of rounding cannot be known better
     is_known = found.known and found.orbit.error <= settings.tolerance * max(mean.amplitude, _ROUNDING)
     status = _CONVERGED if is_known else _MAX_CYCLES
     response = measured_response(
@@ -168,7 +168,7 @@ def _measured_orbit(
         _acceleration_of_period(period_halves, halves, notes),
         Kind(response_class, period, multiplier, error, cycles, status),
     )
-    # where a particle goes on, so does who goes on from the end
+    # the end state continues the particle's phase
     return response, state if found.way_left == 0.0 else found.state
 
 
@@ -179,7 +179,7 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
     mean = found.mean
     stretch = stretch_of(notes.trace, 2 * mean.first, 2 * mean.last)
     response_class = _MODULATED
-    # without a particle no two motions part: see `candidate.attracts_all`
+    # without a particle all motions converge: see `candidate.attracts_all`
     if probe.particle is not None:
         if share_stuck(stretch, probe.base.frequency_ratio) >= FEWEST_STUCK:
             response_class = _LOCKED  # the particle alone does not repeat
@@ -239,7 +239,7 @@ def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, not
             begin_probe(probe, scene, shorter)
             there, complete = march_with_jacobian(state, shorter, probe, notes.log, notes.monodromy)
             coordinates(there, scene.particle, end)
-            # half a cycle is no period where gravity acts, which is not mirrored
+            # half a cycle is no period with gravity, which is not mirrored
             if complete and down_of(there.slide) == down_of(state.slide) and _is_near(end, start, known):
                 return shorter
     return period_halves

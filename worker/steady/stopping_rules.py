@@ -14,13 +14,14 @@ bound.
 FEWEST_MEASURED = 768
 """Cycles before a standard error is used."""
 
-_TRANSIENT_LEFT = 0.02  # share of a free vibration that is left after the burn-in
-# Frequency ratio from which a burn-in is longer, 1/e: there what is left is 0.02 e² = 15 % of the response's velocity, which
-# the test of stationarity finds. With 1 in its place a burn-in at r = 0.5 would be a third longer, ln 4 on top of ln 50.
+_TRANSIENT_LEFT = 0.02  # remaining share of a free vibration after the burn-in
+# Frequency ratio below which a burn-in is longer, 1/e: there the remainder is 0.02 e² = 15 % of the response's
+# velocity, which the test of stationarity finds. With 1 in its place a burn-in at r = 0.5 would be a third longer,
+# ln 4 on top of ln 50.
 _SLOW = 0.37
-_CORRELATIONS = 100.0  # correlation times that have to be measured
-# The next look comes after so many times the cycles of the last, at the least and at the most: an error is itself uncertain by
-# a tenth, what it asks for by a fifth, and a look further ahead would overshoot by as much.
+_CORRELATIONS = 100.0  # least number of correlation times measured
+# Least and greatest factor from this check's cycles to the next one's. An error is itself uncertain by a tenth, the
+# number of cycles that it requires by a fifth, and a later check would overshoot by as much.
 _SOONEST_LOOK = 1.05
 _LATEST_LOOK = 1.25
 

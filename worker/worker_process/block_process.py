@@ -58,8 +58,8 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
             process.stdin.write(len(asked).to_bytes(8, "big") + asked)
             process.stdin.flush()
         except BrokenPipeError:
-            pass  # how it ended says more
-        # its standard input stays open: it ends when that is closed, as it is when this process dies
+            pass  # its exit status has more information
+        # its standard input stays open: it ends when that is closed, as by the death of this process
         answer = process.stdout.read()
         status = process.wait()
     if status != 0 or not answer:
@@ -85,7 +85,7 @@ def _answer(source: int, sink: int) -> None:
             told = False, error
         with os.fdopen(sink, "wb") as out:
             out.write(cloudpickle.dumps(told))
-        # the thread that reads would keep the interpreter from ending in order
+        # the reading thread would prevent the interpreter from a clean end
         os._exit(0)
 
 
@@ -95,7 +95,7 @@ def _end_with_parent(source: int) -> None:
 
 
 if __name__ == "__main__":
-    # what the function prints goes to the log, not into the answer
+    # the function's output goes to the log, not into the answer
     answer_to = os.dup(1)
     os.dup2(2, 1)
     _answer(0, answer_to)

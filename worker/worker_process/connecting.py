@@ -68,11 +68,11 @@ async def joined(
     """
 
     async def join() -> None:
-        # where certificates do not match the library would ask ten times a second for ever, and say nothing of them
+        # if certificates do not match the library would try ten times a second forever, without reporting it
         await _let_in(worker.scheduler.address, security)
         await worker.start()
 
-    # the library would wait for ever, and hear nothing meanwhile
+    # the library would wait forever, without noticing a request to leave
     joining = asyncio.ensure_future(join())
     awaited: list[asyncio.Future[Any]] = [joining, told]
     limit = limit_seconds if limit_seconds < float("inf") else None
@@ -91,9 +91,9 @@ async def _let_in(scheduler: str, security: Security) -> None:
     while True:
         began = time.monotonic()
         try:
-            # the files are read anew each time
+            # the files are read again each time
             comm = await connect(scheduler, **security.get_connection_args("worker"))
-        # a value error where the other side speaks before encryption has begun
+        # a value error if the other side sends before encryption has begun
         except (OSError, ValueError) as error:
             why = refusal(error) or ("" if isinstance(error, OSError) else str(error))
         else:

@@ -61,7 +61,7 @@ def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Ans
     except OSError:
         raise
     except Exception as error:
-        # where all do the same it is the points' doing, and an answer like others
+        # if all give the same answer the points are the cause, and it is an answer like others
         bits = f"raises {type(error).__name__}: {error}"
     return Answer(computing(), bits)
 

@@ -60,7 +60,7 @@ async def show_alive(
     """Touch a file as long as the known block is right; otherwise call `tell` with the error."""
     loop = asyncio.get_running_loop()
     while True:
-        # in a thread: whoever asks this worker for something is answered meanwhile
+        # in a thread, so that this worker answers requests meanwhile
         wrong = await loop.run_in_executor(None, wrong_answers, solve)
         if wrong:
             tell(f"it computes points whose values are known as {wrong}")

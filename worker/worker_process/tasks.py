@@ -79,7 +79,7 @@ def run_block(
     require_identity(solver or computing()["identity"])
     began = time.perf_counter()
     study = _study(cube_path, digest)
-    if not sources:  # else nothing may be left to compute
+    if not sources:  # otherwise no block may be left to compute
         for scene in scenes(study):
             warm(scene)
     began_kernel = time.thread_time()
@@ -176,7 +176,7 @@ def _shelf(cube_path: str) -> Shelf:
     try:
         return open_shelf(cube_path)
     except StoreFault as error:
-        # the worker's want, and no fault of the points that it was asked for
+        # the worker's fault, and not that of its points
         raise OSError(str(error)) from error
 
 
@@ -186,11 +186,11 @@ def _study(cube_path: str, digest: str) -> Study | Suite:
     if described.digest != digest:
         raise OSError(f"the cube {cube_path} holds study {described.digest}, not {digest}")
     try:
-        # what is computed is what was asked, whatever has happened to its description since
+        # the original definition is computed, whatever has happened to its description since
         return parse_stored(json.loads(str(described.attributes["study"])), digest)
     except (DefinitionDamaged, ValueError) as error:
         # no fault of the points: the study stops, and none of them is recorded as failed
         raise OSError(
-            f"the description of the cube {cube_path} is damaged ({error}); "
-            "`damperlab store verify --repair` writes it anew"
+            f"the description of the cube {cube_path} is damaged ({error}); `damperlab store verify "
+            "--repair` writes it again"
         ) from error

@@ -83,7 +83,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
 
     def tell(reason: str) -> None:
         if told.done():
-            # the second time somebody is in a hurry
+            # the second request is urgent
             os._exit(1)
         told.set_result(reason)
 
@@ -94,7 +94,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
         if not told.done():
             told.set_result(reason)
 
-    # before a scheduler is found: whoever waits for one is alive
+    # before a scheduler is found: a waiting worker is alive
     showing = None if terms.alive is None else asyncio.ensure_future(show_alive(terms.alive, give_up))
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, tell, signal.Signals(number).name)
@@ -147,7 +147,7 @@ async def _connected(
         )
         try:
             return worker if await joined(worker, security, told, left) else None
-        # as where the scheduler ends meanwhile, or has not yet seen that a worker of this name has gone
+        # for example the scheduler ends meanwhile, or has not yet noticed that a worker of this name has gone
         except (OSError, RuntimeError, ValueError) as error:
             say(f"{scheduler} did not take this worker in: {error}")
             await asyncio.wait([told], timeout=REFUSED_AGAIN_SECONDS)
@@ -159,9 +159,9 @@ async def _leave(worker: Worker, reason: str, seconds: float) -> None:
     """Take no more blocks, complete or return the running one, and exit within a time."""
     deadline = time.monotonic() + seconds
     say(f"leaving ({reason}): no more blocks, gone within {seconds:g} s")
-    # the scheduler tells whoever asks that this worker takes nothing more
+    # the scheduler reports that this worker takes nothing more
     worker.status = Status.closing_gracefully
-    # a result that is here has yet to be fetched
+    # a local result is yet to be fetched
     while worker.state.tasks and time.monotonic() < deadline:
         await asyncio.sleep(LOOK_SECONDS)
     given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))
@@ -253,5 +253,5 @@ def serve_worker(
     settings = {"distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s"}
     with dask.config.set(settings):
         status = asyncio.run(work(scheduler, security, terms, memory_limit, name))
-    # a kernel that still runs in its thread would keep the interpreter from ending
+    # a kernel that still runs in its thread would prevent the interpreter from ending
     os._exit(status)

@@ -127,7 +127,7 @@ def make_history_question(
 
 def _without_base(name: str) -> Fault:
     instead = {"clearance_ratio": "clearance_m", "friction_ratio": "friction_force_n", **MADE_BY}.get(name)
-    told = f"{name} belongs to a base that moves as a sine; a time history knows no base amplitude."
+    told = f"{name} belongs to a base that moves as a sine; a time history has no base amplitude."
     advice = f"give {instead}" if instead else "leave it out: the table has the motion of the base"
     return Fault(name, name, f"one of {listing(KNOWN)}", advice, told)
 

@@ -39,7 +39,7 @@ def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) ->
     """
     given = {name: value for name, value in question.given(values).items() if name != RELEASE}
     if given.get("friction_force_n") == 0.0:
-        # no force needs no mass for its ratio
+        # without a force the ratio needs no mass
         del given["friction_force_n"]
         given["friction_ratio"] = 0.0
     given["base_amplitude_m"] = base_amplitude_m(question.measured, given)

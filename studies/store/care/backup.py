@@ -41,7 +41,7 @@ from damperlab.studies.vocabulary import ENDED
 RECORDS = "records"
 """The folder of the uploaded ground-motion records, in the data directory."""
 
-_TRIES = 5  # at a study whose blocks are taken back while it is copied
+_TRIES = 5  # for a study whose blocks are invalidated during the copy
 
 _Copy = tuple[Row[Any], Sequence[Row[Any]], int]
 """A study's row, its marks, and the number of bytes copied now."""
@@ -135,7 +135,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
         for row, _, _ in copies:
             if row.state in ENDED:
                 keep_marks(target, row.id, {})
-        # what the source has deleted since
+        # studies that the source has deleted since
         names = {cube_name(row.id, row.number) for row, _, _ in copies}
         for name in list(target.shelf.shelves()):
             if parse_cube_name(name) and name not in names:
@@ -226,7 +226,7 @@ def _copy_designs(source: Store, target: Store) -> tuple[int, list[str]]:
     with using(str(target.data_dir / DESIGNS)):
         for design_id in sorted(here.ids() - damaged_designs.keys()):
             pieces = here.pieces(design_id)
-            if REQUEST in pieces:  # else it was deleted meanwhile
+            if REQUEST in pieces:  # otherwise it was deleted meanwhile
                 size += there.take_over(design_id, pieces)
     return size, list(damaged_designs.values())
 
@@ -271,7 +271,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
     size = 0
     with using(there.address):
         sizes = {entry.key: entry.size for entry in here.entries()}
-        # what an earlier backup holds is not read again; a file that was cut short since is told by its size
+        # files of an earlier backup are not read again; a file that was truncated since shows by its size
         have = {entry.key for entry in there.entries() if entry.size == sizes.get(entry.key)}
         there.fill(found, (BLOCKS,))
         for mark in marks:

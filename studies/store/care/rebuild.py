@@ -105,7 +105,7 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     try:
         shelf = _own(catalogue, data_dir, cubes)
         cubes_there = [(parsed, name) for name in shelf.shelves() if (parsed := parse_cube_name(name))]
-        # the newest first: of two cubes of one study it is the one whose study was not deleted
+        # the newest first: of two cubes of one study it is the one that was not deleted
         for (study_id, number), name in sorted(cubes_there, key=lambda cube: cube[0][1], reverse=True):
             try:
                 _add(catalogue, shelf.at(name), study_id, number, found)
@@ -166,7 +166,7 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     if address is None:
         folder = Folder(data_dir / CUBES)
         if marked and alive and owner_of(folder) is None and not any(map(parse_cube_name, folder.shelves())):
-            # a marker there would pass for that of the disk which is to be mounted
+            # a marker there would be mistaken for that of the disk to be mounted
             raise no_cubes(catalogue, folder)
         place: Shelf = folder
         shelf = place
@@ -210,7 +210,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
     except FileNotFoundError:
         if deleted is None:
             raise
-        shelf.clear()  # whose removal was cut short
+        shelf.clear()  # an interrupted removal
         found.deleted += 1
         return
     study = parse_stored(json.loads(str(described.attributes["study"])), described.digest)
@@ -229,15 +229,15 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             select(studies).where(or_(studies.c.number == number, studies.c.id == study_id))
         ).all():
             if not is_sound(studies, one):
-                # what it says is not what was written: the cube says it again
+                # the row is damaged: the cube has the same data
                 connection.execute(delete(done_blocks).where(done_blocks.c.study == one.number))
                 connection.execute(delete(studies).where(studies.c.number == one.number))
                 row = None if one.number == number else row
         other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
         if row is not None and not row.id:
-            # the number was reserved for this cube, and its study was not entered, or the catalogue has lost that
+            # the number was reserved for this cube, and its study was not entered, or the catalogue has lost it
             if not marks and connection.execute(other).first() is not None:
-                return  # cut short, and submitted again since
+                return  # interrupted, and submitted again since
             connection.execute(delete(studies).where(studies.c.number == number))
             row = None
         if deleted is None and row is None and connection.execute(other).first() is not None:
@@ -246,7 +246,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             twice = connection.execute(other).first() is not None
             if deleted is None and (marks or not twice):
                 raise ValueError(_taken(study_id, number, str(row.id)))
-            return  # left by a submission that was cut short and came again, or by a study that was deleted
+            return  # left by an interrupted and repeated submission, or by a deleted study
         if row is not None and row.deleted is not None:
             return
         if row is not None and deleted is not None:
@@ -263,14 +263,14 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             advance_counters(connection)
             if deleted is not None:
                 found.deleted += 1
-                return  # whoever removes files of deleted studies finds it
+                return  # the next removal of deleted studies' files finds it
             found.studies += 1
             restored = True
         else:
             found.known += 1
             restored = lost_end(kept, row, last_event(connection, study_id))
             if not row.blocks_done and provenance != json.loads(row.provenance):
-                # what computes a study is put into its cube first
+                # the solver of a study is recorded in its cube first
                 said = {
                     "provenance": json.dumps(provenance),
                     **asked_by(provenance),
@@ -345,7 +345,7 @@ def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any
 
 def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any], restored: bool) -> None:
     change = sums_of_marks(connection, number)
-    # what was seen of an earlier catalogue's revisions must not be taken for what is there now
+    # an observer of an earlier catalogue's revisions must not mistake them for the present ones
     columns = studies.c.revision, studies.c.state
     before = connection.execute(select(*columns).where(studies.c.number == number)).one()
     revision = max(int(kept.get("revision", 0)), before.revision, 0) + total + 1

@@ -2,8 +2,8 @@
 
 Only files that certainly belong to this catalogue and are superseded are removed. A file of a block is removed if
 the block's mark names another one. A cube is removed if its study was deleted, or if it was left by an interrupted
-submission: then the catalogue has no study for it, and it holds no result. Such a cube is kept for a long time, in
-case the catalogue has lost its study. All other files are listed and kept.
+submission. In the second case the catalogue has no study for it, and it holds no result. Such a cube is kept for a
+long time, in case the catalogue has lost its study. All other files are listed and kept.
 """
 
 import math
@@ -97,7 +97,7 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
     swept = Swept()
     with using(shelf.address):
         strays = list(_strays(shelf, marks, _limit(older_than)))
-        # a mark that is damaged may name a file that never was: that of its block stays
+        # a damaged mark may name a file that never existed: that of its block stays
         doubted = _damaged_marks(store, record.id, {block for _, block in strays if block is not None})
         for stray in (entry for entry, block in strays if block not in doubted):
             if not dry_run:
@@ -158,7 +158,7 @@ def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -
     found = sweep(store, study_id, older_than, dry_run=True)
     if dry_run or not found.paths:
         return found
-    # claimed for as long as it is swept: whoever is at work all the same may mark nothing that goes
+    # claimed during the sweep: any other worker cannot mark a file that is removed
     owner = f"gc on {socket.gethostname()}, {uuid.uuid4().hex[:8]}"
     if not store.claim(study_id, owner):
         return Swept()
@@ -169,12 +169,12 @@ def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -
 
 
 def _limit(older_than: float) -> float:
-    # without an age to compare, no clock counts: a server has its own
+    # without an age, no clock is compared: a server has its own
     return time.time() - older_than if older_than > 0.0 else math.inf
 
 
 def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: bool) -> Swept:
-    # a number is reserved before its cube is made: listed first, and then the catalogue asked
+    # a number is reserved before its cube is created: list the cubes first, then read the catalogue
     names = sorted(store.shelf.shelves())
     with store.catalogue.reading() as connection:
         columns = studies.c.id, studies.c.number, studies.c.deleted, NEVER_ENTERED.label("reserved")
@@ -200,12 +200,12 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
         if (deleted or row.reserved) and (row.deleted is None or row.deleted >= before):
             continue
         if not _row_is_sound(store, row.number):
-            leave(name, "its row in the catalogue is damaged; `damperlab store rebuild` makes it anew")
+            leave(name, "its row in the catalogue is damaged; `damperlab store rebuild` makes it again")
             continue
         shelf = store.shelf.at(name)
         entries = list(shelf.entries())
         if not entries and not shelf.made():
-            continue  # a prefix that a server remembers, and nothing in it
+            continue  # a prefix that a server remembers, without content
         if not deleted and holds_results(shelf):
             leave(
                 name, f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"

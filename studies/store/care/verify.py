@@ -193,10 +193,10 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
     cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
     rows, unknown = _unknown(store, cubes)
     alive = {row.id: row.number for row in rows if row.deleted is None}
-    # what was given up meanwhile has taken its cube away
+    # a study that was withdrawn meanwhile has removed its cube
     there = set(store.shelf.shelves()) if unknown else set()
     for name in sorted(there.intersection(unknown)):
-        # without results and with a study of the same id: a submission that was cut short and came again
+        # without results, and with a study of the same id: an interrupted and repeated submission
         if cubes[name][0] not in alive or holds_results(store.shelf.at(name)):
             yield f"cube {name} belongs to no study of the catalogue; `damperlab store rebuild` adds it"
     lost = {cube_name(study_id, number) for study_id, number in alive.items()}.difference(names)
@@ -213,7 +213,7 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
             kept = read_marks(shelf)
             buried = read_tombstone(shelf) is not None
         except (OSError, ValueError):
-            continue  # the study's own verification tells of it
+            continue  # the study's own verification reports it
         if kept is None and not buried:
             continue
         with store.catalogue.reading() as connection:
@@ -298,10 +298,10 @@ def _description(shelf: Shelf, record: Record, study: Study | Suite) -> tuple[De
         described = describe_cube(shelf.get(DESCRIPTION))
         coordinates = {name: one.read(shelf) for name, one in described.coordinates.items()}
     except (ShelfAway, PermissionError) as error:
-        raise cannot_use(shelf.address, error) from error  # which says nothing of what is stored
+        raise cannot_use(shelf.address, error) from error  # the stored data may be intact
     except FileNotFoundError:
         return None, "a file of the cube's description is lost"
-    except Exception as error:  # whatever bytes raise that are no metadata
+    except Exception as error:  # any exception from bytes that are no metadata
         return None, f"the cube's description cannot be read ({type(error).__name__}: {error})"
     told = {
         "digest": (described.digest, record.digest),
@@ -339,7 +339,7 @@ def _marks(shelf: Shelf, row: Row[Any], marks: Sequence[Row[Any]]) -> Iterator[D
         return
     ours = {mark.block: (mark.generation, mark.checksum) for mark in marks}
     theirs = {mark["block"]: (mark["generation"], mark["checksum"]) for mark in kept[1]}
-    # blocks that were under way when a study was cancelled are marked after its list was kept
+    # blocks that were running when a study was cancelled are marked after its list was written
     unknown = theirs.items() - ours.items()
     if unknown or (row.state == "done" and ours != theirs):
         yield Damage(None, "the marks in the cube and in the catalogue differ", "marks")

@@ -182,20 +182,20 @@ class AccessKeys:
         """Give the valid key for a secret; None for anything else."""
         parts = _KEY.fullmatch(secret)
         found = None if parts is None else self.find(parts[1])
-        # a key that is not there is compared too, so that the time taken does not tell which ids there are
+        # a missing key is compared too, so that the time taken does not reveal which ids exist
         known = found.hash if found else "0" * 64
         same = hmac.compare_digest(known, _hashed(parts[2] if parts else ""))
         return found if found is not None and same and found.valid else None
 
 
 def _hashed(secret: str) -> str:
-    # 256 random bits need no slow hash: there is nothing to guess
+    # 256 random bits need no slow hash: they cannot be guessed
     return sha256(secret.encode()).hexdigest()
 
 
 def _key(row: Row[Any]) -> AccessKey:
     if not is_sound(access_keys, row):
-        # nothing of it is believed: a time may be none, and an owner another
+        # none of its values is trusted: a time may be invalid, and the owner another
         return AccessKey(row.id, "damaged", (), None, None, None, "0" * 64, sound=False)
     return AccessKey(
         row.id,

@@ -63,7 +63,7 @@ _POOL_SECONDS = 10
 
 _PATIENCE = {
     "connect_timeout": 5,
-    # a server that a cut link hides is given up within seconds, also in the middle of an answer
+    # a server behind a broken link is abandoned within seconds, also during an answer
     "keepalives": 1,
     "keepalives_idle": 5,
     "keepalives_interval": 3,
@@ -83,7 +83,7 @@ _TROUBLES = {
     "InterfaceError",
     "LockNotAvailable",
     "UnicodeDecodeError",
-    # a server that ended a transaction which stood still, takes no writes any more, or has taken a right away
+    # a server that ended an idle transaction, refuses writes, or has revoked a right
     "InternalError",
     "InsufficientPrivilege",
     # SQLAlchemy's own: no connection was free in time, or the one in use broke
@@ -105,7 +105,7 @@ _FAULTS = (
 """Exceptions of SQLAlchemy and the drivers. `_TROUBLES` separates trouble of the database from defects of the
 program.
 """
-_WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
+_WRITERS_LOCK = 0x64616D70  # an arbitrary number that every damperlab uses
 
 
 class Catalogue:
@@ -129,7 +129,8 @@ class Catalogue:
         self.read_only = False
         """Whether every change is refused."""
         self._wait_seconds = wait_seconds
-        # one thread of this process waits for the database, and the others for it: they leave connections to readers
+        # one thread of this process waits for the database, and the others for it, so that connections remain for
+        # readers
         self._turn = threading.Lock()
         self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
         """The file, or the address without its password."""
@@ -230,7 +231,7 @@ class Catalogue:
         self._engine.dispose()
 
     def _prepare(self) -> None:
-        # most opens find the catalogue ready and need no turn at writing
+        # most opens find the catalogue ready and need no write lock
         with self._engine.begin() as connection:
             found = _revision(connection)
         if found == REVISION:
@@ -240,7 +241,7 @@ class Catalogue:
         if self.is_file:
             self._switch_to_wal()
         with self._writer.begin() as connection:
-            if _revision(connection) is None:  # else another process was faster
+            if _revision(connection) is None:  # otherwise another process was faster
                 try:
                     metadata.create_all(connection, checkfirst=False)
                 except DatabaseError as error:
@@ -258,8 +259,9 @@ class Catalogue:
         if found < REVISION:
             kind: type[StoreFault] = CatalogueDamaged
             advice = (
-                "export its studies with `damperlab export` of that version, or choose another data directory; if no older "
-                "version has opened it, it is damaged: make it again with `damperlab store rebuild`"
+                "export its studies with `damperlab export` of that version, or choose another data "
+                "directory; if no older version has opened it, it is damaged: run `damperlab store "
+                "rebuild`"
             )
             told = f"{self.name} was made by a damperlab older than 0.2.0."
         else:
@@ -269,8 +271,8 @@ class Catalogue:
                 "move it away and make it again with `damperlab store rebuild`"
             )
             told = (
-                f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this version "
-                f"knows {REVISION}."
+                f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this "
+                f"version supports {REVISION}."
             )
         return kind(Fault(self.name, f"catalogue revision {found}", f"revision {REVISION}", advice, told))
 
@@ -280,7 +282,7 @@ class Catalogue:
         return CatalogueDamaged(Fault(self.name, found, f"revision {REVISION}", advice, told))
 
     def _switch_to_wal(self) -> None:
-        # several processes may open a new folder at once, and the switch ignores the busy timeout
+        # several processes may open a new folder simultaneously, and the switch ignores the busy timeout
         give_up = time.monotonic() + BUSY_SECONDS
         while True:
             connection = self._engine.raw_connection()
@@ -300,7 +302,7 @@ class Catalogue:
             yield
         except _FAULTS as error:
             cause = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
-            # a driver has classes of its own for many of them, as for a time-out or a server that shuts down
+            # drivers have their own classes for many of them, for example a time-out or a server that shuts down
             kinds = {kind.__name__ for kind in type(cause).__mro__}
             broken = isinstance(error, DBAPIError) and error.connection_invalidated
             found = str(cause).strip() or type(cause).__name__
@@ -344,9 +346,9 @@ def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
 
     @event.listens_for(engine, "connect")
     def _connect(connection: Any, _: Any) -> None:
-        # transactions begin where `_begin` says, not where the driver guesses
+        # transactions begin in `_begin`, not where the driver guesses
         connection.isolation_level = None
-        # a text whose bits have flipped is seen by its row's checksum, and costs no other row
+        # a text with flipped bits is detected by its row's checksum, and affects no other row
         connection.text_factory = partial(str, encoding="utf-8", errors="replace")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
@@ -362,7 +364,7 @@ def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
 
 
 def _postgresql_engine(url: URL) -> Engine:
-    # a connection that died while it lay in the pool is replaced before it is used
+    # a connection that died in the pool is replaced before it is used
     engine = create_engine(url, pool_pre_ping=True, pool_timeout=_POOL_SECONDS, connect_args=_patience(url))
 
     @event.listens_for(engine, "begin")
@@ -370,7 +372,7 @@ def _postgresql_engine(url: URL) -> Engine:
         seconds = connection.get_execution_options().get("writes")
         if seconds is not None:
             connection.exec_driver_sql(f"SET LOCAL lock_timeout = {math.ceil(1000 * seconds)}")
-            # a turn at writing is waited for within one statement
+            # waiting for the write lock takes one statement
             longest = math.ceil(1000 * (seconds + _STATEMENT_SECONDS))
             connection.exec_driver_sql(f"SET LOCAL statement_timeout = {longest}")
             connection.exec_driver_sql(
@@ -398,7 +400,7 @@ def _patience(url: URL) -> dict[str, int]:
 
 def _revision(connection: Connection) -> str | int | None:
     """Give the revision of the tables; a text if it is invalid, and None if there are no tables yet."""
-    # 0.1.0 kept it where SQLite keeps such a number
+    # 0.1.0 stored it in SQLite's own place for such a number
     first = connection.dialect.name == "sqlite" and connection.exec_driver_sql("PRAGMA user_version").scalar()
     if first or not inspect(connection).has_table(facts.name):
         return int(first) if first else None
@@ -434,7 +436,7 @@ def open_catalogue(
     )
     try:
         data_dir.parent.mkdir(parents=True, exist_ok=True)
-        # nobody else's to read; whoever wants to share a folder makes it with the permissions it should have
+        # private to this user; to share a folder, create it with other permissions
         data_dir.mkdir(mode=0o700, exist_ok=True)
         (data_dir / "cubes").mkdir(mode=0o700, exist_ok=True)
         if address is None and not (data_dir / SQLITE_FILE).exists():
@@ -454,13 +456,13 @@ def _postgresql_url(address: str) -> URL:
     try:
         url = make_url(address)
         if url.get_backend_name() == "postgresql":
-            # the one driver that is supported, however the address was spelled
+            # the only supported driver, however the address was spelled
             url = url.set(drivername="postgresql+psycopg")
             url.get_dialect().import_dbapi()
             return url
         found = f"a database of kind {url.get_backend_name()}"
         advice = "leave it out for a SQLite file in the data directory"
-    except (ArgumentError, NoSuchModuleError, ValueError):  # ValueError of a port that is no number
+    except (ArgumentError, NoSuchModuleError, ValueError):  # ValueError for a port that is no number
         found, advice = "no address of a database", "write postgresql://user:password@host/database"
     except ImportError:
         found = "an address of PostgreSQL, for which the driver is not installed"

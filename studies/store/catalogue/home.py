@@ -62,11 +62,11 @@ def require_catalogue(data_dir: Path) -> None:
         marked = any((place / MARKER).exists() for place in (data_dir, cubes))
         holds = _holds_cubes(Folder(cubes).shelves())
         owned = not catalogue.exists() and (marked or holds)
-        # looked for again: who opens a new folder meanwhile makes the catalogue before its marker and its first cube
+        # checked again: a process that opens a new folder creates the catalogue before its marker and its first cube
         if not owned or catalogue.exists():
             return
     except OSError:
-        return  # which opening it tells better
+        return  # opening it gives a better message
     if not holds:
         raise StoreFault(
             Fault(
@@ -114,7 +114,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
         _own_data_folder(catalogue, data_dir, mark=False)
         _own_folder(catalogue, folder, used)
         return folder
-    # here, for it needs a library that not every installation has
+    # imported here, because it needs an optional library
     from damperlab.studies.store.files.bucket import Bucket, open_bucket
 
     bucket: Bucket = open_bucket(address or known or "")
@@ -217,12 +217,12 @@ def _marker(owner: str) -> bytes:
 
 
 def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
-    # what is in the folder first, then what the catalogue says: it is told before the folder is
+    # the content of the folder first, then the catalogue: the latter is written first
     found = owner_of(folder)
     names = list(folder.shelves())
     holds = _holds_cubes(names)
     if found is None and holds:
-        # who opens a new folder meanwhile marks it before its first cube
+        # a process that opens a new folder marks it before its first cube
         found = owner_of(folder)
     with catalogue.reading() as connection:
         mine = fact(connection, "id")
@@ -230,7 +230,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
         copied = fact(connection, BACKUP_OF) is not None
         last = int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
     if found is None and marked:
-        # who opens a new folder meanwhile marks it before the catalogue says so
+        # a process that opens a new folder marks it before the catalogue says so
         found = owner_of(folder)
     if found is None:
         _require_own_cubes(catalogue, folder, holds, used, marked)
@@ -243,10 +243,10 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
         f"The cubes in {folder.address} belong to a catalogue other than {catalogue.name}.",
     )
     _own(folder, mine or "", others)
-    # a copy's files come before its rows: one that was cut short is gone on with
+    # a copy's files come before its rows: an interrupted one can be continued
     for name in () if copied else names:
         parsed = parse_cube_name(name)
-        # a submission that was cut short leaves a cube that its catalogue does not know, but no result in it
+        # an interrupted submission leaves a cube that its catalogue does not have, but without results
         if parsed and parsed[1] > last and holds_results(folder.at(name)):
             raise older_copy(f"{folder.address}/{name}", catalogue.name)
     if not marked:
@@ -260,10 +260,10 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
         raise StoreFault(
             Fault(
                 "data_dir",
-                f"cubes in {folder.address}, and {catalogue.name}, which knows no study",
+                f"cubes in {folder.address}, and {catalogue.name}, which has no study",
                 "the catalogue that the cubes belong to",
                 f"{_NAME_IT}; if it is lost, {_REBUILD}",
-                f"There are cubes in {folder.address}, but {catalogue.name} knows no study.",
+                f"There are cubes in {folder.address}, but {catalogue.name} has no study.",
             )
         )
     if marked and used and not holds:
@@ -273,9 +273,10 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
         raise StoreFault(
             Fault(
                 "data_dir",
-                f"{folder.address}, which {catalogue.name} does not know",
+                f"{folder.address}, which {catalogue.name} does not have",
                 "the data folder of this catalogue",
-                "name that folder with --data-dir; if it is lost, let the catalogue go on here with `damperlab store rebuild`",
+                "name that folder with --data-dir; if it is lost, let the catalogue continue here with "
+                "`damperlab store rebuild`",
                 f"The cubes of {catalogue.name} are in another data folder than {folder.address}.",
             )
         )
@@ -316,10 +317,10 @@ def older_copy(cube: str, catalogue: str) -> StoreFault:
     return StoreFault(
         Fault(
             "catalogue",
-            f"results in {cube} that {catalogue} does not know: it is an older copy",
+            f"results in {cube} that {catalogue} does not have: it is an older copy",
             "the newest state of the catalogue",
             "put the newest one back, or add to this one what it lacks with `damperlab store rebuild`",
-            f"{cube} holds results that {catalogue} does not know: the catalogue is an older copy.",
+            f"{cube} holds results that {catalogue} does not have: the catalogue is an older copy.",
         )
     )
 

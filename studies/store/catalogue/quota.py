@@ -137,7 +137,7 @@ def taken(connection: Connection, owner: str | None = None, *, unfinished: bool 
     """Add up the usage of all studies, or of one owner."""
     c = studies.c
     sums = select(func.coalesce(func.sum(c.points_total), 0), func.coalesce(func.sum(c.bytes_total), 0))
-    # of a study whose files are gone an empty row stays
+    # a study whose files are removed leaves an empty row
     sums = sums.where(c.definition != "")
     count = select(func.count()).select_from(studies).where(WAITING)
     if owner is not None:

@@ -71,7 +71,7 @@ def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
 
 def asked_for(purpose: str) -> ColumnElement[bool]:
     """Say whether a program submitted a row's study for this purpose."""
-    # not null first, so that the negation of it is true of a study that somebody asked for
+    # not null first, so that its negation is true for a study submitted by a user
     return and_(studies.c.purpose.is_not(None), studies.c.purpose == purpose)
 
 
@@ -79,7 +79,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     """Make the fault for a missing study: when it was deleted, which one was probably meant, a few others."""
     order = studies.c.number.desc()
     there = select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
-    # studies that programs asked for are named where there are no others
+    # studies submitted by programs are named only if there are no others
     own = there.where(not_(asked_for(DESIGNS)))
     newest = connection.execute(own).all() or connection.execute(there).all()
     known = ", ".join(f"{row.id} ({row.name})" for row in newest[:3])
@@ -178,7 +178,7 @@ def lost_marks(row: Row[Any], found: int) -> str | None:
 
 def claim_owner(row: Row[Any]) -> str | None:
     """Give the present owner of the claim on the study."""
-    # no checksum is over it: of what is no time nobody knows more than that it is over
+    # not covered by a checksum: an invalid time counts as past
     ends = row.claim_expires if isinstance(row.claim_expires, float) else 0.0
     return str(row.claim_owner) if row.claim_owner is not None and ends >= time.time() else None
 
@@ -189,7 +189,7 @@ def _seconds_left(row: Row[Any]) -> float | None:
         return 0.0
     if row.state != "running" or row.last_mark is None or row.points_done == row.run_points:
         return None
-    # wall time, so that the pace holds for however many workers there are
+    # wall time, so that the pace is right for any number of workers
     pace = (row.last_mark - row.run_began) / (row.points_done - row.run_points)
     if pace <= 0.0:
         return None  # the clock was set back meanwhile

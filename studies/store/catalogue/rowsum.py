@@ -31,7 +31,7 @@ SUMMED = (studies, done_blocks, keys, events, access_keys)
 """The tables whose rows have a checksum."""
 
 _LEFT_OUT = {
-    # who works on a study is written every few seconds, and put right by the next claim
+    # the owner of a study is written every few seconds, and corrected by the next claim
     "studies": {"crc", "claim_owner", "claim_expires"},
     "done_blocks": {"crc"},
     "keys": {"crc"},
@@ -66,7 +66,7 @@ def is_sound(table: Table, row: Row[Any]) -> bool:
     """Whether a complete row of a table is intact."""
     if row.crc is not None:
         return bool(row.crc == row_sum(table, row))
-    # one that is being written, and not one of zeros, which SQLite reads as nothing in every column
+    # one that is being written, and not one of zeros, which SQLite reads as empty in every column
     return all(row._mapping[column.name] is not None for column in table.c if not column.nullable)
 
 
@@ -147,5 +147,5 @@ def _plain(column: Column[Any], value: Any) -> Any:
         plain = kind(value)
     except (TypeError, ValueError):
         return repr(value)
-    # SQLite keeps in a column what is of another kind: a flipped bit may make it so
+    # SQLite stores values of any type in a column: a flipped bit may produce one
     return plain if plain == value else repr(value)

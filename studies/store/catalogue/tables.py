@@ -21,19 +21,19 @@ metadata = MetaData()
 studies = Table(
     "studies",
     metadata,
-    # never reused: it orders the pages and names the cube's folder, so no study meets a deleted one's files
+    # never reused: it orders the pages and names the cube's folder, so no study gets a deleted one's files
     Column("number", Integer, primary_key=True),
     # the digest's first digits, and the version where there are several
     Column("id", String(24), nullable=False),
     Column("digest", String(64), nullable=False),
-    # 1 for a study as it was submitted; computed anew by a later solver, it gets the next
+    # 1 for a study as submitted; each computation by a later solver gets the next number
     Column("version", Integer, nullable=False, default=1),
     Column("name", Text, nullable=False),
     Column("state", String, nullable=False),
     Column("message", Text),
     Column("definition", Text, nullable=False),
     Column("provenance", Text, nullable=False),
-    # of what the provenance says: who submitted it; for what a program asked for it, and for which study or specification
+    # from the provenance: the submitter; for a program, its purpose, and the study or specification
     Column("submitted_by", Text),
     Column("purpose", String),
     Column("purpose_of", String),
@@ -41,37 +41,37 @@ studies = Table(
     Column("chunk", Text, nullable=False),
     Column("points_total", BigInteger, nullable=False),
     Column("blocks_total", Integer, nullable=False),
-    # when every point is there, before compression: what a quota counts
+    # with every point, before compression: the size for a quota
     Column("bytes_total", BigInteger, nullable=False, default=0),
-    # running sums over done_blocks: a record stays one row to read, however many blocks there are
+    # running sums over done_blocks: a record needs only one row, for any number of blocks
     Column("points_done", BigInteger, nullable=False, default=0),
     Column("points_failed", BigInteger, nullable=False, default=0),
     Column("points_reused", BigInteger, nullable=False, default=0),
     Column("blocks_done", Integer, nullable=False, default=0),
     Column("seconds", Float, nullable=False, default=0.0),
     Column("kernel_seconds", Float, nullable=False, default=0.0),
-    # counts the changes of done_blocks: what was read at one revision holds until the next
+    # counts the changes of done_blocks: a reading at one revision is valid until the next
     Column("revision", Integer, nullable=False, default=0),
-    # when blocks were last taken back: what was there before cannot be shown any more
+    # when blocks were last invalidated: earlier revisions cannot be shown any more
     Column("taken_back", Integer, nullable=False, default=0),
-    # studies of one family differ in their grids alone; empty where no points may be taken or given
+    # studies of one family differ only in their grids; empty if points may be neither reused nor shared
     Column("family", String(64), nullable=False, default=""),
-    # lowest and highest value along every dimension of numbers: where points may be shared with other studies
+    # lowest and highest value along every numeric dimension: the range of points shared with other studies
     Column("box", Text, nullable=False, default="[]"),
     Column("reuse", Boolean, nullable=False, default=True),
-    # of those that wait the highest begins first
+    # among waiting studies the highest starts first
     Column("priority", Integer, nullable=False, default=0),
-    # what people say of it: a JSON list of texts, each once, and a text
+    # user remarks: a JSON list of texts, each once, and a text
     Column("tags", Text, nullable=False, default="[]"),
     Column("note", Text, nullable=False, default=""),
     Column("created", Float, nullable=False),
     Column("started", Float),
     Column("finished", Float),
-    # the pace is taken from the moment the study last began to run
+    # the pace is measured from the latest start of the study
     Column("run_began", Float),
     Column("run_points", BigInteger),
     Column("last_mark", Float),
-    # what a running study does before its blocks: null while it computes them, and in every other state
+    # activity of a running study before its blocks: null while it computes them, and in every other state
     Column("phase", String),
     Column("phase_done", Integer),
     Column("phase_total", Integer),
@@ -114,14 +114,14 @@ done_blocks = Table(
     Column("kernel_seconds", Float, nullable=False),
     Column("message", Text),
     Column("at", Float, nullable=False),
-    # which of the files that were written for the block are its own, and what they must hold
+    # the block's valid file among those written, and its required content
     Column("generation", String, nullable=False, default=""),
     Column("checksum", String),
     Column("revision", Integer, nullable=False, default=0),
-    # which solver on which processor computed it
+    # solver and processor of the block
     Column("identity", String, nullable=False, default=""),
     Column("crc", BigInteger),
-    # clustered by its key: the marks of one study are read in one sweep
+    # clustered by its key: the marks of one study are read together
     sqlite_with_rowid=False,
 )
 
@@ -149,7 +149,7 @@ Index("events_of_study", events.c.study, events.c.number)
 facts = Table(
     "facts",
     metadata,
-    # about the catalogue itself: its revision, its id, and where its cubes are
+    # facts about the catalogue itself: its revision, its id, and the location of its cubes
     Column("key", String, primary_key=True),
     Column("value", Text, nullable=False),
 )
@@ -157,7 +157,7 @@ facts = Table(
 access_keys = Table(
     "access_keys",
     metadata,
-    # the part of the key that is no secret, and the SHA-256 of the part that is
+    # the public part of the key, and the SHA-256 of the secret part
     Column("id", String(16), primary_key=True),
     Column("hash", String(64), nullable=False),
     Column("owner", Text, nullable=False),

@@ -132,5 +132,6 @@ def description_of(shelf: Shelf) -> Description:
         return describe_cube(shelf.get(DESCRIPTION))
     except ValueError as error:
         raise OSError(
-            f"the description of {shelf.name} is damaged ({error}); `damperlab store verify --repair` writes it anew"
+            f"the description of {shelf.name} is damaged ({error}); `damperlab store verify --repair` writes "
+            "it again"
         ) from error

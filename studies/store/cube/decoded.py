@@ -101,7 +101,7 @@ def read_outer(
         for index, extent in zip(key, array.shape, strict=True)
     ]
     values = np.full([p.size for p in points], array.fill, array.dtype)
-    # for each dimension: the chunks that are touched, where they land, and what of them is taken
+    # for each dimension: the touched chunks, their targets, and the part taken of them
     touched: list[list[tuple[int, Any, Any]]] = []
     for wanted, extent, step in zip(points, array.shape, array.chunks, strict=True):
         wanted = np.where(wanted < 0, wanted + extent, wanted)
@@ -111,7 +111,7 @@ def read_outer(
             to = np.flatnonzero(home == place)
             parts.append((place, _compact(to), _compact(inside[to])))
         touched.append(parts)
-    # numpy treats one array among slices as each dimension on its own, but two arrays as pairs
+    # numpy treats one array among slices as a separate dimension, but two arrays as pairs
     paired = (
         sum(any(not isinstance(to, slice) or not isinstance(t, slice) for _, to, t in p) for p in touched) > 1
     )
@@ -135,7 +135,7 @@ def _found(
         yield from ((into, taken, chunk(place)) for place, into, taken in turned)
         return
     with ThreadPoolExecutor(readers) as pool:
-        # no more at once than are read side by side: a slab of a large cube must not be held twice
+        # no more together than are read in parallel: a slab of a large cube must not be in memory twice
         while some := list(islice(turned, readers)):
             found = pool.map(chunk, [place for place, _, _ in some])
             yield from ((into, taken, values) for (_, into, taken), values in zip(some, found, strict=True))

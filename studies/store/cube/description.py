@@ -32,7 +32,7 @@ DESCRIPTION = "zarr.json"
 CODEC = "damperlab.block"
 """The codec of arrays whose chunks lie in the blocks' files."""
 
-_OWN = "damperlab"  # the attribute that is ours alone
+_OWN = "damperlab"  # our own attribute
 _COMPLETE, _INCOMPLETE = b'"complete": "yes"', b'"complete": "no"'
 _CODEC_NAMES = ("bytes", "blosc", "crc32c")
 
@@ -197,7 +197,7 @@ def _parse(document: Any) -> Description:
     own = attributes.pop(_OWN, {})
     if not arrays or set(dimensions) != set(coordinates):
         raise ValueError("they are no description of a cube: arrays or coordinates are missing")
-    # JSON keeps the order in which they were written, and Zarr's own metadata that of their names
+    # JSON keeps the order of writing, and Zarr's own metadata that of the names
     ordered = {name: coordinates[name] for name in dimensions}
     known = [name for name in kind_of(dimensions).variables if name in arrays]
     if len(known) != len(arrays):
@@ -263,7 +263,7 @@ def _coordinate(name: str, values: np.ndarray, study: AnyStudy) -> dict[str, Any
     text = values.dtype.kind == "U"
     array_bytes = {"name": "vlen-utf8"} if text else {"name": "bytes", "configuration": {"endian": "little"}}
     place = _place_of(values)
-    # the one value of a dimension is what stands where no chunk is: it needs no piece of its own
+    # the only value of a dimension is the fill value: it needs no chunk
     return {
         "zarr_format": 3,
         "node_type": "array",

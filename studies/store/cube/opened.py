@@ -61,7 +61,7 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     for name, array in described.arrays.items():
         attributes = dict(array.attributes)
         if "flag_values" in attributes:
-            # CF wants them of the variable's own type, which JSON does not keep
+            # CF requires them in the variable's own type, which JSON does not preserve
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
         lazy = LazilyIndexedArray(_CheckedArray(shelf, described, array, marks))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})

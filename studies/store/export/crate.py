@@ -25,7 +25,7 @@ def crate_beside(export: Path) -> str:
     try:
         (file,) = (each for each in json.loads(path.read_bytes())["@graph"] if each["@type"] == "File")
         return unquote(file["@id"])
-    except (ValueError, TypeError, KeyError):  # no crate of ours
+    except (ValueError, TypeError, KeyError):  # not a crate of ours
         return "other files"
 
 

@@ -48,7 +48,7 @@ def parquet_pieces(cube: xr.Dataset) -> Iterator[bytes]:
     bytes
         The pieces of the file, in order.
     """
-    # a fifth of a second that no other command should pay
+    # saves other commands a fifth of a second
     import pyarrow
     import pyarrow.parquet
 

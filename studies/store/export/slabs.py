@@ -54,7 +54,7 @@ def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -
     for axis in reversed(range(len(shape))):
         step = min(shape[axis], max(1, budget // prod(shape[axis + 1 :])))
         if chunk[axis] <= step < shape[axis]:
-            # a slab that ends inside a chunk makes the next one read it again
+            # if a slab ended inside a chunk, the next one would read it again
             step -= step % chunk[axis]
         steps[axis] = step
         if step < shape[axis]:

@@ -30,7 +30,7 @@ def coordinates_beside(cube: xr.Dataset) -> tuple[str, ...]:
 
 def chunks_of(variable: xr.DataArray) -> tuple[int, ...]:
     """Give the stored chunks of a variable."""
-    # of a cube that was cut, the encoding still tells the chunks of the whole
+    # the encoding of a part still gives the chunks of the complete cube
     stored = variable.encoding.get("chunks", variable.shape)
     return tuple(min(step, extent) for step, extent in zip(stored, variable.shape, strict=True))
 

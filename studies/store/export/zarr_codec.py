@@ -45,7 +45,7 @@ class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
     variable: str
     codecs: tuple[dict[str, Any], ...]
     is_fixed_size = False
-    # what was found in each cube that was read through this array
+    # files found in each cube that was read through this array
     _seen: dict[Any, "_Seen"] = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod

@@ -50,7 +50,7 @@ class Bucket(Shelf):
     """
 
     readers = AT_ONCE
-    first_bytes = 1 << 16  # most blocks whole: a second request costs more than the bytes
+    first_bytes = 1 << 16  # most blocks in one request: a second one costs more than the bytes
 
     def __init__(self, client: Any, bucket: str, prefix: str) -> None:
         super().__init__(f"s3://{bucket}/{prefix}".rstrip("/"))
@@ -83,7 +83,7 @@ class Bucket(Shelf):
     def put(self, key: str, content: bytes) -> None:
         """Write an object; it is complete or absent at any time."""
         with _told(self, key):
-            # in several parts it could leave unfinished ones behind, which no list shows
+            # several parts could leave unfinished ones, which no list shows
             self._client.put(self._full(key), content, use_multipart=False)
 
     def put_new(self, key: str, content: bytes) -> bool:
@@ -94,7 +94,7 @@ class Bucket(Shelf):
             try:
                 self._client.put(self._full(key), content, mode="create")
             except AlreadyExistsError:
-                # perhaps by this very request, when its first answer was lost
+                # perhaps by this very request, if its first answer was lost
                 return self.get(key) == content
         return True
 
@@ -143,7 +143,7 @@ class Bucket(Shelf):
             steps.setdefault(removed_last(entry.key), []).append(self._full(entry.key))
         with _told(self, ""):
             for step in sorted(steps):
-                # a server removes those of one request in any order
+                # a server may remove those of one request in any order
                 for start in range(0, len(steps[step]), 1000):
                     self._client.delete(steps[step][start : start + 1000])
 
@@ -159,7 +159,7 @@ def _range(client: Any, path: str, start: int, length: int) -> bytes:
     except FileNotFoundError:
         raise
     except (BaseError, ValueError) as error:
-        # servers refuse what lies behind the end (416), and so does the library
+        # servers refuse a range beyond the end (416), and so does the library
         if "range" not in str(error).lower():
             raise
     return bytes(client.get(path).bytes())[start : start + length]
@@ -212,7 +212,7 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
                 },
             },
         )
-    except Exception as error:  # whatever the library makes of an AWS_… variable that it cannot use
+    except Exception as error:  # any exception of the library for an invalid AWS_… variable
         raise StoreFault(
             Fault(
                 "AWS_…",

@@ -35,7 +35,7 @@ class Folder(Shelf):
 
     def get(self, key: str) -> bytes:
         """Read a file."""
-        # opened by its text: a slice reads hundreds of files, and paths take longer than they do
+        # opened by its text: a slice reads hundreds of files, and path objects take longer than opening
         with open(f"{self.address}/{key}", "rb") as file:  # noqa: PTH123
             return file.read()
 
@@ -96,7 +96,7 @@ class Folder(Shelf):
             for name, pieces in shelves.items():
                 make_one(name, pieces)
         else:
-            # each waits for the disk, which serves many waits as one
+            # each waits for the disk, which serves many waits together
             with ThreadPoolExecutor(AT_ONCE) as pool:
                 for _ in pool.map(make_one, shelves, shelves.values()):
                     pass
@@ -150,7 +150,7 @@ class Folder(Shelf):
                         shutil.rmtree(file)
                     else:
                         file.unlink()
-            shutil.rmtree(self._path)  # which refuses a link
+            shutil.rmtree(self._path)  # which does not support hard links
 
 
 def sync_path(path: str | os.PathLike[str]) -> None:
@@ -176,7 +176,7 @@ def sync_path(path: str | os.PathLike[str]) -> None:
 def open_shelf(address: str) -> Shelf:
     """Give the shelf at an address: `s3://bucket/prefix`, or a folder."""
     if address.startswith("s3://"):
-        # only for who asks for it: not every installation has the library
+        # imported here: the library is optional
         from damperlab.studies.store.files.bucket import open_bucket
 
         return open_bucket(address)

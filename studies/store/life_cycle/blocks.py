@@ -100,7 +100,7 @@ class Blocks(Lookup):
                 del fresh[index]
         if not fresh:
             return True
-        # the workers have refused before; whatever they hold, no cube gets the work of two solvers
+        # the workers have refused already; in any case no cube may contain the work of two solvers
         identity = json.loads(row.provenance).get("identity", "")
         strangers = {outcome.identity for outcome in fresh.values()} - {"", identity}
         if strangers:
@@ -108,7 +108,7 @@ class Blocks(Lookup):
                 f"blocks computed by {sorted(strangers)} in a cube of {identity or 'no identity'}"
             )
         added = list(fresh.values())
-        # what a mark says of a block goes by the same names as its outcome, the index aside
+        # a mark has the same names as its outcome, except for the index
         marks = [
             {name: value for name, value in vars(outcome).items() if name != "index"}
             | {"study": row.number, "block": outcome.index, "at": now, "revision": row.revision + 1 + place}
@@ -216,15 +216,15 @@ class Blocks(Lookup):
             row = look(connection)
         shelf = self.cube_shelf(study_id, row.number)
         with using(shelf.address):
-            # first: should this be cut short, what the cube says of itself is too little and never too much
+            # first: after an interruption, the cube then claims too little and never too much
             drop_marks(shelf)
-            # which may be what was lost
+            # this may have been the loss
             shelf.fill({}, (BLOCKS,))
         try:
             with self.catalogue.writing() as connection:
                 return self._take_back(connection, look(connection), blocks, why, queue=owner is None)
         except StoreFault:
-            # as where it was claimed just now, perhaps by nobody who will end the study anew
+            # for example claimed just now, perhaps by a process that will not end the study again
             if row.state in ENDED:
                 with suppress(StoreFault, OSError):
                     keep_marks(self, study_id, {})
@@ -258,7 +258,7 @@ def _nothing_to_retry(record: Record) -> NothingToDo:
         )
         advice = "change `steady` or the range of the axes"
     else:
-        found, advice = "in which no block failed", "to compute what is missing, go on with the study"
+        found, advice = "in which no block failed", "to compute missing blocks, continue the study"
         told = f"Study {record.id} has no block that failed."
     allowed = "a study with blocks that failed as a whole"
     return NothingToDo(Fault("study", f"{record.id}, {found}", allowed, advice, told))

@@ -95,7 +95,7 @@ class Claims(StoreBase):
             Most studies of each submitter to look for.
         """
         c = studies.c
-        # few columns, page by page: ten thousand studies may wait, and each that comes makes somebody look
+        # few columns, page by page: ten thousand studies may wait, and each new one triggers a check
         query = select(
             c.id,
             c.number,

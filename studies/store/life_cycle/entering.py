@@ -58,7 +58,7 @@ from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
 from damperlab.studies.store.provenance import SUBMITTED_BY, asked_by, signed
 from damperlab.studies.store.record import Record
 
-_MOST = 256  # studies that share a transaction: others want to write too
+_MOST = 256  # most studies in one transaction: other writers must not wait long
 
 _Answer = TypeVar("_Answer")
 
@@ -196,7 +196,7 @@ class Entering(StoreBase):
         KeyTaken
             If the key belongs to another definition.
         """
-        # seen without a turn at writing first: the same study is asked for again and again
+        # checked without the write lock first: the same study is often submitted again
         if key is None:
             with self.catalogue.reading() as connection:
                 row = newest_row(connection, study.digest)
@@ -206,7 +206,7 @@ class Entering(StoreBase):
 
     def submit_all(self, submissions: Sequence[Submission]) -> Entered:
         """Store several studies, all or none, as `submit` does; submissions of other threads share the transaction."""
-        # whose they are is known here: another thread may enter them
+        # the owner is known here: another thread may enter them
         return self._turns.ask([replace(one, provenance=signed(one.provenance)) for one in submissions])
 
     def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
@@ -247,7 +247,7 @@ class Entering(StoreBase):
                 def told(one: Submission) -> tuple[Record, bool]:
                     digest = one.study.digest
                     created = digest in untold
-                    untold.discard(digest)  # of any number that ask for it one has made it
+                    untold.discard(digest)  # among any number of submitters one has created it
                     return records[digest], created
 
                 return [refused.get(place) or list(map(told, some)) for place, some in enumerate(lists)]
@@ -293,14 +293,14 @@ class Entering(StoreBase):
                         entered = {entry.id for entry in entries}
                         break
                     fresh = self._reserve(connection, missing)
-                # made for another plan, or taken for garbage meanwhile
+                # created for another plan, or withdrawn as garbage meanwhile
                 self._discard([made.pop(each.entry.id) for each in fresh if each.entry.id in made])
                 self._make_way(fresh)
                 made |= {each.entry.id: each for each in fresh}
                 self._make(fresh)
         except StoreFault as error:
             if isinstance(error.__cause__, ShelfAway):
-                made.clear()  # a server that is away removes nothing: what it holds is garbage
+                made.clear()  # an absent server removes nothing: its pieces are garbage
             raise
         finally:
             self._discard([each for study_id, each in made.items() if study_id not in entered])
@@ -323,7 +323,7 @@ class Entering(StoreBase):
     def _discard(self, several: Sequence["_Made"]) -> None:
         """Withdraw cubes and numbers without a study; those that cannot be removed are garbage."""
         with suppress(StoreFault, OSError):
-            # a rebuild may have entered the study of a reserved number: only what is still nobody's is taken away
+            # a rebuild may have entered the study of a reserved number: only unused ones are withdrawn
             ours: set[int] = set()
             for some in pieces(each.number for each in several):
                 mine = update(studies).where(studies.c.number.in_(some), RESERVED).values(state="cancelled")
@@ -346,9 +346,9 @@ class Entering(StoreBase):
         if not several:
             return []
         c = studies.c
-        # a backup that studies are submitted to lives on its own: the next copy would take them away
+        # a backup with its own submissions is independent: the next copy would remove them
         forget(connection, BACKUP_OF)
-        # a reader that keeps to a revision of a study that was deleted must not find it in the new one
+        # a reader at a revision of a deleted study must not find it in the new one
         ever: dict[str, int] = {}
         for digests in pieces(each.entry.study.digest for each in several):
             query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(digests)).group_by(c.id)
@@ -514,7 +514,7 @@ def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int
 
 def _is_made(entry: Entry, made: dict[str, _Made], reserved: set[int]) -> bool:
     known = made.get(entry.id)
-    # of one definition that was handed in twice the other one may be entered now
+    # if one definition was submitted twice the other one may be entered by now
     return known is not None and known.entry.study is entry.study and known.number in reserved
 
 

@@ -50,7 +50,7 @@ class Lookup(StoreBase):
         StudyNotFound
             If none is found, or fewer than `FIRST_DIGITS` digits are given, or they fit several.
         """
-        # no database takes half characters, and one no NUL; a command line or an address may hold them
+        # no database accepts half characters, and one no NUL; a command line or an address may contain them
         ref = _sayable(ref)
         with self.catalogue.reading() as connection:
             row = alive_row(connection, ref)
@@ -66,7 +66,7 @@ class Lookup(StoreBase):
                 raise unknown_study(connection, ref)
             if len(ref) < FIRST_DIGITS or len({row.digest for row in fits}) > 1:
                 raise too_few_digits(ref, fits)
-            return record_of(max(fits, key=lambda row: row.version))  # of versions the newest
+            return record_of(max(fits, key=lambda row: row.version))  # the newest of several versions
 
     def existed(self, study_id: str) -> bool:
         """Whether a study of this complete id exists, or existed before it was deleted."""
@@ -121,7 +121,7 @@ class Lookup(StoreBase):
         looked_at, more = 0, True
         with self.catalogue.reading() as connection:
             while more and len(found) < limit and looked_at < MOST_LOOKED_AT:
-                # one row more than is shown, for whether there are others
+                # one row more than is shown, to detect further ones
                 size = VALUES if wanted.looks_inside else limit
                 behind = query if before == math.inf else query.where(studies.c.number < before)
                 rows = connection.execute(behind.limit(size + 1)).all()
@@ -191,7 +191,7 @@ class Lookup(StoreBase):
         if state in ENDED and not later:
             with self.catalogue.reading() as connection:
                 changes = _may_change(study_row(connection, study_id), only_from, owner)
-            # what the cube says of a study that has ended otherwise, or is another runner's, stays as it is
+            # the cube's marks of a study that ended otherwise, or has another runner, are unchanged
             if changes:
                 self._keep_marks(study_id, state, message, now)
         with self.catalogue.writing() as connection:
@@ -286,7 +286,7 @@ class Lookup(StoreBase):
         except OSError as error:
             if state == "done":
                 raise cannot_use(self.shelf.address, error) from error
-            # what is there says enough: an end that can be resumed needs no room on a full disk
+            # the present marks are sufficient: an end that can be resumed needs no room on a full disk
 
     def events(self, study_id: str) -> list[tuple[float, str]]:
         """Give the events of a study, oldest first: seconds since 1970, and text."""

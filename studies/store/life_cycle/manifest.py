@@ -166,6 +166,6 @@ def _say_complete(shelf: Shelf, complete: bool) -> None:
         old = shelf.get(DESCRIPTION)
         new = as_complete(old, complete)
     except (FileNotFoundError, ValueError):
-        return  # damaged: `verify` tells, and its repair writes it anew
+        return  # damaged: `verify` reports it, and its repair writes it again
     if new != old:
         shelf.put(DESCRIPTION, new)

@@ -45,7 +45,7 @@ class Remarking(Lookup):
             connection.execute(update(studies).where(studies.c.number == number).values(change))
             row = study_row(connection, study_id)
             if row.state in ENDED:
-                # from these a lost catalogue is made anew; of a study that goes on they are written as it ends
+                # a lost catalogue is restored from these; those of a running study are written as it ends
                 put_off_marks(connection, study_id)
         if row.state in ENDED and at_once:
             self._keep_late(study_id)
@@ -65,7 +65,7 @@ class Remarking(Lookup):
                 return
             try:
                 self._keep_late(key.removeprefix(PUT_OFF))
-            except StoreFault as error:  # the others are written all the same
+            except StoreFault as error:  # the others are written anyway
                 failed = failed or error
         if failed is not None:
             raise failed
@@ -79,7 +79,7 @@ class Remarking(Lookup):
         key = f"{PUT_OFF}{study_id}"
         note = self._put_off(key).get(key)
         try:
-            # one that goes on again writes its marks as it ends
+            # a resumed study writes its marks as it ends
             before = self.find(study_id)
             if before.ended:
                 keep_marks(self, study_id, {})
@@ -89,16 +89,16 @@ class Remarking(Lookup):
                     before.state,
                     before.finished,
                 ):
-                    # what was just written may have replaced newer marks
+                    # this write may have replaced newer marks
                     with self.catalogue.reading() as connection:
                         number = study_row(connection, study_id).number
                     drop_marks(self.cube_shelf(study_id, number))
                     self._keep_late(study_id)
                     return
         except (StudyNotFound, FileNotFoundError):
-            pass  # deleted, or its cube is lost: there is nothing to write beside
+            pass  # deleted, or its cube is lost: there is no place to write to
         except OSError as error:
             raise cannot_use(self.shelf.address, error) from error
         with self.catalogue.writing() as connection:
-            # what came meanwhile is written in its turn
+            # later remarks are written in their turn
             connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == note))

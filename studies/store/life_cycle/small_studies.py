@@ -89,7 +89,5 @@ class SmallBatches(Blocks, Claims):
         try:
             self._keep_marks(study_id, "done", None, now)
         except StoreFault:
-            return (
-                False  # deleted, or the disk is full: it stays with its mark, to be ended by who comes next
-            )
+            return False  # deleted, or the disk is full: it keeps its mark, and the next run ends it
         return True

@@ -34,7 +34,7 @@ from damperlab.studies.store.provenance import asked_by, signed, submitter
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import ENDED
 
-_AT_ONCE = 5000  # marks that are removed in one transaction
+_AT_ONCE = 5000  # most marks removed in one transaction
 
 
 class Submissions(Entering):
@@ -122,7 +122,7 @@ class Submissions(Entering):
         if not _may_begin(row, facts, owner):
             return record_of(row)
         provenance = {**record_of(row).provenance, **facts}
-        # before the row says so: should the process die in between, it is done again
+        # before the row: if the process dies in between, it is repeated
         self._describe(row, provenance)
         with self.catalogue.writing() as connection:
             now = study_row(connection, study_id)
@@ -134,7 +134,7 @@ class Submissions(Entering):
                 log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
                 now = study_row(connection, study_id)
         if not begins:
-            # somebody else has taken the study over: its cube says what the catalogue does
+            # another runner has taken over the study: its cube follows the catalogue
             self._describe(now, record_of(now).provenance)
         return record_of(now)
 
@@ -173,7 +173,7 @@ class Submissions(Entering):
             until = time.time() + keep_seconds
             connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=until))
             log_event(connection, study_id, "deleted")
-        # after the commit: what says so beside the cube must never be wrong, and is lost only with the catalogue
+        # after the commit: the record beside the cube must never be wrong, and is lost only with the catalogue
         with suppress(OSError):
             put_tombstone(self.cube_shelf(study_id, row.number), until)
 
@@ -196,7 +196,7 @@ class Submissions(Entering):
             row = _restorable_row(connection, study_id)
         shelf = self.cube_shelf(study_id, row.number)
         with using(shelf.address):
-            # before the commit: beside the cube nothing may say that a study which is there was deleted
+            # before the commit: no record beside the cube may mark an existing study as deleted
             shelf.remove(TOMBSTONE)
         try:
             with self.catalogue.writing() as connection:
@@ -219,7 +219,7 @@ class Submissions(Entering):
         before = time.time() if before is None else before
         with self.catalogue.reading() as connection:
             rows = connection.execute(select(studies).where(c.deleted <= before, c.definition != "")).all()
-        # a row that is damaged may be of a study that nobody deleted: its files stay
+        # a damaged row may belong to a study that was not deleted: its files stay
         for row in (row for row in rows if is_sound(studies, row)):
             if stop():
                 return

@@ -17,7 +17,7 @@ from damperlab.studies.store.provenance import DESIGNS, REFINES
 from damperlab.studies.unit_names import ALIASES, COORDINATE_NAMES
 from damperlab.studies.vocabulary import STATES
 
-_OF_TEXTS = ("record",)  # dimensions that have no place in a study's box
+_OF_TEXTS = ("record",)  # dimensions without a place in a study's box
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +120,7 @@ class Wanted:
     def _ends_in_units(self, definition: dict[str, Any]) -> list[float] | None:
         """Give the least and the greatest value in units of a study in ratios; None if it has none."""
         physical = definition.get("physical") or {}
-        # the excitation frequency has one name in the physical block, and another as a coordinate
+        # the excitation frequency has different names in the physical block and as a coordinate
         own = {coordinate: name for name, coordinate in ALIASES.items()}
         given = physical.get(own.get(str(self.axis), self.axis))
         if given is None:

@@ -179,7 +179,7 @@ def _no_other(found: str, told: str) -> NothingToDo:
 def words(found: Differences) -> Iterable[str]:
     """Describe the differences of two versions, in a sentence each."""
     yield (
-        f"{found.newer} beside {found.older}: {found.compared} of {found.points} points are computed in both, "
+        f"{found.newer} and {found.older}: {found.compared} of {found.points} points are computed in both, "
         f"{found.differing} of them differ."
     )
     if found.only_older or found.only_newer:

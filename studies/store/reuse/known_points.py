@@ -64,7 +64,7 @@ def known_points(
         except (StoreFault, OSError):
             continue
         status = found["status"]
-        # a block that failed as a whole says nothing about its points
+        # a block that failed as a whole has no information on its points
         good = (status != Status.NOT_COMPUTED) & (status != Status.BLOCK_FAILED)
         place = np.ix_(*source.ours)
         good &= ~known[place]

@@ -48,7 +48,7 @@ class Overlaps:
             near = boxes.near(record, box_of(study))
             overlaps = (_overlap(study, other, boxes.study(other)) for other in near)
             self._studies = [overlap for overlap in overlaps if overlap is not None]
-        # those with most in common first: the others then have little to add
+        # those with the largest overlap first: the others then have little to add
         self._studies.sort(key=lambda overlap: -math.prod(len(own) for own, _ in overlap.common))
         corners = [[(own[0], own[-1]) for own, _ in overlap.common] for overlap in self._studies]
         self._corners = np.array(corners, np.int64).reshape(len(corners), len(record.shape), 2)

@@ -154,13 +154,13 @@ def test_an_axis_is_a_range_and_an_option_replaces_a_ratio_or_what_makes_it() ->
     ("structure", "fit", "said"),
     [
         (KNOWN, {"damping": None}, "damping cannot be estimated from a time history"),
-        (KNOWN, {"friction_ratio": (0.0, 1.0)}, "a time history knows no base amplitude"),
+        (KNOWN, {"friction_ratio": (0.0, 1.0)}, "a time history has no base amplitude"),
         (KNOWN, {"friction_force_n": None}, "needs a range to look in"),
         (KNOWN | {"particle": False}, {"restitution": None}, "cannot be estimated in a scene without a particle"),
         (history_without("restitution"), {"damping_ratio": None}, "`restitution` is neither given nor estimated"),
         (history_without("mass_kg"), {"restitution": None}, "`mass_kg` is neither given nor estimated"),
         (history_without("friction_force_n"), {"restitution": None}, "`friction_force_n` is neither given nor estimated"),
-        (KNOWN | {"gravity_ratio": 1.0}, {"restitution": None}, "a time history knows no base amplitude"),
+        (KNOWN | {"gravity_ratio": 1.0}, {"restitution": None}, "a time history has no base amplitude"),
         (KNOWN | {"particle": False}, {"damping_ratio": None, "tilt_deg": (0.0, 9.0)}, "in a scene without a particle"),
         (
             KNOWN | {"contact": {"model": "dwell", "contact_time": 0.1}},

@@ -141,7 +141,7 @@ def test_the_beginning_that_counts_ends_where_impacts_make_the_response_unpredic
     assert not fitted.whole
     assert all(hold(fitted, one.truth))
     assert (
-        "Later on impacts make the response depend on the parameters so steeply"
+        "Later on, impacts make the response depend so steeply on the parameters"
         in verdict_of_history(fitted)[0]
     )
     # the same parameters with one a fifth of its interval aside are far off where the response does not count

@@ -59,6 +59,6 @@ class Beginning:
         """
         over_this = trials.place(place.shares, self.rows)
         limit = chdtri(place.shares.size, SURPRISE)
-        # where the model is not quite right its own misfit is a measure of what may be
+        # if the model is not quite right its own misfit is a measure of the uncertainty
         unit = max(1.0, self.best.squares / (self.rows * trials.variance(self.best.squares, self.rows)))
         return self.above(over_this, trials) <= limit * unit and self.scatters_like(place, rows, trials)

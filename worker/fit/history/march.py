@@ -66,7 +66,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     filled = int(log.cursor[0])
     if outcome != ARRIVED or filled > log.rows.shape[0]:
         return np.full(rows, np.nan)
-    # every window begins a segment, and every sample a window
+    # every panel begins a segment, and every sample a panel
     starts, v = log.rows[:filled, START], log.rows[:filled, V]
     pieces = base.windows // (rows - 1)
     windows = np.arange(0, base.windows, pieces)
@@ -113,7 +113,7 @@ def _shaken(question: HistoryQuestion, structure: Structure, rows: int) -> tuple
     step = structure.omega * measured.step_s
     if measured.base_m_s2 is None:
         base = make_record_base(np.zeros(rows), step, structure.damping_ratio)
-        # no acceleration to measure rounding by: the spring's force at the release is as large as one
+        # no acceleration as a scale for rounding: the spring's force at the release is used
         length = measured.largest_m
         return base._replace(largest=1.0), Scale(length, structure.omega, structure.mass_kg)
     peak = float(np.abs(measured.base_m_s2).max())

@@ -62,7 +62,7 @@ class Spread:
             slopes = trials.slopes(place.shares, rows, sizes) / scatter
             pulls, directions = principal(product(slopes.T, slopes))
             along = np.sqrt(np.maximum(1.0 / (pulls + PRIOR), 1e-18))
-            # what a parameter does alone, so that a pair that only acts together is not stepped out of its valley
+            # the effect of a single parameter, so that a pair that only acts together stays in its valley
             sizes = 1.0 / np.sqrt((slopes**2).sum(axis=0) + PRIOR)
         return cls(place.shares, directions, along, slopes, residual / scatter)
 

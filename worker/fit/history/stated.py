@@ -31,7 +31,7 @@ def stated(trials: Trials, held: Beginning) -> FittedHistory:
     deviation = np.sqrt(np.diag(covariance)) * correlated * widening
     reach = NormalDist().inv_cdf(0.5 + 0.5 * question.confidence)
     low, high = (np.clip(place.shares + side * reach * deviation, 0.0, 1.0) for side in (-1.0, 1.0))
-    # a place near an end of a range, of which nothing is known, says nothing either
+    # a place near an end of a range, without information, is itself uninformative
     unknown = np.sqrt(np.diag(covariance)) > UNKNOWN
     low, high = np.where(unknown, 0.0, low), np.where(unknown, 1.0, high)
     # impacts may leave places apart from the best one that agree as well

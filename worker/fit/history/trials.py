@@ -49,13 +49,13 @@ class Trials:
     question : HistoryQuestion
         What is fitted.
     progress : callable, optional
-        Told how many histories have been computed.
+        Called with the number of computed histories.
     """
 
     def __init__(self, question: HistoryQuestion, progress: Callable[[int], None] | None) -> None:
         self.question = question
         measured = question.measured
-        # where none is given the residuals have a unit of their own, the same for all rows
+        # without a given deviation the residuals have their own unit, the same for all rows
         self.unit = np.full(measured.rows, 0.01 * measured.largest_m)
         if measured.deviation_m is not None:
             self.unit = measured.deviation_m
@@ -110,7 +110,7 @@ class Trials:
             curvature, gradient = product(slopes.T, slopes), product(slopes.T, here)
             before = best
             pulls, directions = principal(curvature)
-            # along a direction in which nothing changes but by rounding there is no step
+            # no step along a direction in which only rounding changes
             changes = pulls > shares.size * np.finfo(float).eps * pulls.max()
             along = np.where(changes, product(directions.T, _free(best.shares, gradient)), 0.0)
             for damping in DAMPINGS:

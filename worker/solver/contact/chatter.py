@@ -6,16 +6,16 @@ from damperlab.worker.solver.excitation.excitation import largest_forcing, with_
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 
-# A chatter is ended before its last impact: the bodies join with their common momentum, and their centre of mass does not
-# feel the impacts left out. What is missed is of the order of (time left)³. Times are shares of a window.
+# A chatter is completed before its last impact: the bodies join with their common momentum, which the impacts left
+# out do not change. The error is of the order of (remaining time)³. Times are shares of a panel.
 _CHATTER_LEFT = (
-    5e-6  # time left at which it is ended, if the wall pushes all the while and nothing else happens:
+    5e-6  # remaining time at which it is completed if the wall pushes all the while and nothing else happens:
 )
 _STEADY_PUSH = (
-    1e-3  # the wall's acceleration may change by this share of itself, and the mass may not come to rest
+    1e-3  # largest relative change of the wall's acceleration, while the mass does not come to rest
 )
-_NOTHING_LEFT = 1e-8  # time left at which it is ended anyway, too short for anything to happen
-_LEAST_LOSS = 1e-3  # share of its speed that an impact is taken to lose at the least
+_NOTHING_LEFT = 1e-8  # remaining time at which it is completed in any case, too short for other events
+_LEAST_LOSS = 1e-3  # least relative loss of speed in an impact
 
 
 @inlined
@@ -38,10 +38,11 @@ def is_chatter_over(
         The acting elements.
     """
     base = scene.base
-    # the flights left shrink by e each; without loss (e = 1) they need friction to shrink, and get no better bound
+    # the remaining flights shrink by e each; without loss (e = 1) they need friction to shrink, and get no better
+    # bound
     impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_LOSS)
     is_over = impulse_left <= _NOTHING_LEFT * base.window * closing
-    # contacts that take time go on for as long as their speed is no rounding: each holds the particle anew
+    # contacts that take time continue while their speed is above rounding: each holds the particle again
     is_over = is_over and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
     if particle.contact_time is None:
         is_over = is_over or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)

@@ -6,7 +6,7 @@ from damperlab.worker.solver.regime import slip_regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, in_flight
 
-# share of the accelerations at hand below which that of an opening gap is rounding
+# share of the present accelerations below which that of an opening gap is rounding
 _STILL = 1e-9
 
 
@@ -17,7 +17,8 @@ def detach(state: State, phase: Phase, scene: Scene) -> State:
     sticks, offset = slip_regime(state.slip, scene.friction)
     slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + offset)
     opening = state.wall * phase.inertia_force if sticks else state.wall * slips
-    # at a release found by its root the wall's acceleration is zero up to rounding, so the gap opens with its rate
+    # at a detachment found by its root the wall's acceleration is zero up to rounding, so the gap opens with its
+    # rate
     scale = largest_forcing(base) + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > _STILL * scale else 3
     return in_flight(

@@ -110,7 +110,7 @@ def _impact(
     u_rate = state.w + phase.rate
     approach = max(wall * (u_rate - state.p_rate), 0.0)
     is_blow = approach > _SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate))
-    if is_blow:  # a particle that a wall pushes again where it has just let go only touches it
+    if is_blow:  # a particle that a wall pushes again where it has just detached only touches it
         scene.counts[IMPACTS] += 1
     if meter is not None:
         meter.sums[SPEED] = max(meter.sums[SPEED], approach)
@@ -118,7 +118,7 @@ def _impact(
             meter.sums[IMPACT_LOSS] += impact_loss(approach, particle.restitution, particle.mass_ratio)
     before = u_rate - wall * approach
     if particle.contact_time is not None:
-        # a touch at a speed that is rounding begins no contact: it would hold the particle for the whole contact time
+        # a touch at a speed of rounding starts no contact: it would hold the particle for the whole contact time
         if is_blow:
             jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
             dwell = Dwell(particle.contact_time, approach)
@@ -135,7 +135,7 @@ def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter:
     leaving = particle.restitution * approach_speed(state.dwell)
     jump, p_jump = part(state.wall * leaving, particle.mass_ratio)
     if scene.friction is not None:
-        # without a push friction judges anew, as for a particle that rides
+        # without a push friction is judged again, as for a particle that rides
         if leaving == 0.0 and state.w + jump == 0.0:
             riding = in_contact(
                 state,
@@ -191,10 +191,10 @@ def _part(
         offset = slip * scene.friction
     slips = net_resistance(base, phase, base.two_zeta * w + state.v + offset)
     u_acceleration = -phase.inertia_force if sticks else -slips
-    closing = wall * u_acceleration  # rate at which the wall catches up with the particle
+    closing = wall * u_acceleration  # rate at which the wall approaches the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     if leaving == 0.0 and closing == 0.0:
-        # a tie: the sign of the change of the wall's acceleration decides, which the search for a release looks at
+        # a tie: the sign of the change of the wall's acceleration decides, as in the search for a detachment
         closing = rounding
     dwell = no_dwell(state.dwell)
     is_over = is_chatter_over(w, leaving, u_acceleration, closing, scene, particle)

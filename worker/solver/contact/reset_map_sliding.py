@@ -1,8 +1,8 @@
 """Transition at an event of a particle with friction: slip of the two bodies, determined together.
 
-If both have the same velocity, the force between them is the one at which u'' = p'': the larger it is, the smaller
-is u'' and the larger is p''. So the particle starts to slide if the largest friction, βκ, is insufficient; a pushing
-wall has no largest force to its side. The friction of the structure is determined for each trial force.
+If both have the same velocity, the force between them is the one at which u'' = p''. The larger the force, the
+smaller is u'' and the larger is p''. So the particle starts to slide if the largest friction, βκ, is insufficient; a
+pushing wall has no largest force to its side. The friction of the structure is determined for each trial force.
 """
 
 from damperlab.worker.jit import inlined
@@ -34,7 +34,7 @@ from damperlab.worker.solver.sliding import direction_of, with_fall, without_fal
 from damperlab.worker.solver.state import Slide, State
 
 _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
-_STILL = 1e-9  # share of the accelerations at hand below which that of a beginning slide is rounding
+_STILL = 1e-9  # share of the present accelerations below which that of a beginning slide is rounding
 
 
 @inlined

@@ -38,7 +38,8 @@ from damperlab.worker.solver.sliding import (
 )
 from damperlab.worker.solver.state import State
 
-# By k: bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p, 2/(k + 2)!, where k roots are divided out.
+# By k: bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p, 2/(k + 2)!, after k roots are
+# divided out.
 _CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 
 

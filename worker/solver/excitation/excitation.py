@@ -143,7 +143,7 @@ def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
 def travel(base: Excitation, phase: Phase, end: Phase) -> float:
     """Displacement of the base over a complete panel."""
     if isinstance(base, RecordBase):
-        t = base.window  # not the difference of positions, which may be far from where they started
+        t = base.window  # not the difference of positions, which may be far from their start
         return (phase.rate + (phase.first / 2.0 + phase.second * t / 6.0) * t) * t
     if isinstance(base, SineForce):
         return 0.0

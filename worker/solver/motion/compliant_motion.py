@@ -1,6 +1,6 @@
 """The linear motion of mass and particle in contact through a compliant wall.
 
-Written in X = x − μy and y = u − p ∓ d, where x = v + σγ_F (σ the direction of slip) and y has the sign of the wall:
+Written in X = x − μy and y = u − p ∓ d, where x = v + σγ_F (σ the direction of slip). y has the sign of the wall:
 wall · y is the penetration of the particle. With μ = β/(1 + β), κ = 1/(1 + β), K of the wall over k, C over k/ω_n,
 and g the force on the structure (0 on a shaken base), the contact force is F = Ky + Cy'. It moves the common centre
 of mass only through the spring and dashpot of the structure,
@@ -12,7 +12,7 @@ adds two coordinates: sin φ and cos φ, or s'' and the s''' that is constant be
 
 The motion has two expansions: the complete one, over spans that the fastest rate of the contact allows, and the slow
 one, which remains after the contact's vibration has decayed. The latter is an invariant subspace of the same
-equations, so it is exact: if a wall is fast in both y and y', complete panels are possible however stiff it is. Of
+equations, so it is exact. If a wall is fast in both y and y', complete panels are possible however stiff it is. Of
 z' = Az let q be the one or two fast coordinates (y' where the wall is overdamped and yields slowly, else y and y')
 and r the others:
 
@@ -131,7 +131,7 @@ class Contact(NamedTuple):
     slipping, held : CompliantMotion
         The motion in contact.
     slipping_between, held_between : CompliantMotion
-        The same with only y' as fast: `fast` is 1 only if y and y' are both fast and their rates very different;
+        The same with only y' as fast. `fast` is 1 only if y and y' are both fast and their rates very different;
         else it is 0 and nothing of it is used. `rows` is left at 0.
     buffers : Buffers
         Scratch.

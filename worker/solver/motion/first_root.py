@@ -14,7 +14,7 @@ from damperlab.worker.solver.motion.taylor import curvature_bound, slope, value
 
 _FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding
 _MAX_STEPS = 400
-_FEW_STEPS = 32  # that most searches need; those that need more have a root near the start, where the curvature is far smaller
+_FEW_STEPS = 32  # number that most searches need; others have a root near the start, where the curvature is far smaller
 
 
 @inlined
@@ -53,7 +53,7 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     ----------
     polynomial : array, shape (TERMS,)
         Coefficients of p. If the previous event makes the lowest coefficients zero (contact just opened, slip just
-        begun) they are dropped beforehand, so that a short flight is not lost next to the trivial root.
+        begun) they are dropped beforehand. So a short flight is not lost next to the trivial root.
     sign : float
         ±1: the function is sign · p and is positive, or zero and rising, just after `start`.
     start, end : float
@@ -81,7 +81,7 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     else:
         f0 = sign * value(polynomial, start)
         d0 = sign * slope(polynomial, start)
-    # the bound handed in knows the size of the motion only; where the function itself is small its own is far sharper
+    # the given bound knows only the size of the motion; where the function is small its own bound is far sharper
     curvature = min(curvature, curvature_bound(polynomial, end))
     low = start
     high = end
@@ -102,14 +102,14 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
         radius = 0.5 * (high - low)
         f = sign * value(polynomial, middle)
         d = sign * slope(polynomial, middle)
-        turning = local * radius  # most that the slope changes from the middle
+        turning = local * radius  # largest change of the slope from the middle
         clear = f - (abs(d) + 0.5 * turning) * radius > 0.0
         if not clear and abs(d) > turning:
             if d > 0.0:
                 clear = True
             else:
                 guess = middle - f / d  # of the tangent
-                # f(high) <= f + d radius + curvature radius²/2 < 0: the root is inside, without a look at the end
+                # f(high) <= f + d radius + curvature radius²/2 < 0: the root is inside, without evaluating the end
                 if guess + 0.5 * turning * radius / abs(d) < high:
                     return _newton(polynomial, sign, low, high, max(guess, low))
                 if sign * value(polynomial, high) > 0.0:
@@ -127,5 +127,5 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
             high = min(end, low + 4.0 * radius)
         else:
             high = middle
-    # what is left cannot be resolved: the function is within rounding of zero there; its sign at the end decides
+    # the rest cannot be resolved: the function is within rounding of zero there, and its sign at the end decides
     return end if sign * value(polynomial, end) < 0.0 else inf

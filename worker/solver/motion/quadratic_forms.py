@@ -1,7 +1,7 @@
 """Integrals over a complete panel without events, as quadratic forms of its start.
 
 Between events x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ). So the work done, the loss in the dashpot and the
-mean square over a panel of fixed length are quadratic in these four numbers: ten coefficients each, the same for
+mean square over a panel of fixed length are quadratic in these four numbers. Each has ten coefficients, the same for
 every panel.
 """
 
@@ -14,7 +14,7 @@ from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 
 # Gauss–Legendre on [0, 1], 6 points: exact to degree 11, error below 1e-16 of the integrand on the longest window.
-# Written out, for numpy finds them as eigenvalues, whose last bits depend on the processor.
+# Written out, because numpy finds them as eigenvalues, whose last bits depend on the processor.
 NODES: NDArray[np.float64] = np.array(
     [
         0.03376524289842399,

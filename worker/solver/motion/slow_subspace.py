@@ -17,7 +17,7 @@ CENTRE, CENTRE_RATE, BASE_FIRST, BASE_SECOND, Y, Y_RATE = range(6)
 DIM = 6
 """Their number."""
 _ITERATIONS = 60
-_ROUNDING = 1e-12  # relative change that the last digits of an iteration may go on with
+_ROUNDING = 1e-12  # relative change at which the last digits of an iteration may oscillate
 
 
 @kernel
@@ -89,7 +89,7 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
         if change == 0.0:
             break
     converged = converged and change <= _ROUNDING * largest_element(b)
-    # one fast coordinate stands in the second of two places, so that what follows knows one form
+    # a single fast coordinate takes the second of two places, so that later code has one form
     whole = zero_matrix(2, 2)
     whole_inverse = zero_matrix(2, 2)
     for i in range(2):

@@ -199,7 +199,7 @@ def curvature(p: Floats, t: float) -> float:
 @inlined
 def rate_into(p: Floats, dropped: int, out: Floats) -> None:
     """Coefficients of the first derivative of a polynomial, without the `dropped` lowest (division by t^dropped)."""
-    if dropped == 0:  # the common case, with a length that the compiler knows
+    if dropped == 0:  # the common case, with a length known to the compiler
         for i in range(ORDER):
             out[i] = (i + 1) * p[i + 1]
         out[ORDER] = 0.0

@@ -11,7 +11,7 @@ from damperlab.worker.solver.motion.compliant_motion import CompliantMotion
 from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
 from damperlab.worker.solver.particle import Wall
 
-_NOISE = 2e-15  # of f, relative to the terms that it is the difference of
+_NOISE = 2e-15  # of f, relative to the terms of its difference
 ENVELOPE_SAFETY = 2.0
 """Safety factor on the initial size of a vibration, beyond which it is assumed never to grow.
 

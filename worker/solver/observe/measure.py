@@ -22,7 +22,7 @@ def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> boo
         return True
     if isinstance(scene.base, RecordBase):
         return False
-    if meter.acceleration is not None:  # it is read from polynomials
+    if meter.acceleration is not None:  # it is computed from polynomials
         return False
     if peaks_at_ends(meter, segment, scene):
         measure_window(meter, segment, scene)

@@ -171,7 +171,7 @@ def measure_long_step(
         if not isinstance(base, RecordBase):
             raise_over_long_step(meter, t, before, regime, scene)
         elif regime.sticks:
-            # that of a mass that slips stays below the peak: the step was proved to be so long only
+            # that of a slipping mass stays below the peak: the step was limited for this
             raise_acceleration_in_contact(meter, t, regime, scene)
 
 

@@ -30,7 +30,7 @@ from damperlab.worker.solver.motion.vibration import (
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, Meter
 from damperlab.worker.solver.scene import Scene
 
-_DROWNED = 1e-16  # of the peak: a vibration below it changes none of its digits
+_DROWNED = 1e-16  # share of the peak: a vibration below it changes none of its digits
 
 
 @inlined

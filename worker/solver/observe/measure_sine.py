@@ -27,7 +27,7 @@ from damperlab.worker.solver.scene import Curves, Scene
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
 _LOBATTO_NODES = (0.5 - 0.5 * _OUTER, 0.5 - 0.5 * _INNER, 0.5 + 0.5 * _INNER, 0.5 + 0.5 * _OUTER)
 _LOBATTO_WEIGHTS = (1.0 / 30.0, (14.0 - sqrt(7.0)) / 60.0, (14.0 + sqrt(7.0)) / 60.0)
-_TOP = 11  # 0.4^12/12! = 4e-14: the terms above add less than the error of the rule
+_TOP = 11  # 0.4^12/12! = 4e-14: higher terms add less than the error of the rule
 
 
 @inlined
@@ -41,7 +41,7 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
     at_ends = max(abs(u_start), abs(u_end))
     peak = max(sums[PEAK], at_ends)
     half = 0.5 * segment.time * segment.time
-    # the slope at one end is beyond the change it can make over the span: no extremum between
+    # the slope at one end exceeds its possible change over the span: no extremum between
     bulge = half * segment.bounds.u2
     if at_ends + 0.25 * bulge > peak and abs(u_end - u_start) <= bulge:
         return False
@@ -81,7 +81,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
             sums[SQUARE] += v * (v * base.window + 2.0 * moved) + square
             return
         f = regime.motion.forms
-        assert f is not None  # a motion whose motion is metered has them
+        assert f is not None  # segments inside the metering window have them
         x = start.v + offset
         p = products(x, start.w, sine, cosine)
         sums[WORK_IN] += quadratic(f, WORK, p)
@@ -232,7 +232,7 @@ def _highest(
     ):  # the slope is monotone: one extremum where it changes sign, else none
         if rate * rate_end >= 0.0:
             return 0.0
-        # a parabola through slope and curvature here and the slope there, then Newton: what is left of the error is its
+        # a parabola through slope and curvature here and the slope there, then Newton: the remaining error is its
         # square, and that of the height the square of that
         half = 0.5 * curve
         last = (rate_end - rate - curve * t) / (t * t)

@@ -8,21 +8,21 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.array_loops import filled
 
-# What a meter adds up; energies over k Z², times over 1/ω_n. The first five and PARTICLE_LOSS are integrals.
+# Sums of a meter; energies over k Z², times over 1/ω_n. The first five and PARTICLE_LOSS are integrals.
 WORK_IN = 0
 VISCOUS_LOSS = 1
 FRICTION_LOSS = 2
 IMPACT_LOSS = 3
 SQUARE = 4  # ∫ u² dτ
-STUCK = 5  # time held by friction
+STUCK = 5  # time in which friction holds the mass
 SPEED = 6  # largest approach speed of an impact
 PEAK = 7  # largest |u| since the last reset
 RELATIVE_PEAK = 8  # largest |v| since the last reset
-PARTICLE_LOSS = 9  # to the friction of a particle that rubs
+PARTICLE_LOSS = 9  # to the friction of the particle
 SLIDING = 10  # time in which it slides
 METERS = 11
 
-# What the meter of a record has besides, and the last two one that is asked for the acceleration.
+# Additional sums of a record's meter; the last two also of one with acceleration.
 RELATIVE_SQUARE = METERS  # ∫ v² dτ
 ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ
 ACCELERATION_PEAK = METERS + 2  # largest |u''|; under a harmonic excitation since the last reset

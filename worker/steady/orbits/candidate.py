@@ -26,23 +26,24 @@ from damperlab.worker.steady.stability.multipliers import spectral_radius
 
 Array = NDArray[np.float64]
 
-# Chosen, not derived: how often they are wrong is measured, by answers against long marches (`accuracy.steady_answers`).
-_TRIAL_PERIODS = 4  # that a trial of a candidate marches at the least
-# Largest multiplier of an orbit that attracts: the rest is rounding of a multiplier of one.
+# Chosen, not derived: their error rate is measured by comparing answers with long integrations
+# (`accuracy.steady_answers`).
+_TRIAL_PERIODS = 4  # least number of half cycles integrated for a candidate
+# Largest multiplier of an orbit that attracts: the margin is rounding of a multiplier of one.
 _ATTRACTS = 1.0 - 1e-9
-_REACH = 0.1  # relative distance over which an orbit may be the one that the run approaches
-_FAR_REACH = 0.5  # and over which one may lie beside the run
-# To confirm a candidate the run has to come to this share of its first distance from it; to that one where it has followed
-# the linearisation for `_LONG` half cycles, in which a run that only passes by would have left.
+_REACH = 0.1  # relative distance within which an orbit may be the one that the run approaches
+_FAR_REACH = 0.5  # and within which one may lie near the run
+# A candidate is confirmed at this share of the run's first distance from it; at that one if the run has followed the
+# linearisation for `_LONG` half cycles, in which a passing run would have left.
 _CLOSED_IN = 0.3
 _CLOSED_IN_SLOWLY = 0.7
 _LONG = 256
-_AT_THE_ORBIT = 1e-8  # relative distance from an orbit at which the run has come to it, whatever the share
-# One stretch of the run, against what the linearisation says of it.
-_OFF_PREDICTION = 0.25  # of the distance left: a run that is off by more leaves the orbit
+_AT_THE_ORBIT = 1e-8  # relative distance from an orbit at which the run has reached it, whatever the share
+# One stretch of the run, compared with the linearisation.
+_OFF_PREDICTION = 0.25  # of the remaining distance: a run that is off by more leaves the orbit
 _NEARER = 0.7  # of the distance before: a run that comes so much nearer approaches the orbit
 _NO_PREDICTION = 1e-4  # of the distance before: so near that no prediction is needed
-_ROUNDING = 1e-10  # relative distance below which a run on the orbit is moved by rounding alone
+_ROUNDING = 1e-10  # relative distance below which only rounding moves a run on the orbit
 
 LEAVES, FOLLOWS, APPROACHES = range(3)
 """Behaviour of a run near an orbit."""
@@ -164,7 +165,7 @@ def closing_in(
     """A candidate after a further stretch of the run, of period 0 if the run leaves it; and whether it is confirmed.
 
     The run must approach the orbit just as its linearisation predicts, stretch after stretch, until its distance has
-    fallen to the share `_CLOSED_IN` of the first one; after `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient.
+    fallen to the share `_CLOSED_IN` of the first one. After `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient.
     The reason is that a run may seem for a while to approach an orbit whose basin ends close by. A stretch with more
     or fewer impacts than the orbit confirms nothing: the linearisation does not apply to it. Without impacts the
     orbit must attract every motion within reach; otherwise it is dropped.

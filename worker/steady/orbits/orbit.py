@@ -19,7 +19,7 @@ from damperlab.worker.steady.section.recurrence import RING, settled_period, sta
 from damperlab.worker.steady.stability.multipliers import spectral_radius
 from damperlab.worker.steady.stopping_rules import Settings
 
-_REPELS = 1e-6  # by how much the largest multiplier of an orbit that repels exceeds one
+_REPELS = 1e-6  # excess of a repelling orbit's largest multiplier over one
 
 
 class Orbit(NamedTuple):
@@ -91,7 +91,7 @@ def newton_orbit(
     """
     begin_probe(probe, scene, 12 * period_halves)
     size = look.size
-    if not rubs(scene.particle):  # what was never struck so far may be struck on the way
+    if not rubs(scene.particle):  # a particle that was never struck so far may be struck later
         size = active_size(state, scene.particle, probe.counts)
     orbit, error, halves = find_orbit(
         state, period_halves, size, look.scale, reach, probe, notes.log, notes.monodromy

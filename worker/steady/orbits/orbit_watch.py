@@ -16,12 +16,12 @@ from damperlab.worker.steady.orbits.candidate import (
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit
 from damperlab.worker.steady.run import Notes
 
-_BETWEEN_TRIES = 32  # half cycles of the run from one try at a stable orbit to the next
-# Half cycles spent on looking for orbits nearby, over those of the run: in its burn-in, and once it is metered.
+_BETWEEN_TRIES = 32  # half cycles of the run between two searches for a stable orbit
+# Half cycles spent on searching for nearby orbits, over those of the run: in its burn-in, and while metering.
 _SHARE_IN_BURN_IN = 0.1
 _SHARE_METERED = 0.05
-# Half cycles between tries at a stable orbit farther off, once the run is metered; and the periods tried in turn: the shorter
-# ones more often, for of the orbits that chaos ends on they attract most.
+# Half cycles between searches for a stable orbit farther off, while metering; and the periods tried in turn: the
+# shorter ones more often, because most chaos ends on them.
 _FAR_EVERY = 64
 _FAR_PERIODS = (1, 2, 3, 1, 2, 4)
 
@@ -61,7 +61,7 @@ def look_nearby(
     candidate, next_try, halves_spent, rival = nearby
     confirmed = False
     waits = candidate.orbit.period_halves > 0
-    # without a particle none waits: a stable orbit attracts every motion, see `candidate.attracts_all`
+    # without a particle no orbit is pending: a stable one attracts every motion, see `candidate.attracts_all`
     if scene.particle is not None:
         if waits:
             candidate, confirmed = closing_in(candidate, look, scene, probe, notes)

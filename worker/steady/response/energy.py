@@ -72,7 +72,7 @@ def unbalanced(work: float, losses: float, stored_before: float, stored_after: f
     """|work in − losses − change of stored energy| over the largest energy.
 
     That is the largest of work in, losses, energy stored at either end, and ½ of the square of the peak. The last
-    one is the measure if almost no work goes in over the stretch: without loss, or locked, the base recovers in one
+    one is the measure if almost no work goes in over the stretch. Without loss, or locked, the base recovers in one
     half cycle what it supplied in the other.
     """
     scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)

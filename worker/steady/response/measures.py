@@ -160,7 +160,7 @@ def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bo
     `carried` says whether the particle's friction carries it along all the time.
     """
     period = period_halves if period_halves % 2 == 1 else period_halves // 2
-    if stuck >= FEWEST_STUCK:  # a particle may go on between walls that do not move it
+    if stuck >= FEWEST_STUCK:  # a particle may keep moving between walls that it does not move
         return _LOCKED, 1 if impacts == 0 else period
     if carried:
         return _CARRIED, period
@@ -224,7 +224,7 @@ def mean_of_run(
 def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks) -> Largest:
     """Largest values in the last three quarters of the metered cycles of a run that does not repeat.
 
-    The remaining transient falls below the error of a mean before it falls below a largest peak: the particle, and
+    The remaining transient falls below the error of a mean before it falls below a largest peak. The particle, and
     the mass with it, settle more slowly than the structure alone, which determines the burn-in. In a run cut short
     the last cycles may all be below the mean, or without an impact.
     """

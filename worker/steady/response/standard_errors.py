@@ -11,19 +11,20 @@ from damperlab.worker.jit import kernel
 FEWEST = 80
 """Samples below which correlation cannot be estimated."""
 
-# Batches that fit side by side. Without a common factor: batches of a whole number of periods would see no spread at all.
+# Number of adjacent batches. Without a common factor: batches of a whole number of periods would have no spread.
 _BATCHES = (61, 19)
-# Student's t at 97.5 % over 1.96, for the degrees of freedom of overlapping batches, one and a half of those side by side.
+# Student's t at 97.5 % over 1.96, for the degrees of freedom of overlapping batches, one and a half of those of
+# adjacent ones.
 _STUDENT = (1.014, 1.047)
-_LONGER = 1.15  # from so much on an error by the longer batches replaces that by the shorter: less is chance
+_LONGER = 1.15  # ratio above which the error by longer batches replaces that by shorter; below is chance
 
 _GROUP = 16  # samples in a group of the truncation rule: MSER on groups is less easily misled than on single samples
-_DIFFERENT = 3.0  # standard errors by which a beginning has to differ from the rest to be left out
-_STEADY_TREND = 0.9  # of a third's step to the one before: beyond it no end is in sight
+_DIFFERENT = 3.0  # standard errors by which a beginning must differ from the rest to be left out
+_STEADY_TREND = 0.9  # ratio of a third's increase to the previous one above which no end is in sight
 _TREND_BATCHES = 19
 _ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
 _GROWN = 0.1  # share by which the last third of a series without a bound exceeds the first
-# Relative error of a constant: what its samples differ by is rounding, which has a correlation and a trend of its own.
+# Relative error of a constant: the differences of its samples are rounding, which has its own correlation and trend.
 _ROUNDING = 1e-12
 _TREND = 86  # of 171 pairs of 19 batches, the excess of rising ones that chance exceeds three times in 1,000
 
@@ -66,7 +67,7 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
     -------
     mean, error : float
         The error is that from batches of 1/61 of the range, unless those of 1/19 give one that is significantly
-        larger: batches shorter than the correlation time understate it, but fewer are less certain. 1.96 times it is
+        larger. Batches shorter than the correlation time understate it, but fewer are less certain. 1.96 times it is
         the half width of a 95 % interval. Fewer than 80 samples do not show their correlation: the complete spread
         is used then.
 
@@ -125,7 +126,7 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
     -----
     The transient is that of the marginal standard error rule (MSER, White 1997). It is the beginning whose omission
     minimises Σ(xᵢ − x̄)²/n² of the rest, in groups of 16, at most the first half. It is left out only if its mean
-    differs from that of the rest by three standard errors: the rule alone prefers a part of a correlated series with
+    differs from that of the rest by three standard errors. The rule alone prefers a part of a correlated series with
     little variation, and would understate the error. Afterwards batches may not rise or fall more often than by
     chance (Mann 1945, Kendall 1975): batch means alone treat a trend as noise. The remainder of a trend, from the
     geometric series through the means of its thirds, is added to the error.

@@ -181,7 +181,9 @@ def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -
 
 @kernel
 def acceleration_of_run(trace: NDArray[np.float64], first: int, last: int) -> tuple[float, float]:
-    """Mean peak of |u''| over the metered cycles first … last − 1, by the windows of `cycle_peaks`, and ∫u''² dτ over them."""
+    """Mean peak of |u''| over the metered cycles first … last − 1, by the intervals of `cycle_peaks`, and ∫u''² dτ
+    over them.
+    """
     total = 0.0
     for i in range(first, last):
         total += _peak_of_cycle(trace, 2 * last, HALF_ACCELERATION, i)

@@ -31,8 +31,8 @@ def coordinates(state: State, particle: Particle | None, out: Array) -> None:
     """Section coordinates of a state into `out`, shape (SECTION_SIZE,): v, w, p, p' at phase 0, where s = 0.
 
     A particle with friction has p' before p: if it meets no wall, p does not affect the others, and is not part of
-    an orbit. In a contact that takes time the last two are its variables, with the sign of the wall: penetration and
-    its rate, or the time until detachment and the approach speed.
+    an orbit. In a contact that takes time the last two are its variables, with the sign of the wall. They are
+    penetration and its rate, or the time until detachment and the approach speed.
     """
     out[0] = state.v
     out[1] = state.w
@@ -99,7 +99,7 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
             gap = particle.clearance_ratio - like.wall * (v - point[2])
             p_rate = point[3]
             least_gap = 0.0
-            if like.gap < 0.0:  # let go while still in a compliant wall
+            if like.gap < 0.0:  # detached with residual penetration of a compliant wall
                 least_gap = -inf
             possible = possible and least_gap <= gap <= 2.0 * particle.clearance_ratio
     return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell, like.slide), possible
@@ -141,7 +141,7 @@ def _contact_at(
             dwell = Dwell(0.0, speed)
         if contact_time is not None:
             if dwell.speed > 0.0:
-                # beyond its ends lies the contact before or the one after, about as it is in a chatter
+                # beyond its ends is the previous or the next contact, about as in a chatter
                 left = like.wall * point[2]
                 later = 1.0 - ceil(left / contact_time)
                 left += later * contact_time

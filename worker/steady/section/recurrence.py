@@ -19,10 +19,10 @@ LONGEST = 64
 SAME = 1e-6
 """Relative recurrence below which a settled response has this period, not a multiple of it."""
 
-# Chosen as those of `orbits.candidate` are.
+# Chosen like those of `orbits.candidate`.
 _ROUNDING = 1e-13  # recurrence of a settled response, relative
-_NEAR = 0.05  # relative recurrence from which Newton is tried
-# A multiple of a period is taken where the run repeats by it better than by this over the multiple.
+_NEAR = 0.05  # relative recurrence below which Newton's method is tried
+# A multiple of a period is taken if its recurrence is better than this over the multiple.
 _FAR_BETTER = 0.4
 
 
@@ -65,7 +65,7 @@ def settled_period(
     """Shortest period [half cycles] to which the run has settled, 0 for none, and the distance from it.
 
     The recurrence of a settling response falls by λ a period, and the remaining distance is the sum of the geometric
-    series, d λ/(1 − λ). λ follows from the recurrences `apart` now and `before`, `stretch` half cycles ago.
+    series, d λ/(1 − λ). The recurrences `apart` now and `before`, `stretch` half cycles ago, give λ.
     """
     found = 0
     way_left = inf
@@ -75,12 +75,12 @@ def settled_period(
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
             found, way_left = period_halves, d
         elif d < earlier and earlier <= 0.01 * scale:
-            # of many lags one may come near by chance: a fall faster than by half is not extrapolated
+            # one of many periods may come near by chance: a fall faster than by half is not extrapolated
             rate = max((d / earlier) ** (period_halves / stretch), 0.5)
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, way_left = period_halves, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
-            # a slow base leaves more rounding than that: what counts is that it stays so
+            # a slow base leaves more rounding than that: the criterion is that it stays so
             if stays_closed(ring, now, period_halves, tolerance * scale):
                 found, way_left = period_halves, d
         if found > 0:

@@ -16,8 +16,8 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 from damperlab.worker.steady.stability.variational import propagate
 
 _BATCHES = 16
-# Cycles over which a tangent vector is followed, and its growth a cycle that then counts as chaos: most show it soon. The
-# growths are chosen, not derived: the vector has then grown by e^6 and more over its cycles, over the longest by e^3.
+# Cycles for following a tangent vector, and the growth per cycle that then counts as chaos: most of it shows soon.
+# The growths are chosen, not derived: the vector has then grown by e^6 and more, over the longest time by e^3.
 _RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
 
 HALVES_FOLLOWED = 2 * 320 * (_BATCHES + 1) // _BATCHES

@@ -116,7 +116,7 @@ def field(
         if wall is not None:
             rate = rows[at + side + WALL] * rows[at + side + SPEED]
             return Field(w, a, rate, a - inertia_force - wall_force / particle.mass_ratio)
-        if rows[at + side + SPEED] > 0.0:  # the time left of a dwell runs down
+        if rows[at + side + SPEED] > 0.0:  # the remaining time of a dwell decreases
             return Field(w, a, -rows[at + side + WALL], 0.0)
     return Field(w, a, 0.0, 0.0)
 
@@ -173,7 +173,7 @@ def pass_contact(
     n: int,
 ) -> None:
     """The particle meets a wall, or detaches from it."""
-    if wall is not None:  # nothing jumps but the field
+    if wall is not None:  # only the field jumps
         pass_event(2, before.y, 0.0, 1.0, before, after, z, n)
         return
     share = particle.mass_ratio / (1.0 + particle.mass_ratio)
@@ -187,7 +187,7 @@ def pass_contact(
         kept = -particle.restitution
         after = Field(after.v, after.w, kept * before.y, after.y_rate)
         pass_event(2, before.y, share * (1.0 - kept), kept, before, after, z, n)
-    else:  # held for a time, or the end of a chatter
+    else:  # a dwell, or the completion of a chatter
         pass_event(2, before.y, share, 1.0 if rows[to + AFTER + SPEED] > 0.0 else 0.0, before, after, z, n)
 
 

@@ -118,7 +118,7 @@ def _propagate(
             if kind == LET_GO:
                 if rows[at + AFTER + RIDING] > 0.0 and i + 1 < count:
                     if rows[at + WIDTH + SPAN] == 0.0 and rows[at + WIDTH + EVENT] == RELEASE:
-                        resume = i + 2  # it would ride on, but for the wall that runs away
+                        resume = i + 2  # it would ride on if the wall did not move away
                         to = at + WIDTH
         if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSHED_AGAIN, REST):
             before = field(rows, at, BEFORE, free, loaded, base, friction, particle, wall)
@@ -248,7 +248,7 @@ def _flow(
         return
     windows = int(span / window)
     rest = span - windows * window
-    vv_change = change(motion.of_v, rest)  # of the matrix less that of free flight: the digits of a short one
+    vv_change = change(motion.of_v, rest)  # of the matrix minus that of free flight: accurate for a short one
     vw_change = beyond_tangent(motion.of_w, rest)
     wv = slope(motion.of_v, rest)
     ww = slope(motion.of_w, rest)

@@ -4,7 +4,7 @@ The contact phase is integrated in one of four ways. Before the contact's own vi
 of one over its fastest rate, as polynomials of all six coordinates. Once y' alone follows the other coordinates, in
 spans that the rate of y allows (`CompliantRegime.between`). If an envelope of the vibration proves that it cannot
 cause an event, in one long step: the slow motion as polynomials, the vibration by its exponential. And once it has
-decayed below rounding, as polynomials of the slow motion, in complete panels if y and y' are both fast: so resting
+decayed below rounding, as polynomials of the slow motion, in complete panels if y and y' are both fast. So resting
 on the stiffest wall costs no more than on a rigid one.
 
 The wall detaches where its force falls to zero, with some energy left in the spring. The particle still penetrates
@@ -207,7 +207,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
         riding = 0.0
         leaving = -pen_rate
         if leaving <= _SPEED_ROUNDING * (abs(u_rate) + abs(w) + abs(phase.rate)):
-            # the particle came to rest on the wall: how it yields is beyond the digits of the velocities
+            # the particle came to rest on the wall: its separation is below the accuracy of the velocities
             if meter is not None:
                 if meter.energies is not None:
                     meter.sums[IMPACT_LOSS] += spring_energy(wall.stiffness, -gap)
@@ -220,7 +220,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
     elif kind == CLEARANCE:
         order = 1 if leaving > 0.0 else 2
     elif kind == PUSHED_AGAIN:
-        if leaving < 0.0:  # rounding has left the particle a little in the wall that it is about to strike
+        if leaving < 0.0:  # by rounding the particle penetrates the wall slightly before it strikes
             return strike(state, state.wall, phase, scene, meter)
         if wall.damping == 0.0:
             gap = 0.0

@@ -80,7 +80,7 @@ def to_event(
         elif regime.sticks:
             meter.sums[STUCK] += t
         raise_peaks(meter, t, regime, scene)
-    order = order if t == 0.0 else 0  # two events at once
+    order = order if t == 0.0 else 0  # two simultaneous events
     p_rate = slope(buffers.absolute, t) - y_rate
     end = advanced(state, v, w, -state.wall * y, p_rate, Dwell(0.0, state.wall * y_rate), order)
     return end, t, kind

@@ -80,7 +80,7 @@ def longest_step(
             else:
                 clear = clear and _lower_bound(scratch, state.slip, t) > w_most
         if meter is not None and clear:
-            # whether energies are asked for or not, so that a point has the same bits
+            # with energies or without, so that a point has the same bits
             clear = abs(motion.rates[0] + motion.rates[3]) * t >= LEAST_DECAY
             if isinstance(base, RecordBase):
                 if not regime.sticks:

@@ -32,7 +32,7 @@ from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
 
-_NEAR = 1e-6  # share of a span within which a root is looked for first, and by how much wider then
+_NEAR = 1e-6  # share of a span in which a root is searched first, and the factor by which it then grows
 _WIDER = 16.0
 
 
@@ -43,7 +43,7 @@ def separate(
     """One segment of a particle with residual penetration after detachment: nothing pulls it."""
     base, wall, buffers = scene.base, wall_of(scene), buffers_of(scene)
     relative, absolute, scratch = buffers.relative, buffers.absolute, buffers.scratch
-    pen = buffers.y  # wall · y here: how deep the particle is
+    pen = buffers.y  # wall · y here: the penetration of the particle
     regime = regime_of(state, scene)
     expand_excitation(base, phase, buffers.excitation)
     if regime.sticks:
@@ -64,7 +64,8 @@ def separate(
     found = _crossing_from(pen, near, t)
     if found < inf:
         t, kind = found, CLEARANCE
-    # spring and dashpot push again where K pen + C pen' rises through zero; at the start it may be zero by the release
+    # spring and dashpot push again where K pen + C pen' rises through zero; at the start it may be zero after the
+    # detachment
     order = state.gap_order
     lead = wall.damping / wall.stiffness
     for i in range(TERMS - order):
