@@ -136,7 +136,7 @@ def _too_large(found: str, limit: int) -> Problem:
         "body",
         found,
         f"at most {limit:,} bytes",
-        "give axes as {start, stop, num} in place of long lists",
+        "send less; an axis may be {start, stop, num} instead of a list",
         f"The body may have at most {limit:,} bytes.",
     )
     return Problem(413, "body-too-large", "The body is larger than the service reads.", (fault,))
