@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.filling import enter, make_plan_of, make_study, put
+from tests.filling import enter, flip, make_plan_of, make_study, put
 
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi
@@ -243,9 +243,7 @@ def test_records_come_along_and_a_damaged_one_is_told_and_spoils_no_copy(filled,
     copy_store(copy, restored)
     assert record_id in Records(tmp_path / "restored").ids()
     samples = filled.data_dir / "records" / f"{record_id}.npy"
-    content = bytearray(samples.read_bytes())
-    content[-3] ^= 4
-    samples.write_bytes(bytes(content))
+    flip(samples, -3, 4)
     (told,) = copy_store(filled, copy).damaged
     assert record_id in told
     assert list(Records(copy.data_dir).damaged()) == []
