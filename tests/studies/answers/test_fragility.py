@@ -16,13 +16,13 @@ from damperlab.studies.questions import Fragile
 SCALES = np.array([0.5, 1.0, 2.0, 4.0])
 
 
-def suite_of(values: np.ndarray, status: np.ndarray | int = 0) -> xr.Dataset:
+def suite_of(values: np.ndarray, status: np.ndarray | int = 0, scales: np.ndarray = SCALES) -> xr.Dataset:
     """Values (record, scale) of one damper, and how its runs ended."""
     shape = [1] * len(SUITE.dimensions)
     shape[SUITE.dimensions.index("record")], shape[SUITE.dimensions.index("scale")] = values.shape
     axes: dict[str, np.ndarray] = {name: np.ones(1) for name in SUITE.dimensions}
     axes["record"] = np.array([f"record-{i:03}" for i in range(values.shape[0])])
-    axes["scale"] = SCALES
+    axes["scale"] = scales
     data = {
         SUITE.metric: (SUITE.dimensions, values.reshape(shape), {"units": "m"}),
         "status": (SUITE.dimensions, np.broadcast_to(status, values.shape).astype(np.int8).reshape(shape)),

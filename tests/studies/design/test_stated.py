@@ -188,7 +188,7 @@ def test_a_force_that_friction_withstands_moves_nothing() -> None:
     json.dumps(document, allow_nan=False)
     assert document["tuned_mass_damper"]["ratio"] is None
     assert document["notes"][0]["kind"] == "locked"
-    assert document["verdict"]["sentences"][0] in design_report(found)
+    assert "withstands" in design_report(found)
 
 
 def test_a_stiffer_structure_is_moved_less() -> None:
