@@ -112,14 +112,7 @@ def hold(fitted: FittedHistory, truth: dict[str, float]) -> list[bool]:
 
 
 @pytest.mark.night
-@pytest.mark.parametrize(
-    ("kind", "shaken"),
-    [
-        ("friction", False),
-        pytest.param("hybrid", False, marks=pytest.mark.night),
-        pytest.param("hybrid", True, marks=pytest.mark.night),
-    ],
-)
+@pytest.mark.parametrize(("kind", "shaken"), [("friction", False), ("hybrid", False), ("hybrid", True)])
 def test_intervals_hold_the_truth_about_as_often_as_they_say(kind: str, shaken: bool) -> None:
     held: list[bool] = []
     for seed in range(SETS):
