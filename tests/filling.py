@@ -79,6 +79,18 @@ def write_behind(data_dir: Path, *statements: str) -> None:
             catalogue.execute(statement)
 
 
+def flip(file: Path, at: int | None = None, bits: int = 1) -> None:
+    """Damage one byte of a file, by default that in its middle."""
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2 if at is None else at] ^= bits
+    file.write_bytes(content)
+
+
+def lose_catalogue(data_dir: Path) -> None:
+    for file in data_dir.glob("catalogue.sqlite*"):
+        file.unlink()
+
+
 def fill(store: Store, study: Study, generation: str = "g", **provenance: str) -> Record:
     """Submit a study and do all of it."""
     record = enter(store, study, **provenance)

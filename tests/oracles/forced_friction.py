@@ -24,7 +24,6 @@ class FrictionResponse:
     amplitude_ratio: float  # X/Z, true peak of |u|
     relative_amplitude_ratio: float  # peak of |v|
     stick_fraction: float  # share of the period spent at v' = 0
-    phase: float  # of the base when a slip starts down from v > 0: s = sin(r t + phase)
 
 
 @dataclass(frozen=True)
@@ -120,7 +119,7 @@ def non_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
     inside = np.linspace(0, half, 4001)[1:-1]
     if np.any(slip.v_rate(inside) >= 0):
         return None
-    return FrictionResponse(_absolute_peak(slip, half), gamma + a + c, 0.0, slip.phase + math.pi / 2)
+    return FrictionResponse(_absolute_peak(slip, half), gamma + a + c, 0.0)
 
 
 def one_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
@@ -163,14 +162,7 @@ def one_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
         force = r**2 * np.cos(r * stuck + phi) - slip.v(np.asarray(end))
         amplitude = gamma + r**2 * math.cos(phi)
         if amplitude > 0 and np.all(np.abs(force) <= gamma * (1 + 1e-9) + 1e-12):
-            found.append(
-                FrictionResponse(_absolute_peak(slip, end), amplitude, 1 - end / half, phi + math.pi / 2)
-            )
+            found.append(FrictionResponse(_absolute_peak(slip, end), amplitude, 1 - end / half))
     if len(found) > 1:
         raise ArithmeticError(f"{len(found)} solutions with one stop at zeta={zeta}, r={r}, gamma={gamma}")
     return found[0] if found else None
-
-
-def is_locked_possible(r: float, gamma: float) -> bool:
-    """Return whether the mass can ride with the base for ever: gamma >= r^2, with any |v| <= gamma - r^2."""
-    return gamma >= r**2

@@ -24,21 +24,13 @@ class ImpactPair:
 
     amplitude_ratio: float
     relative_amplitude_ratio: float
-    particle_speed: float  # |p'|, constant
     impact_speed: float  # |u' - p'| before an impact
     multipliers: tuple[complex, ...]
-    start: tuple[float, float, float, float]  # u, u', p, p' just after the impact at u - p = +delta
-    phase: float  # of the base there: s = sin(r t + phase)
 
     @property
     def floquet_multiplier(self) -> float:
         """Return the largest modulus over one period."""
         return abs(self.multipliers[0])
-
-    @property
-    def stable(self) -> bool:
-        """Return whether every multiplier lies inside the unit circle."""
-        return self.floquet_multiplier < 1
 
 
 def two_impacts_per_cycle(
@@ -141,9 +133,6 @@ def _check(
         relative_amplitude_ratio=largest_magnitude(
             v, lambda t: u_rate(t) - r * np.cos(r * t + phase), 0.0, half
         ),
-        particle_speed=q,
         impact_speed=u_before + q,
         multipliers=tuple(complex(x) for x in multipliers),
-        start=(a + c, u_after, a + c - delta, q),
-        phase=phase,
     )

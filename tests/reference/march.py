@@ -44,10 +44,8 @@ class Simulation:
         self.vanishing: dict[str, int] = {}
         self.slip = 0  # friction direction: sign of v', 0 while stuck or without friction
         self.impacts = self.turns = self.sticks = self.attachments = self.releases = 0
-        self.impact_loss = self.friction_loss = self.stuck_time = self.zero
+        self.stuck_time = self.zero
         self.observers = observers
-        self.max_impact_speed = self.zero
-        self.events: list[tuple[Real, str]] = []
 
     # ---- state ----------------------------------------------------------------------------------------
 
@@ -67,11 +65,6 @@ class Simulation:
             return u, u_rate, self.zero, self.zero
         p_rate = u_rate if state.wall else state.p_rate
         return u, u_rate, u - state.gap, p_rate
-
-    def stored_energy(self) -> Real:
-        """Return kinetic + potential energy over k Z^2."""
-        _, u_rate, _, p_rate = self.absolute()
-        return (u_rate**2 + self.state.v**2 + self.beta * p_rate**2) / 2
 
     def mass(self, wall: int) -> Real:
         """Return the moving mass: 1, or 1 + beta while attached."""
@@ -139,7 +132,6 @@ class Simulation:
                 return motion
             state.p_rate = self.absolute()[1]
             self.releases += 1
-            self.events.append((state.time, "release"))
             self.vanishing["wall+" if state.wall > 0 else "wall-"] = 2 if abs(push[0]) > self.noise(2) else 3
             state.wall = 0
         self.slip, state.stuck, vanishing = self.friction_regime(0)
@@ -227,14 +219,12 @@ class Simulation:
         if not state.wall and self.particle:
             start_base, _ = self.base()
             state.gap += (v[0] + base[0] - state.v - start_base) - state.p_rate * h
-        self.friction_loss += self.gamma * abs(v[0] - state.v)
         state.time += h
         state.v, state.v_rate = v[0], v[1]
 
     def carry_out(self, event: str) -> None:
         """Apply an event to the state."""
         state = self.state
-        self.events.append((state.time, event))
         if event == "turn":
             self.turns += 1
             state.v_rate = self.zero
@@ -264,7 +254,6 @@ class Simulation:
         u_rate = state.v_rate + base_rate
         approach = u_rate - state.p_rate
         self.impacts += 1
-        self.max_impact_speed = max(self.max_impact_speed, abs(approach))
         state.gap = wall * self.delta
         reduced = beta / (1 + beta)
         if e < 1 and e * abs(approach) < self.join_speed:
@@ -273,12 +262,10 @@ class Simulation:
             if self._pushes(joined):
                 self.state = joined
                 self.attachments += 1
-                self.impact_loss += reduced * approach**2 / 2
                 return
         u_after = u_rate - reduced * (1 + e) * approach
         state.p_rate = u_after + e * approach
         state.v_rate = u_after - base_rate
-        self.impact_loss += reduced * (1 - e) * (1 + e) * approach**2 / 2
         self.vanishing["wall+" if wall > 0 else "wall-"] = 1 if e * approach != 0 else 2
 
     def _pushes(self, joined: State) -> bool:

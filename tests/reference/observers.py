@@ -86,32 +86,3 @@ class AccelerationObserver:
 def _acceleration(sample: Sample) -> list[Real]:
     """u'' and its first two derivatives."""
     return [a + b for a, b in zip(sample[0][2:], sample[1][2:], strict=True)]
-
-
-class EnergyObserver:
-    """Work of the base, int mu u'' s' dt, or of a force, int sin(r t) v' dt, and viscous loss, int 2 zeta v'^2 dt, over k Z^2.
-
-    Five-point Gauss quadrature in every scan step: error of order (step)^10, about 1e-26 of the work.
-    """
-
-    def __init__(self, numbers: Numbers, zeta: Real) -> None:
-        convert, sqrt = numbers.convert, numbers.sqrt
-        self._zeta = zeta
-        self.work_in = self.viscous_loss = convert(0)
-        root, wide = 2 * sqrt(convert(10) / 7), 13 * sqrt(convert(70))
-        self._rule = [(convert(0), convert(128) / 225)]
-        for sign in (-1, 1):
-            self._rule.append((sign * sqrt(5 - root) / 3, (322 + wide) / 900))
-            self._rule.append((sign * sqrt(5 + root) / 3, (322 - wide) / 900))
-
-    def observe(self, motion: Motion, start: Place, end: Place) -> None:
-        """Integrate over one step."""
-        middle, half = (start[0] + end[0]) / 2, (end[0] - start[0]) / 2
-        for node, weight in self._rule:
-            v, base, push = motion.at(middle + half * node)
-            power = push[0] * v[1] if motion.forced else motion.mu * (v[2] + base[2]) * base[1]
-            self.work_in += half * weight * power
-            self.viscous_loss += half * weight * 2 * self._zeta * v[1] ** 2
-
-    def end_cycle(self) -> None:
-        """Nothing is kept per cycle."""

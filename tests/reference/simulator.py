@@ -16,7 +16,7 @@ from typing import Any
 
 from tests.reference.march import Simulation
 from tests.reference.numbers import DoubleNumbers, ExtendedNumbers, Numbers
-from tests.reference.observers import AccelerationObserver, EnergyObserver, Observer, PeakObserver
+from tests.reference.observers import AccelerationObserver, Observer, PeakObserver
 from tests.reference.state import State
 
 
@@ -30,7 +30,6 @@ def simulate(
     digits: int | None = 40,
     start: State | None = None,
     peaks: bool = False,
-    energy: bool = False,
     acceleration: bool = False,
     forced: bool = False,
 ) -> dict[str, Any]:
@@ -54,8 +53,6 @@ def simulate(
         A force F0 sin(r tau) on the structure instead of a shaken base; lengths are over F0/k.
     acceleration
         Also return ``acceleration_peak``, the largest |u''| between events, and ``acceleration_square``, its integral squared.
-    energy
-        Also return ``work_in, viscous, friction, impact, stored`` (over k Z^2) and ``energy_residual``.
 
     Returns
     -------
@@ -63,13 +60,11 @@ def simulate(
         ``u, u_rate, p, p_rate`` (absolute, dimensionless; p = p' = 0 without a particle), ``impacts, turns,
         sticks, attachments, releases`` (counts; a turn is v' = 0 in a scene with friction, whether the mass
         sticks or not; in a chatter, impacts, and the turns that they cause, are counted until it is cut),
-        ``max_impact_speed``, ``stuck_time``, ``end`` (a `State`).
+        ``stuck_time``, ``end`` (a `State`).
     """
     numbers: Numbers = DoubleNumbers() if digits is None else ExtendedNumbers(digits)
-    seen_peaks, seen_energy = PeakObserver(numbers), EnergyObserver(numbers, numbers.convert(zeta))
-    seen_acceleration = AccelerationObserver(numbers)
-    observers: tuple[Observer, ...] = (seen_peaks,) * peaks + (seen_energy,) * energy
-    observers += (seen_acceleration,) * acceleration
+    seen_peaks, seen_acceleration = PeakObserver(numbers), AccelerationObserver(numbers)
+    observers: tuple[Observer, ...] = (seen_peaks,) * peaks + (seen_acceleration,) * acceleration
     run = Simulation(numbers, zeta, r, gamma, particle, observers, forced)
     if start is not None:
         convert = numbers.convert
@@ -81,7 +76,6 @@ def simulate(
             gap=convert(start.gap),
             p_rate=convert(start.p_rate),
         )
-    stored = run.stored_energy()
     for _ in range(cycles):
         run.run_cycle()
     u, u_rate, p, p_rate = run.absolute()
@@ -95,7 +89,6 @@ def simulate(
         "sticks": run.sticks,
         "attachments": run.attachments,
         "releases": run.releases,
-        "max_impact_speed": run.max_impact_speed,
         "stuck_time": run.stuck_time,
         "end": replace(run.state),
     }
@@ -105,17 +98,5 @@ def simulate(
         result |= {
             "acceleration_peak": seen_acceleration.peak,
             "acceleration_square": seen_acceleration.square,
-        }
-    if energy:
-        gained = run.stored_energy() - stored
-        lost = seen_energy.viscous_loss + run.friction_loss + run.impact_loss
-        result |= {
-            "work_in": seen_energy.work_in,
-            "viscous": seen_energy.viscous_loss,
-            "friction": run.friction_loss,
-            "impact": run.impact_loss,
-            "stored": gained,
-            "energy_residual": abs(seen_energy.work_in - lost - gained)
-            / max(abs(seen_energy.work_in), abs(gained)),
         }
     return result

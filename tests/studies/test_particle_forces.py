@@ -1,21 +1,18 @@
 """A study whose particle rubs or falls: its dimensions, what makes its ratios, what it is refused with, what is told of it."""
 
-import json
 from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
+from tests.studies.solving import solved
 
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.resonance_map import resonance_map
-from damperlab.studies.definition import Study, parse_harmonic
+from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.kinds import dimensions_of_definition
-from damperlab.studies.plan import Block
 from damperlab.studies.units import quantities_of
 from damperlab.studies.variables import DIMENSIONS
-from damperlab.worker.block import solve_block
 
 AXES: dict[str, Any] = {
     "clearance_ratio": [2, 5],
@@ -28,12 +25,6 @@ PHYSICAL: dict[str, Any] = {
 }  # fmt: skip
 WEIGHT = 9.80665 / ((2 * np.pi * 6) ** 2 * 0.003)
 """g over Z·ω_n² of that structure."""
-
-
-def solved(study: Study) -> xr.Dataset:
-    values = solve_block(study, Block.whole(study.shape))
-    data = {name: (tuple(study.coordinates), array) for name, array in values.items()}
-    return xr.Dataset(data, study.coordinates, {"study": json.dumps(study.document())})
 
 
 @pytest.mark.parametrize(

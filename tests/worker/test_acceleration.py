@@ -12,7 +12,6 @@ from tests.reference.state import State as Place
 
 from damperlab.studies.answers.largest_acceleration import accelerations
 from damperlab.studies.definition import parse_study
-from damperlab.studies.faults import StudyFaults
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.block import solve_block
@@ -22,9 +21,6 @@ from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.events import BUDGET
 from damperlab.worker.solver.excitation.sine_base import base_rate_at_phase_zero
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.motion.taylor import ORDER, TERMS
-from damperlab.worker.solver.motion.vibration import LinearForm, Vibration, vibration_after
-from damperlab.worker.solver.observe.measure_compliant_acceleration import _add_vibration, _shift
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATION_SQUARE, make_meter
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.scene import make_scene
@@ -200,27 +196,6 @@ def test_the_rest_of_a_response_has_the_same_bits_without(point) -> None:
             assert one == other or (np.isnan(one) and np.isnan(other)), name
 
 
-def test_a_polynomial_is_shifted_and_takes_up_a_vibration() -> None:
-    """What a long step in a wall is gone through with, against numpy's polynomials and its matrix exponential by series."""
-    p = np.linspace(1.0, -2.0, TERMS)
-    p[ORDER] = 0.0
-    shifted = p.copy()
-    _shift(shifted, 0.3)
-    here = np.linspace(0.0, 0.2, 7)
-    np.testing.assert_allclose(
-        np.polynomial.Polynomial(shifted)(here), np.polynomial.Polynomial(p)(0.3 + here), rtol=1e-12
-    )
-    rates = np.array([-1.0, 2.0, -3.0, -0.5])
-    both = np.empty(TERMS)
-    _add_vibration(p, Vibration(0.7, -0.4), LinearForm(1.5, 2.5), rates, both)
-    later = [
-        1.5 * one + 2.5 * two
-        for one, two in (vibration_after(Vibration(0.7, -0.4), rates, float(t)) for t in here)
-    ]
-    found = np.polynomial.Polynomial(both)(here) - np.polynomial.Polynomial(p)(here)
-    np.testing.assert_allclose(found, later, rtol=1e-12)
-
-
 def test_the_mean_peak_of_a_run_is_over_the_windows_of_the_displacement() -> None:
     random = np.random.default_rng(4)
     trace = random.random((21, ACCELERATION_COLUMNS))
@@ -270,14 +245,8 @@ def test_a_study_that_says_nothing_of_it_is_computed_without() -> None:
     assert {scene.purpose for scene in scenes(study)} == {"steady"}
 
 
-def test_fixed_steps_are_not_asked_for_it() -> None:
-    with pytest.raises(StudyFaults, match="acceleration_ratio, which solver rk4 does not compute"):
-        parse_study(ASKED | {"solver": {"method": "rk4"}, "metrics": ["acceleration_ratio"]})
-
-
-@pytest.mark.parametrize("gamma", [pytest.param(0.0, marks=pytest.mark.night), 0.3])
-def test_a_point_alone_tells_it_where_it_is_asked_for(gamma: float) -> None:
-    design = Design(0.03, 0.6, gamma, Particle(0.5, 0.5, 0.1))
+def test_a_point_alone_tells_it_where_it_is_asked_for() -> None:
+    design = Design(0.03, 0.6, 0.3, Particle(0.5, 0.5, 0.1))
     asked = simulate_ready(design, settings=METERED, followed=False).metrics
     plain = simulate_ready(design, settings=METERED._replace(acceleration=None), followed=False).metrics
     assert asked.keys() - plain.keys() == {"acceleration_ratio", "acceleration_ratio_rms"}

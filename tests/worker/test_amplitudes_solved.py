@@ -30,16 +30,12 @@ def solve(study: Study) -> dict[str, np.ndarray]:
     return solve_block(study, Block.whole(study.shape))
 
 
-@pytest.fixture(scope="module")
-def ray() -> Study:
-    return study_of(
-        {
-            "base_amplitude_m": AMPLITUDES,
-            "clearance_m": CLEARANCES,
-            "friction_force_n": FORCES,
-            "excitation_frequency_hz": HERTZ,
-        }
-    )
+RAY = {
+    "base_amplitude_m": AMPLITUDES,
+    "clearance_m": CLEARANCES,
+    "friction_force_n": FORCES,
+    "excitation_frequency_hz": HERTZ,
+}
 
 
 @pytest.mark.parametrize(
@@ -76,14 +72,7 @@ def test_each_point_has_the_bits_of_the_point_alone(
 
 
 def test_blocks_cover_its_grid_and_need_the_kernels_of_its_scene() -> None:
-    ray = study_of(
-        {
-            "base_amplitude_m": AMPLITUDES,
-            "clearance_m": CLEARANCES,
-            "friction_force_n": FORCES,
-            "excitation_frequency_hz": HERTZ,
-        }
-    )
+    ray = study_of(RAY)
     plan = make_plan(ray, seconds_per_point)
     assert sum(plan.block(index).points for index in range(plan.count)) == 24
     assert plan.seconds > 0
@@ -96,16 +85,7 @@ def test_blocks_cover_its_grid_and_need_the_kernels_of_its_scene() -> None:
 
 def test_the_ratios_of_a_cavity_stand_beside_those_of_the_damper() -> None:
     cavity = {"particle_friction_coefficient": 0.02, "tilt_deg": 5}
-    study = study_of(
-        {
-            "base_amplitude_m": AMPLITUDES,
-            "clearance_m": CLEARANCES,
-            "friction_force_n": FORCES,
-            "excitation_frequency_hz": HERTZ,
-            "constant": "acceleration",
-            **cavity,
-        }
-    )
+    study = study_of({**RAY, "constant": "acceleration", **cavity})
     cube = xr.Dataset(
         {"status": (tuple(study.coordinates), np.zeros(study.shape, "i1"))},
         study.coordinates,

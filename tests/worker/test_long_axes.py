@@ -30,20 +30,3 @@ def test_blocks_read_slices_of_an_axis_of_a_million_values() -> None:
     assert peak < 16 * 8 * largest + MEBIBYTE
     assert study.coordinates["frequency_ratio"] is axis
     assert study.digest == parse_study(study.document()).digest
-
-
-def test_a_plan_of_a_hundred_million_points_holds_a_number_a_block() -> None:
-    span = {"start": 0.1, "stop": 0.9, "num": 10_000}
-    study = parse_study(
-        {"damping_ratio": 0.05, "particle": False, "axes": {"friction_ratio": span, "frequency_ratio": span}}
-    )
-    assert study.points == 10**8
-    tracemalloc.start()
-    plan = make_plan(study, seconds_per_point)
-    first = plan.order()[:3]
-    blocks = [plan.block(int(index)) for index in first]
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert all(block.points <= 65_536 for block in blocks)
-    # of 800 MB that the points' coordinates along one dimension would take
-    assert peak < 32 * MEBIBYTE

@@ -35,14 +35,6 @@ def test_a_periodic_response_that_is_not_followed_is_where_a_cycle_more_brings_i
     assert [there.metrics[name] for name in without] == [back.metrics[name] for name in without]
 
 
-def test_the_state_of_a_linear_structure_is_its_closed_form() -> None:
-    z, r = 0.05, 0.9
-    found = simulate(Design(z, r), followed=False).state
-    response = (1 + 2j * z * r) / (1 - r * r + 2j * z * r)  # of u, to a base sin(r tau)
-    assert found["u"] == pytest.approx(response.imag, rel=1e-13)
-    assert found["u_rate"] == pytest.approx(r * response.real, rel=1e-13)
-
-
 def test_kernels_that_show_an_orbit_are_needed_only_where_one_is_shown() -> None:
     hybrid = Design(0.05, 1.0, 0.3, PARTICLE)
     assert [scene.purpose for scene in scenes_of(hybrid, followed=False)] == ["steady"]

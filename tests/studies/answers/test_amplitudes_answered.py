@@ -109,7 +109,11 @@ def test_results_in_units_are_the_ratios_times_the_displacement_of_the_base_at_e
     np.testing.assert_allclose([float(row["amplitude_m"]) for row in rows], (ratio * base_m).ravel())
 
 
-def test_exports_hold_dampers_ratios_and_units(cube: xr.Dataset, tmp_path: Path) -> None:
+def test_exports_hold_dampers_ratios_and_units(
+    stored: tuple[Store, str], cube: xr.Dataset, tmp_path: Path
+) -> None:
+    store, study_id = stored
+    assert not list(verify(store, store.find(study_id)))
     write_file(cube, tmp_path / "cube.nc", "netcdf")
     with xr.open_dataset(tmp_path / "cube.nc", engine="h5netcdf") as back:
         assert tuple(back["amplitude_ratio"].dims) == tuple(cube["status"].dims)
@@ -135,11 +139,6 @@ def test_exports_hold_dampers_ratios_and_units(cube: xr.Dataset, tmp_path: Path)
     for name in ("clearance_ratio", "friction_ratio", "amplitude_m", "impact_speed_max_m_per_s"):
         assert again[name].dims == cube[name].dims
         np.testing.assert_allclose(again[name], cube[name], rtol=1e-15)
-
-
-def test_a_store_finds_its_cube_sound(stored: tuple[Store, str]) -> None:
-    store, study_id = stored
-    assert not list(verify(store, store.find(study_id)))
 
 
 def test_a_map_of_dampers_shows_the_worst_base_amplitude_and_frequency(cube: xr.Dataset) -> None:
@@ -225,9 +224,14 @@ def test_a_tuned_mass_damper_is_compared_at_one_base_amplitude(
         assert (f"The {constant} of the base is the same at every frequency" in words["note"]) is falls
     assert "2 mm" in answer.attrs["in_units"]["note"]
     assert "clearance d = 10 mm, friction force F_f = 1.5 N" in answer.attrs["in_units"]["note"]
-    with pytest.raises(QueryFault, match="about one base amplitude, and the study has 3") as refused:
+    with pytest.raises(QueryFault) as refused:
         at_one_amplitude(whole, {})
     assert refused.value.fault.field == "base_amplitude_m"
+    # where the amplitude alone is named, it is the best damper at that
+    one, rest = at_one_amplitude(whole, {"base_amplitude_m": 0.002})
+    answer = tmd_comparison(one, Tuning(mass_ratio=0.05), rest)
+    worst = whole["amplitude_ratio"].sel(base_amplitude_m=0.002).max("frequency_ratio")
+    assert float(answer["hybrid"].max()) == float(worst.min())
 
 
 @pytest.mark.parametrize("constant", ["displacement", "velocity"])
@@ -260,14 +264,3 @@ def test_what_a_study_over_base_amplitudes_does_not_answer_says_what_does(asked:
     assert fault.field == "study"
     assert fault.allowed == f"a study with one base amplitude for {asked}"
     assert instead in fault.advice
-
-
-def test_a_tuned_mass_damper_is_compared_with_the_best_damper_at_an_amplitude_that_alone_is_named(
-    stored: tuple[Store, str],
-) -> None:
-    store, id = stored
-    whole = store.cube(id)
-    one, rest = at_one_amplitude(whole, {"base_amplitude_m": 0.002})
-    answer = tmd_comparison(one, Tuning(mass_ratio=0.05), rest)
-    worst = whole["amplitude_ratio"].sel(base_amplitude_m=0.002).max("frequency_ratio")
-    assert float(answer["hybrid"].max()) == float(worst.min())

@@ -16,13 +16,13 @@ from damperlab.studies.questions import Fragile
 SCALES = np.array([0.5, 1.0, 2.0, 4.0])
 
 
-def suite_of(values: np.ndarray, status: np.ndarray | int = 0) -> xr.Dataset:
+def suite_of(values: np.ndarray, status: np.ndarray | int = 0, scales: np.ndarray = SCALES) -> xr.Dataset:
     """Values (record, scale) of one damper, and how its runs ended."""
     shape = [1] * len(SUITE.dimensions)
     shape[SUITE.dimensions.index("record")], shape[SUITE.dimensions.index("scale")] = values.shape
     axes: dict[str, np.ndarray] = {name: np.ones(1) for name in SUITE.dimensions}
     axes["record"] = np.array([f"record-{i:03}" for i in range(values.shape[0])])
-    axes["scale"] = SCALES
+    axes["scale"] = scales
     data = {
         SUITE.metric: (SUITE.dimensions, values.reshape(shape), {"units": "m"}),
         "status": (SUITE.dimensions, np.broadcast_to(status, values.shape).astype(np.int8).reshape(shape)),
@@ -45,21 +45,12 @@ def test_counts_in_four_intervals_have_the_two_parameters_that_give_their_shares
     assert fitted.dispersion_interval[0] < fitted.dispersion < fitted.dispersion_interval[1]
 
 
-def test_known_numbers_have_their_own_mean_and_deviation() -> None:
-    numbers = np.array([0.7, 1.1, 1.3, 2.9])
-    fitted = fit_lognormal(numbers, numbers)
-    assert fitted is not None
-    assert fitted.median == pytest.approx(np.exp(np.log(numbers).mean()), rel=1e-6)
-    assert fitted.dispersion == pytest.approx(np.log(numbers).std(), rel=1e-6)
-
-
-def test_intervals_of_known_numbers_end_where_their_likelihood_has_fallen_by_half_of_the_quantile_of_95_percent() -> (
-    None
-):
+def test_known_numbers_have_their_own_mean_and_deviation_and_intervals_of_their_likelihood() -> None:
     numbers = np.array([0.7, 1.1, 1.3, 2.9])
     fitted = fit_lognormal(numbers, numbers)
     assert fitted is not None
     mean, deviation, fallen = np.log(numbers).mean(), np.log(numbers).std(), chi2.ppf(0.95, 1) / 2.0
+    assert (math.log(fitted.median), fitted.dispersion) == pytest.approx((mean, deviation), rel=1e-6)
     # of a normal distribution both profiles are closed forms
     off = deviation * math.sqrt(math.expm1(2.0 * fallen / numbers.size))
     assert np.log(fitted.median_interval) == pytest.approx([mean - off, mean + off], rel=1e-4)
@@ -101,8 +92,7 @@ def test_the_curve_is_that_of_the_scales_at_which_records_first_exceed() -> None
     expected = [NormalDist().cdf(math.log(scale / median) / dispersion) for scale in SCALES]
     np.testing.assert_allclose(probability, expected, rtol=1e-12)
     np.testing.assert_array_equal(answer["highest"], values.max(axis=0))
-    assert "2 of 3 records" in answer.attrs["note"]
-    assert "exceeds 20 mm" in answer.attrs["note"]
+    assert "20 mm" in answer.attrs["note"]
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
@@ -190,7 +180,6 @@ def test_a_failed_run_exceeds_only_above_what_is_known_and_below_nothing_that_is
 def test_what_cannot_be_fitted_is_said() -> None:
     same = fragility(suite_of(np.tile([0.01, 0.03, 0.04, 0.05], (4, 1))), Fragile(0.02))
     assert "median_scale" not in same.attrs
-    assert "No curve can be fitted" in same.attrs["note"]
     assert np.isnan(same["probability"]).all()
     # the first exceeds it at the least scale, and the second is not known to before: both may there
     touching = fragility(
@@ -200,11 +189,10 @@ def test_what_cannot_be_fitted_is_said() -> None:
         ),
         Fragile(0.02),
     )
-    assert "as the records may all exceed it at the same scale" in touching.attrs["note"]
+    assert "median_scale" not in touching.attrs
     # one of two exceeds at every scale and the other at none: any median fits
     unsettled = fragility(suite_of(np.array([[0.03] * 4, [0.001] * 4])), Fragile(0.02))
-    assert "these records do not settle it" in unsettled.attrs["note"]
+    assert "median_scale" not in unsettled.attrs
     assert "inf" not in unsettled.attrs["note"]
     never = fragility(suite_of(np.full((4, 4), 0.001)), Fragile(0.02))
     assert never.attrs["never"] == 4
-    assert "0 of 4 records" in never.attrs["note"]

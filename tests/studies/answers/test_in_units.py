@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -97,17 +98,40 @@ def test_points_ranges_and_results_in_units_are_those_in_ratios(cube: xr.Dataset
         np.testing.assert_allclose(lengths[name], cube[source] * FACTORS[name], rtol=1e-15)
 
 
-def test_what_is_refused_is_named_as_it_was_asked(cube: xr.Dataset) -> None:
-    with pytest.raises(QueryFault, match=r"Write 0\.0075 if 7\.5 mm is meant") as far:
-        frequency_response(cube, Selection(at={"clearance_m": 7.5}))
-    with pytest.raises(QueryFault, match="it is an axis of the map") as own:
-        resonance_map(cube, "clearance_ratio", "friction_ratio", Selection(at={"clearance_m": 5 * BASE}))
-    with pytest.raises(QueryFault, match="the curve runs along it") as along:
-        frequency_response(cube, Selection(at={"frequency_hz": HERTZ}))
-    with pytest.raises(QueryFault, match=r"write frequency_hz=3\.2,4, with --within"):
-        optimal_designs(cube, Judging(band=(3.2, 4.0)))
-    named = [each.value.fault.field for each in (far, own, along)]
-    assert named == ["clearance_m", "clearance_m", "frequency_hz"]
+TWICE = {"clearance_ratio": 5.0, "clearance_m": 5 * BASE}
+ON_THE_MAP = Selection(at={"clearance_m": 5 * BASE})
+
+
+@pytest.mark.parametrize(
+    ("field", "told", "ask"),
+    [
+        ("clearance_m", "0.0075", lambda c: frequency_response(c, Selection(at={"clearance_m": 7.5}))),
+        ("clearance_m", "axis", lambda c: resonance_map(c, "clearance_ratio", "friction_ratio", ON_THE_MAP)),
+        ("frequency_hz", "along", lambda c: frequency_response(c, Selection(at={"frequency_hz": HERTZ}))),
+        ("band", "frequency_hz=3.2,4", lambda c: optimal_designs(c, Judging(band=(3.2, 4.0)))),
+        # of 3 values the nearest is named in metres
+        (
+            "clearance_m",
+            "nearest value is 0.03",
+            lambda c: optimal_designs(c, Judging(ranges={"clearance_m": (1.0, 12.0)})),
+        ),
+        # one dimension that is given twice
+        ("clearance", "", lambda c: frequency_response(c, Selection(at=TWICE))),
+        ("clearance", "", lambda c: tmd_comparison(c, at=TWICE)),
+        (
+            "",
+            "band",
+            lambda c: optimal_designs(c, Judging(band=(0.8, 1.0), ranges={"frequency_hz": (3.2, 4.0)})),
+        ),
+    ],
+)
+def test_what_is_refused_is_named_as_it_was_asked(
+    cube: xr.Dataset, field: str, told: str, ask: Callable[[xr.Dataset], object]
+) -> None:
+    with pytest.raises(QueryFault) as caught:
+        ask(cube)
+    assert field in caught.value.fault.field
+    assert told in str(caught.value)
 
 
 def test_the_name_of_a_frequency_in_a_study_means_the_one_in_a_question_and_back() -> None:
@@ -116,27 +140,6 @@ def test_the_name_of_a_frequency_in_a_study_means_the_one_in_a_question_and_back
         nearest("frequency_hz", ("natural_frequency_hz", "excitation_frequency_hz"))
         == "excitation_frequency_hz"
     )
-
-
-def test_a_range_in_units_without_a_value_is_refused_in_units(cube: xr.Dataset) -> None:
-    with pytest.raises(QueryFault) as caught:
-        optimal_designs(cube, Judging(ranges={"clearance_m": (1.0, 12.0)}))
-    fault = caught.value.fault
-    assert (fault.field, fault.found) == ("clearance_m", "1 to 12")
-    assert fault.advice == "widen it; the nearest value is 0.03"
-    assert "3 values from 0.006 to 0.03" in fault.message
-
-
-def test_one_dimension_is_not_given_twice(cube: xr.Dataset) -> None:
-    twice = {"clearance_ratio": 5.0, "clearance_m": 5 * BASE}
-    for ask in (
-        lambda: frequency_response(cube, Selection(at=twice)),
-        lambda: tmd_comparison(cube, at=twice),
-    ):
-        with pytest.raises(QueryFault, match="clearance"):
-            ask()
-    with pytest.raises(QueryFault, match="band"):
-        optimal_designs(cube, Judging(band=(0.8, 1.0), ranges={"frequency_hz": (3.2, 4.0)}))
 
 
 def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Dataset) -> None:
@@ -181,15 +184,11 @@ def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> 
     )
     answer = optimal_designs(cube, asked)
     speed, length = 2 * np.pi * HERTZ * BASE, BASE * 1e3
-    ratios = (
-        "Allowed at every frequency that counts: impacts of at most 3.5 Z·ω_n; amplitude ratio X/Z from 0 to 8; "
-        "largest impact speed from 0 to 3.9 Z·ω_n."
-    )
-    assert ratios in answer.attrs["note"]
+    for told in ("at most 3.5 Z·ω_n", "from 0 to 8", "from 0 to 3.9 Z·ω_n"):
+        assert told in answer.attrs["note"]
     told = answer.attrs["in_units"]["note"]
-    assert f"impacts of at most 3.5 Z·ω_n = {3.5 * speed:.6g} m/s;" in told
-    assert f"from 0 to 8 = 0 to {8 * length:.6g} mm;" in told
-    assert f"largest impact speed from 0 to 3.9 Z·ω_n = 0 to {3.9 * speed:.6g} m/s." in told
+    for number in (f"{3.5 * speed:.6g} m/s", f"{8 * length:.6g} mm", f"{3.9 * speed:.6g} m/s"):
+        assert number in told
     # what was asked in m/s is the same question, and is told so
     in_units = Judging(
         max_impact_speed=3.5,
@@ -197,7 +196,7 @@ def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> 
     )
     assert optimal_designs(cube, in_units).attrs["in_units"]["note"] == told
     front = pareto_front(cube, ("amplitude", "-mass"), Judging(max_impact_speed=3.9))
-    assert f"impacts of at most 3.9 Z·ω_n = {3.9 * speed:.6g} m/s." in front.attrs["in_units"]["note"]
+    assert f"{3.9 * speed:.6g} m/s" in front.attrs["in_units"]["note"]
 
 
 def test_an_answer_holds_its_ratios_in_units_too(cube: xr.Dataset) -> None:

@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.stats import binom, norm, rayleigh
+from tests.studies.answers.test_fragility import suite_of
 
 from damperlab.studies.answers.fragility import fragility
 from damperlab.studies.answers.over_records import enough_records, over_records
-from damperlab.studies.kinds import SUITE
 from damperlab.studies.questions import Fragile
 
 
@@ -60,15 +59,7 @@ def test_what_is_unknown_is_left_out_and_nothing_is_nothing() -> None:
 
 def test_a_suite_of_seeds_at_one_scale_says_rms_quantile_and_how_many_seeds_bound_it() -> None:
     values = np.linspace(0.01, 0.03, 16)
-    shape = [16 if name == "record" else 1 for name in SUITE.dimensions]
-    axes = {name: np.ones(1) for name in SUITE.dimensions} | {
-        "record": np.array([f"u-{i:02}" for i in range(16)])
-    }
-    data = {
-        SUITE.metric: (SUITE.dimensions, values.reshape(shape), {"units": "m"}),
-        "status": (SUITE.dimensions, np.zeros(shape, np.int8)),
-    }
-    answer = fragility(xr.Dataset(data, axes), Fragile(0.025))
+    answer = fragility(suite_of(values[:, None], scales=np.ones(1)), Fragile(0.025))
     known = over_records(values, 0.9)
     assert answer["rms"].item() == known.rms
     assert answer["quantile_low"].item() == known.quantile_low

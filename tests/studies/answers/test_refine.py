@@ -1,4 +1,4 @@
-"""Refinement with the real solver: follow-ups, and the merged optimum beside a fine grid's."""
+"""Refinement with the real solver: follow-ups, and the optimum beside that of a fine grid."""
 
 import json
 
@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from tests.studies.solving import solved
 
-from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
+from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.particle_friction import COEFFICIENTS
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
@@ -51,38 +51,6 @@ def test_the_optimum_is_that_of_a_grid_ten_times_finer_within_its_stated_flatnes
     axis = fine["friction_ratio"].values
     inside = (axis >= flat["low"] - 1e-12) & (axis <= flat["high"] + 1e-12)
     assert peak[inside].max() <= 1.1 * best["value"].item() * (1 + 1e-9)
-
-
-def test_refinement_reaches_the_optimum_of_a_fine_grid_with_fewer_points():
-    study = parse_study(FRICTION)
-    name, cube = named(study)
-    cubes = {name: cube}
-    for _ in range(8):
-        step = refine_optimum(study, cubes)
-        if not step.studies:
-            break
-        assert step.points == sum(each.points for each in step.studies)
-        for each in step.studies:
-            other, more = named(each)
-            assert other not in cubes
-            cubes[other] = more
-    assert step.known
-    assert 0 < step.steps["friction_ratio"] <= 1e-3 * (1 + 1e-9)
-    _, fine = named(with_axis({"start": 0.05, "stop": 1.05, "num": 1001}))
-    truth = optimal_designs(fine, top=1)
-    # both grids have steps of a thousandth, set off against each other
-    assert step.found["friction_ratio"] == pytest.approx(truth["friction_ratio"].item(), abs=2e-3)
-    slope = np.abs(np.diff(fine["amplitude_ratio"].max("frequency_ratio").values.ravel()))
-    assert abs(step.found["value"] - truth["value"].item()) <= slope.max()
-    designs = np.concatenate([other["friction_ratio"].values for other in cubes.values()])
-    spent = np.unique(designs).size * 11  # a study takes over the points that earlier ones hold
-    assert step.fine_points == fine["status"].size == 1001 * 11
-    assert spent < step.fine_points / 10  # 11 + 3 rounds of at most 17, of 1001
-    assert f"{step.fine_points - spent:,} fewer" in step.say()
-    merged = merged_designs(cubes, top=3)
-    assert merged["value"].values[0] == step.found["value"] <= optimal_designs(cube)["value"].values[0]
-    assert merged.attrs["studies"] == list(cubes)
-    assert len({merged["friction_ratio"].values[i] for i in range(3)}) == 3
 
 
 def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() -> None:

@@ -1,6 +1,7 @@
 """Questions without an answer: each is refused by the field that is wrong, with what may be asked in its place."""
 
 import json
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -18,6 +19,7 @@ from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.questions import Fragile, Judging, Search, Selection, Tuning
 from damperlab.studies.store.store import Store
@@ -151,3 +153,89 @@ def test_a_question_without_an_answer_is_refused_with_what_may_be_asked(
     with np.errstate(invalid="ignore"), pytest.raises(QueryFault, match=f"(?i){words}") as caught:
         ask(loaded)
     assert caught.value.fault.field == field
+
+
+@pytest.fixture
+def little(cube: xr.Dataset) -> xr.Dataset:
+    """The cube of a study with ``metrics: [amplitude_ratio]``."""
+    return cube[["amplitude_ratio", "status"]]
+
+
+UNLOCKED = Judging(exclude_locked=True)
+
+
+@pytest.mark.parametrize(
+    ("field", "missing", "ask"),
+    [
+        ("exclude_locked", "response_class", ranked(exclude_locked=True)),
+        (
+            "exclude_locked",
+            "response_class",
+            lambda cube: refine_optimum(study_of(cube), {"a": cube}, judging=UNLOCKED),
+        ),
+        ("max_impact_speed", "impact_speed_max", ranked(max_impact_speed=1.0)),
+        ("stick_fraction", "stick_fraction", within(stick_fraction=(0.0, 0.5))),
+        (
+            "boundary",
+            "response_class",
+            lambda cube: refine_boundary(study_of(cube), {"a": cube}, PLANE[1], {}),
+        ),
+        ("study", "run_time, amplitude_error", work_precision),
+        ("objective", "amplitude_ratio", lambda cube: optimal_designs(cube[["status"]])),
+        ("study", "amplitude_ratio", lambda cube: tmd_comparison(cube[["status"]])),
+    ],
+)
+def test_what_is_not_stored_is_named_with_what_to_do(
+    little: xr.Dataset, field: str, missing: str, ask: Ask
+) -> None:
+    with pytest.raises(QueryFault) as caught:
+        ask(little)
+    fault = caught.value.fault
+    assert (fault.field, fault.found) == (field, f"a study that does not store {missing}")
+    submit = f"add {missing} to `metrics` and submit again"
+    needed = field in ("boundary", "study", "objective")
+    assert fault.advice == (submit if needed else f"{submit}, or leave {field} out")
+
+
+def test_a_respect_that_is_not_stored_can_be_left_out(little):
+    with pytest.raises(QueryFault) as caught:
+        pareto_front(little, ["amplitude", "-dissipation_impact"])
+    assert caught.value.fault.field == "pareto"
+    assert caught.value.fault.advice.endswith(
+        "add dissipation_impact to `metrics` and submit again, or leave dissipation_impact out"
+    )
+
+
+def test_a_metric_that_is_not_stored_is_no_misspelt_one(little):
+    with pytest.raises(QueryFault) as caught:
+        frequency_response(little, Selection("amplitude_error"))
+    fault = caught.value.fault
+    assert (fault.field, fault.allowed) == ("metric", "one of amplitude_ratio, status")
+    assert fault.found == "amplitude_error, which the study does not store"
+    assert "did you mean" not in fault.advice
+    with pytest.raises(QueryFault, match="Did you mean amplitude_ratio"):
+        frequency_response(little, Selection("amplitude_ration"))
+
+
+@pytest.mark.parametrize(
+    ("solver", "metric", "needed"),
+    [
+        ("event", "attractors", "`start: {kind: ensemble}`"),
+        ("rk4", "response_class", "`solver: {method: event}`"),
+        ("rk4", "amplitude_error", ""),
+    ],
+)
+def test_the_advice_is_a_study_that_can_be_submitted(little, solver, metric, needed):
+    definition = json.loads(little.attrs["study"])
+    asked = little.assign_attrs(study=json.dumps({**definition, "solver": {"method": solver}}))
+    with pytest.raises(QueryFault) as caught:
+        frequency_response(asked, Selection(metric))
+    advice = caught.value.fault.advice
+    assert needed in advice
+    assert ("with `" in advice) == bool(needed)
+
+
+def test_an_error_that_is_not_stored_is_unknown_not_zero(little):
+    answer = tmd_comparison(little, at={"clearance_ratio": 5.0, "restitution": 0.5, "friction_ratio": 0.2})
+    assert math.isfinite(answer.attrs["hybrid_peak"])
+    assert math.isnan(answer.attrs["hybrid_peak_error"])

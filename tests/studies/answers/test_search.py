@@ -92,6 +92,10 @@ def test_the_deeper_of_two_dips_is_found_though_the_grid_shows_the_other_one() -
     assert coarse["clearance_ratio"].values[0] == 2.0
     found, cubes = pursued(study, two_dips, False, lambda s, c: refine_optimum(s, c, Search(0.01)))
     assert found.known
+    # the best of all that was computed, one design once
+    merged = merged_designs(cubes, top=3)
+    assert merged["value"].values[0] == found.found["value"] < coarse["value"].values[0]
+    assert merged.attrs["studies"] == list(cubes)
     assert found.found["clearance_ratio"] == pytest.approx(4.2, abs=0.01)
     assert found.found["friction_ratio"] == pytest.approx(0.23, abs=0.01)
     # a step of 0.01 off in either parameter costs 0.066 at most

@@ -43,7 +43,8 @@ def test_the_response_under_every_amplitude_is_that_of_single_points() -> None:
         assert row["worst_frequency_hz"] == pytest.approx(8.0 * row["frequency_ratio"][place])
         for at in (0, place):
             r = row["frequency_ratio"][at]
-            point = simulate_ready(Design(0.02, r, force / (stiffness * z), Particle(0.004 / z, 0.5, 0.1)))
+            design = Design(0.02, r, force / (stiffness * z), Particle(0.004 / z, 0.5, 0.1))
+            point = simulate_ready(design, followed=False)
             # of responses that repeat: the last digits of ratios that are divided in another order
             assert row["ratio"][at] == pytest.approx(float(point.metrics["amplitude_ratio"]), rel=1e-6)
 
@@ -146,14 +147,9 @@ def test_about_a_mass_that_is_given_lighter_and_heavier_ones_are_looked_at(given
         beside = tuned_beside(given.asked, each.mass_kg / 40.0)
         assert beside is not None
         assert each.absorber == pytest.approx(beside.value, rel=1e-9)
-
-
-@pytest.mark.night
-def test_the_particle_alone_is_told_of_the_mass_it_was_looked_for(given: Found) -> None:
     told = {each.mass_kg: each.particle_alone for each in given.front}
-    alone = given.alternatives["particle_alone"]
-    assert told[4.0] == alone.score.value
-    assert {told[each] for each in (1.0, 2.0, 6.0, 8.0)} == {None}
+    alone = given.alternatives["particle_alone"].score.value
+    assert [told[mass] for mass in (1.0, 2.0, 4.0, 6.0, 8.0)] == [None, None, alone, None, None]
 
 
 def test_masses_end_at_their_limit_and_lists_are_kept_to() -> None:

@@ -45,7 +45,6 @@ def test_each_material_has_its_own_contact_time_in_every_study(damped) -> None:
     assert found.build.restitution == 0.5
     answer = answer_document(found)
     assert answer["design"]["contact_time_s"] == TIME_S
-    assert "in contact for 6 ms" in answer["words"][0]
     ratio = TIME_S * 2.0 * np.pi * 8.0
     times = set()
     for study in studies:
@@ -73,6 +72,6 @@ def test_a_response_over_the_band_is_that_of_single_points_with_this_contact(
     friction = 40.0 / (found.asked.structure.stiffness_n_per_m * 0.001)
     particle = Particle(3.0, restitution, 0.1, time_s * 2.0 * np.pi * 8.0 or None)
     for r, value in zip(curve.r, curve["amplitude_ratio"], strict=True):
-        alone = simulate_ready(Design(0.02, float(r), friction, particle)).metrics["amplitude_ratio"]
+        alone = simulate_ready(Design(0.02, float(r), friction, particle), followed=False).metrics
         # one ulp of a ratio makes another number of a response that does not repeat
-        assert alone == pytest.approx(value, rel=0.05)
+        assert alone["amplitude_ratio"] == pytest.approx(value, rel=0.05)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.filling import flip
 
 from damperlab.studies.design.kept import Kept, Round
 from damperlab.studies.design.shelf import DesignBusy, DesignDamaged, DesignNotFound, DesignsFull, Shelf
@@ -191,10 +192,7 @@ def test_every_changed_byte_is_told(tmp_path: Path, asked: Specification, name: 
     shelf.rename(design_id, "draft")
     shelf.finish(design_id, {"words": ["a"]}, "")
     assert list(check_catalogue(store)) == []
-    file = tmp_path / "designs" / design_id / name
-    content = bytearray(file.read_bytes())
-    content[len(content) // 2] ^= 1
-    file.write_bytes(content)
+    flip(tmp_path / "designs" / design_id / name)
     with pytest.raises(DesignDamaged):
         _ = shelf.answer(design_id) if name == "answer.json" else shelf.get(design_id)
     assert [design_id in line for line in check_catalogue(store)] == [True]

@@ -47,25 +47,35 @@ def shaken() -> tuple[Found, dict[str, xr.Dataset]]:
     return pursued(SHAKEN, BUDGET)
 
 
+def peaks_m(
+    excitation: dict[str, Any],
+    clearance_m: Any,
+    force_n: Any,
+    frequency_hz: Any = 2.5,
+    variable: str = "peak_relative_displacement_m",
+) -> xr.DataArray:
+    """Displacement [m] of the structure with dampers of a grid, under each record at each scale."""
+    axes = {
+        **{
+            "scale": excitation.get("scales", 1.0),
+            "natural_frequency_hz": frequency_hz,
+            "damping_ratio": 0.02,
+        },
+        **{
+            "restitution": 0.5,
+            "particle_mass_kg": 4.0,
+            "clearance_m": clearance_m,
+            "friction_force_n": force_n,
+        },
+    }
+    study = {"records": excitation["records"], "mass_kg": 40.0, "axes": axes, "metrics": [variable]}
+    return solved(parse_study(study))[variable]
+
+
 def brute(clearances_m: list[float], forces_n: list[float], frequencies_hz: list[float]) -> xr.DataArray:
     """Worst displacement against the base [m] over records and scales."""
-    study = parse_study(
-        {
-            "records": SHAKEN["excitation"]["records"],
-            "mass_kg": 40.0,
-            "axes": {
-                "scale": SHAKEN["excitation"]["scales"],
-                "natural_frequency_hz": frequencies_hz,
-                "damping_ratio": 0.02,
-                "restitution": 0.5,
-                "particle_mass_kg": 4.0,
-                "clearance_m": clearances_m,
-                "friction_force_n": forces_n,
-            },
-            "metrics": ["peak_relative_displacement_m"],
-        }
-    )
-    return solved(study)["peak_relative_displacement_m"].max(["record", "scale"]).squeeze(drop=True)
+    found = peaks_m(SHAKEN["excitation"], clearances_m, forces_n, frequencies_hz)
+    return found.max(["record", "scale"]).squeeze(drop=True)
 
 
 def with_corners(clearance_m: float, force_n: float) -> float:
@@ -150,13 +160,7 @@ def test_the_tuned_mass_damper_is_judged_with_the_tolerances(shaken) -> None:
 @pytest.mark.parametrize(
     ("limit", "measure", "variable", "most_n"),
     [
-        pytest.param(
-            "acceleration_m_per_s2",
-            "worst_acceleration",
-            "peak_absolute_acceleration_m_s2",
-            120.0,
-            marks=pytest.mark.night,
-        ),
+        ("acceleration_m_per_s2", "worst_acceleration", "peak_absolute_acceleration_m_s2", 120.0),
         ("rms_acceleration_m_per_s2", "worst_rms_acceleration", "rms_absolute_acceleration_m_s2", 5.0),
     ],
 )
@@ -176,12 +180,10 @@ def test_a_limit_on_accelerations_moves_the_design_to_where_it_is_kept(
     quiet, _ = pursued(asked | {"measure": measure}, 6000)
     told = answer_document(quiet)
     assert told["worst"]["units"] == "m/s²"
-    assert (told["worst"]["value"], " m/s²" in told["verdict"]["sentences"][0]) == (reached(quiet), True)
+    assert told["worst"]["value"] == reached(quiet)
     allowed = 0.5 * (reached(free) + reached(quiet))
     kept, _ = pursued(asked | {"limits": {limit: allowed}}, 6000)
     (row,) = answer_document(kept)["limits"]
     assert (row["limit"], row["allowed"], row["kept"]) == (limit, allowed, True)
     assert row["reached"] == reached(kept) <= allowed < reached(free)
     assert kept.nominal.value > free.nominal.value
-    words = " ".join(answer_document(kept)["words"])
-    assert f"{reached(kept):.4g} m/s² of the {allowed:.4g} m/s² allowed" in words

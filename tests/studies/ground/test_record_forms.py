@@ -86,6 +86,7 @@ READ: dict[str, tuple[str | bytes, float | None]] = {
     "german": (columns("Zeit [s]; Beschleunigung [m/s²]", "{t:.3f}; {a}"), 1.0),
     "microseconds": (columns("time (us), acc (g)", "{t:.0f}, {a}", 1e6), G),
     "times before a trigger": (columns("time (s), acc (g)").replace("\n0.000,", "\n-0.000,"), G),
+    "begins later": ("t [s]; a [g]\n" + "\n".join(f"{10 + k * STEP:.3f};{a}" for k, a in enumerate(A)), G),
     "trailing commas": (columns(SI, "{t:.3f},{a},"), 1.0),
     "fortran": (columns(SI, "{t:.3f} {a:.5E}").replace("E-0", "D-0"), 1.0),
 }  # fmt: skip

@@ -100,13 +100,6 @@ def test_a_force_makes_its_static_displacement() -> None:
     assert asked.level(one.largest) == pytest.approx(0.6, rel=1e-14)
 
 
-def test_a_force_needs_the_stiffness_of_the_structure() -> None:
-    excitation = {"force_n": 1.0, "frequency_ratio": 1.0}
-    found = faults_of(PROTOTYPE | {"structure": {"damping_ratio": 0.01}, "excitation": excitation})
-    assert {"structure.mass_kg", "structure.natural_frequency_hz"} <= found.keys()
-    assert "stiffness" in found["structure.mass_kg"]
-
-
 def test_a_cavity_limit_cuts_the_clearance_with_its_tolerance_at_half_of_it() -> None:
     asked = parse_specification(changed("limits.cavity_length_m", 0.02))
     assert asked.choices["clearance_m"].stop == 0.01 - 0.0005
@@ -185,15 +178,6 @@ def test_what_is_missing_is_named(key: str) -> None:
     assert key in faults_of(document)
 
 
-def test_units_without_what_makes_ratios_of_them_are_refused() -> None:
-    document = PROTOTYPE | {
-        "structure": {"damping_ratio": 0.01},
-        "excitation": {"frequency_ratio": {"start": 0.9, "stop": 1.1}},
-    }
-    found = faults_of(document)
-    assert {"choose.clearance_m", "choose.friction_force_n", "particle_mass_kg", "limits"} <= found.keys()
-
-
 @pytest.mark.parametrize("document", [None, [], 3, "text", {}, {"structure": 3, "excitation": []}])
 def test_anything_else_is_refused_and_nothing_fails(document: object) -> None:
     assert faults_of(document)
@@ -238,12 +222,6 @@ def test_a_base_motion_makes_the_displacement_that_its_derivative_has(order: int
         assert omega**order * amplitude_m == pytest.approx(told, rel=1e-14)
         assert asked.level(Amplitude(asked.excitations[0], reference_m)) == pytest.approx(told, rel=1e-14)
     assert asked.in_units
-
-
-def test_a_base_velocity_needs_a_frequency_in_hertz() -> None:
-    document = changed("structure", {"damping_ratio": 0.01})
-    document["excitation"] = {"base_velocity_m_per_s": 0.01, "frequency_ratio": {"start": 0.9, "stop": 1.1}}
-    assert "makes a displacement" in faults_of(document)["structure.natural_frequency_hz"]
 
 
 SWEEP = {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}
@@ -423,20 +401,6 @@ def test_faults_of_an_excitation_are_named_where_they_stand(excitation: Any, fie
     assert [told for told in found if told.startswith("excitation")] == [field]
 
 
-@pytest.mark.parametrize(
-    ("change", "field"),
-    [
-        ({"measure": "rms_acceleration"}, "measure"),
-        ({"structure": {"damping_ratio": 0.01, "natural_frequency_hz": 2.5}}, "structure.mass_kg"),
-        ({"friction_ratio": 0.5}, "friction_ratio"),
-        ({"tolerances": {"clearance_ratio": 0.1}}, "tolerances.clearance_ratio"),
-        ({"excitation": [ONE, QUAKE], "measure": "worst_rms_relative_displacement"}, "measure"),
-    ],
-)
-def test_what_does_not_go_with_records_is_named(change: dict[str, Any], field: str) -> None:
-    assert field in faults_of(SHAKEN | change)
-
-
 @pytest.mark.parametrize("measure", ["worst_acceleration", "worst_rms_acceleration"])
 def test_accelerations_are_a_measure_of_all_that_shakes(measure: str) -> None:
     both = {"excitation": [ONE, {"records": ["el-centro"]}]}
@@ -445,29 +409,74 @@ def test_accelerations_are_a_measure_of_all_that_shakes(measure: str) -> None:
         assert (asked.measure.name, asked.unit) == (measure, "m/s²")
 
 
-def test_noise_of_impacts_is_limited_over_bands_and_refused_under_records_alone() -> None:
-    limits = {"limits": {"impact_noise_m_per_s2": 3.0}}
-    assert parse_specification(PROTOTYPE | limits).limits == limits["limits"]
-    assert list(faults_of(SHAKEN | limits)) == ["limits.impact_noise_m_per_s2"]
-    with pytest.raises(StudyFaults, match="holds over bands of frequencies alone"):
-        parse_specification(SHAKEN | limits)
+RUBBER = {"name": "rubber", "restitution": 0.3, "contact_time_s": 0.004}
 
 
 @pytest.mark.parametrize("document", [PROTOTYPE, SHAKEN])
 def test_limits_hold_over_bands_and_under_records(document: dict[str, Any]) -> None:
     limits = {"stick_fraction": 0.5, "acceleration_m_per_s2": 3.0, "rms_acceleration_m_per_s2": 2.0}
     assert parse_specification(document | {"limits": limits}).limits == limits
-    assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 1.5}})
-    assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 0}})
+    for wrong in (0, 1.5):
+        assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": wrong}})
 
 
-@pytest.mark.parametrize("judge", ["worst", "likely"])
-def test_under_records_alone_every_response_begins_at_rest(judge: str) -> None:
-    assert list(faults_of(SHAKEN | {"judge": judge})) == ["judge"]
+NOISE = {"limits": {"impact_noise_m_per_s2": 3.0}}
+
+
+def test_what_holds_over_bands_alone_and_where_responses_begin() -> None:
+    assert parse_specification(PROTOTYPE | NOISE).limits == NOISE["limits"]
     assert parse_specification(SHAKEN | {"judge": "rest"}).judge == "rest"
 
 
-RUBBER = {"name": "rubber", "restitution": 0.3, "contact_time_s": 0.004}
+UNSCALED = {"structure": {"damping_ratio": 0.01}}
+BAND = {"frequency_ratio": {"start": 0.9, "stop": 1.1}}
+IN_RATIOS = {
+    "structure": {"damping_ratio": 0.0038},
+    "excitation": BAND,
+    "choose": {"clearance_ratio": {"start": 1.0, "stop": 20.0}},
+    **{"friction_ratio": 0.3, "mass_ratio": 0.1, "restitution": 0.47},
+}
+LONG = [0.003, {"clearance_m": 0.004, "contact_time_s": 0.1}]
+
+
+@pytest.mark.parametrize(
+    ("document", "fields"),
+    [
+        # what a force, a velocity and units need of the structure
+        (
+            UNSCALED | {"excitation": {"force_n": 1.0} | BAND},
+            "structure.mass_kg structure.natural_frequency_hz",
+        ),
+        (UNSCALED | {"excitation": {"base_velocity_m_per_s": 0.01} | BAND}, "structure.natural_frequency_hz"),
+        (
+            UNSCALED | {"excitation": BAND},
+            "choose.clearance_m choose.friction_force_n particle_mass_kg limits",
+        ),
+        # what does not go with records
+        (SHAKEN | {"measure": "rms_acceleration"}, "measure"),
+        (SHAKEN | {"structure": UNSCALED["structure"] | {"natural_frequency_hz": 2.5}}, "structure.mass_kg"),
+        (SHAKEN | {"friction_ratio": 0.5}, "friction_ratio"),
+        (SHAKEN | {"tolerances": {"clearance_ratio": 0.1}}, "tolerances.clearance_ratio"),
+        (SHAKEN | {"excitation": [ONE, QUAKE], "measure": "worst_rms_relative_displacement"}, "measure"),
+        (SHAKEN | NOISE, "limits.impact_noise_m_per_s2"),
+        (SHAKEN | {"judge": "worst"}, "judge"),
+        (SHAKEN | {"judge": "likely"}, "judge"),
+        # contact times: milliseconds taken for seconds, twice, and beside ratios
+        ({"contact_time_s": 5.0}, "contact_time_s"),
+        ({"contact_time_s": -0.001}, "contact_time_s"),
+        ({"contact_time_s": "short"}, "contact_time_s"),
+        (changed("choose.clearance_m", LONG), "choose.clearance_m[1].contact_time_s"),
+        (changed("choose.restitution", [0.8, RUBBER]) | {"contact_time_s": 0.004}, "contact_time_s"),
+    ],
+)
+def test_what_does_not_go_together_is_named(document: dict[str, Any], fields: str) -> None:
+    found = faults_of(PROTOTYPE | document)
+    assert set(fields.split()) <= found.keys()
+
+
+def test_a_contact_time_is_in_seconds_where_everything_else_is_in_ratios() -> None:
+    parse_specification(IN_RATIOS)
+    assert "contact_time_s" in faults_of(IN_RATIOS | {"contact_time_s": 0.004})
 
 
 def test_materials_have_contact_times() -> None:
@@ -480,40 +489,6 @@ def test_materials_have_contact_times() -> None:
     document = PROTOTYPE | {"contact_time_s": 0.002}
     assert parse_specification(document).choices["restitution"].contact_time_s(0.0) == 0.002
     assert parse_specification(PROTOTYPE).choices["restitution"].contact_time_s(0.0) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "field"),
-    [
-        ("contact_time_s", 5.0, "contact_time_s"),  # milliseconds, taken for seconds
-        ("contact_time_s", -0.001, "contact_time_s"),
-        ("contact_time_s", "short", "contact_time_s"),
-        (
-            "choose.clearance_m",
-            [0.003, {"clearance_m": 0.004, "contact_time_s": 0.1}],
-            "choose.clearance_m[1].contact_time_s",
-        ),
-    ],
-)
-def test_faults_of_contact_times_are_named(key: str, value: object, field: str) -> None:
-    assert field in faults_of(changed(key, value))
-
-
-def test_a_contact_time_stands_once_and_in_units() -> None:
-    document = changed("choose.restitution", [0.8, RUBBER])
-    del document["restitution"]
-    assert list(faults_of(document | {"contact_time_s": 0.004})) == ["contact_time_s"]
-    ratios = {
-        "structure": {"damping_ratio": 0.0038},
-        "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
-        "choose": {"clearance_ratio": {"start": 1.0, "stop": 20.0}},
-        "friction_ratio": 0.3,
-        "mass_ratio": 0.1,
-        "restitution": 0.47,
-        "contact_time_s": 0.004,
-    }
-    with pytest.raises(StudyFaults, match="is in seconds, and the specification is in ratios"):
-        parse_specification(ratios)
 
 
 def test_materials_may_differ_by_their_contact_time_alone() -> None:

@@ -1,14 +1,11 @@
 """Keys in a damaged catalogue: what is not as it was written opens nothing."""
 
-import sqlite3
-from contextlib import closing
-
 import pytest
+from tests.filling import write_behind
 
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.verify import check_catalogue
 from damperlab.studies.store.catalogue.access_keys import AccessKeys
-from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 
 
 @pytest.mark.parametrize(
@@ -27,8 +24,7 @@ def test_a_key_whose_row_is_damaged_opens_nothing(store, damage):
     bad, damaged = keys.create("rob", ("read",), lasts_seconds=60.0)
     if damage.startswith("revoked"):
         bad = keys.revoke(bad.id)
-    with closing(sqlite3.connect(store.data_dir / SQLITE_FILE)) as raw, raw:
-        raw.execute(f"UPDATE access_keys SET {damage} WHERE id = ?", (bad.id,))
+    write_behind(store.data_dir, f"UPDATE access_keys SET {damage} WHERE id = '{bad.id}'")
     assert keys.recognise(damaged) is None
     assert keys.recognise(secret) == good
     assert {key.id: (key.sound, key.valid) for key in keys.all()} == {

@@ -3,10 +3,11 @@
 import shutil
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
-from tests.filling import enter, make_plan_of, make_study, put
+from tests.filling import enter, flip, make_plan_of, make_study, put
 
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi
@@ -117,39 +118,19 @@ def test_a_folder_that_a_backup_was_restored_into_is_said_to_hold_its_studies(fi
     restored.close()
 
 
-def lose_a_block(cube: Path) -> None:
-    (cube / "blocks" / "7~g").unlink()
-
-
-def flip_a_bit(cube: Path) -> None:
-    block = cube / "blocks" / "7~g"
-    content = bytearray(block.read_bytes())
-    content[-9] ^= 1
-    block.write_bytes(bytes(content))
-
-
-def damage_a_coordinate(cube: Path) -> None:
-    axis = cube / "clearance_ratio" / "c.0"
-    axis.write_bytes(bytes([axis.read_bytes()[0] ^ 1]) + axis.read_bytes()[1:])
-
-
-def lose_a_coordinate(cube: Path) -> None:
-    (cube / "clearance_ratio" / "c.0").unlink()
-
-
 @pytest.mark.parametrize(
-    ("harm", "told"),
+    ("file", "harm", "told"),
     [
-        (lose_a_block, "damperlab store verify"),
-        (flip_a_bit, "Block 7"),
-        (damage_a_coordinate, "clearance_ratio"),
-        (lose_a_coordinate, "description"),
+        ("blocks/7~g", Path.unlink, "damperlab store verify"),
+        ("blocks/7~g", partial(flip, at=-9), "Block 7"),
+        ("clearance_ratio/c.0", partial(flip, at=0), "clearance_ratio"),
+        ("clearance_ratio/c.0", Path.unlink, "description"),
     ],
 )
 def test_damage_is_not_backed_up_in_silence_and_leaves_no_half_backup(
-    filled, copy, harm: Callable[[Path], None], told: str
+    filled, copy, file: str, harm: Callable[[Path], None], told: str
 ):
-    harm(Path(filled.cube_path(filled.find("study 0").id)))
+    harm(Path(filled.cube_path(filled.find("study 0").id)) / file)
     copied = copy_store(filled, copy)
     (sentence,) = copied.damaged
     assert told in sentence
@@ -243,9 +224,7 @@ def test_records_come_along_and_a_damaged_one_is_told_and_spoils_no_copy(filled,
     copy_store(copy, restored)
     assert record_id in Records(tmp_path / "restored").ids()
     samples = filled.data_dir / "records" / f"{record_id}.npy"
-    content = bytearray(samples.read_bytes())
-    content[-3] ^= 4
-    samples.write_bytes(bytes(content))
+    flip(samples, -3, 4)
     (told,) = copy_store(filled, copy).damaged
     assert record_id in told
     assert list(Records(copy.data_dir).damaged()) == []

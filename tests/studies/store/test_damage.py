@@ -5,7 +5,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.filling import enter, entered, make_plan_of, make_study, put, values_of, write, write_behind
+from tests.filling import (
+    enter,
+    entered,
+    flip,
+    lose_catalogue,
+    make_plan_of,
+    make_study,
+    put,
+    values_of,
+    write,
+    write_behind,
+)
 
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage, sweep
@@ -33,12 +44,6 @@ def file_of(store: Store, record, index: int) -> Path:
     return Path(store.cube_path(record.id), "blocks", f"{index}~g{index}")
 
 
-def flip(file: Path, at: int) -> None:
-    content = bytearray(file.read_bytes())
-    content[at] ^= 0x10
-    file.write_bytes(bytes(content))
-
-
 @pytest.mark.parametrize(
     "how", ["flipped", "truncated", "emptied", "half zeros", "zeros", "lost", "of another block"]
 )
@@ -47,7 +52,7 @@ def test_every_damage_is_found_told_on_reading_and_mended(store, written, how):
     file = file_of(store, written, 4)
     match how:
         case "flipped":
-            flip(file, file.read_bytes().index(b"{") + 9)
+            flip(file, file.read_bytes().index(b"{") + 9, 0x10)
         case "truncated":
             file.write_bytes(file.read_bytes()[:-7])
         case "emptied":
@@ -123,8 +128,7 @@ def test_no_page_of_the_catalogue_is_lost_unseen(store, written, cut_off):
         assert opened.find(written.id).blocks_done == written.blocks_total
         assert opened.cube(written.id).load().equals(before)
         opened.close()
-        for file in data.glob("catalogue.sqlite*"):
-            file.unlink()
+        lose_catalogue(data)
     assert refused > len(whole) // PAGE // 2
     assert set_aside
 

@@ -5,7 +5,6 @@ import pickle
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 import xarray as xr
 from tests.faults.processes import ObjectServer
@@ -71,16 +70,6 @@ def test_folder_and_bucket_hold_the_same(opened):
     cubes = [store.cube(record.id).drop_attrs().load() for store in (here, there)]
     xr.testing.assert_identical(*cubes)
     assert [list(verify(store, record)) for store in (here, there)] == [[], []]
-
-
-def test_a_slice_and_a_scattered_index_read_what_was_written(opened):
-    store = opened()
-    cube = store.cube(filled(store).id)["amplitude_ratio"]
-    whole = cube.values
-    assert np.array_equal(
-        cube.isel(clearance_ratio=[4, 0], frequency_ratio=3).values, whole[..., 3][:, :, :, [4, 0]]
-    )
-    assert np.array_equal(cube[..., 1:3].values, whole[..., 1:3])
 
 
 def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(opened):
@@ -264,15 +253,6 @@ def test_short_trouble_and_slowness_pass_unnoticed(server, opened, monkeypatch):
         assert proxy.met > record.blocks_total
         proxy.mode = "well"
         assert list(verify(store, record)) == []
-
-
-@pytest.mark.night
-def test_a_killed_server_has_kept_what_it_acknowledged(server, opened):
-    store = opened()
-    record = filled(store)
-    server.kill()
-    server.wait()
-    assert list(verify(store, record)) == []
 
 
 def test_a_catalogue_is_made_again_from_a_bucket(opened, address, tmp_path):

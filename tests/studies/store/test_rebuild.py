@@ -12,7 +12,16 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from tests.filling import enter, make_plan_of, make_study, values_of, write, write_behind
+from tests.filling import (
+    enter,
+    flip,
+    lose_catalogue,
+    make_plan_of,
+    make_study,
+    values_of,
+    write,
+    write_behind,
+)
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care import verify as verifying
@@ -53,11 +62,6 @@ def filled(store):
         if state == "cancelled":  # and after it has ended
             store.remark(study_id, Remarks(("paused",), "why"))
     return store
-
-
-def lose_catalogue(data: Path) -> None:
-    for file in data.glob("catalogue.sqlite*"):
-        file.unlink()
 
 
 def told(store: Store) -> dict:
@@ -300,15 +304,14 @@ def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
     lost = filled.find("study 1").id
     description = Path(filled.cube_path(lost), "zarr.json")
     filled.close()
-    content = bytearray(description.read_bytes())
-    content[len(content) // 2] ^= 1
-    description.write_bytes(bytes(content))
+    flip(description)
+    damaged = description.read_bytes()
     lose_catalogue(data)
     found = rebuild(data)
     assert found.studies == 3
     (trouble,) = found.trouble
     assert lost in trouble
-    assert description.read_bytes() == bytes(content)
+    assert description.read_bytes() == damaged
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,9 @@ def test_transfer_function_is_that_of_the_two_equations_of_motion(structural):
         tuned_mass.amplitude_ratio(r, 0.1, 0.93, 0.12, structural),
         rtol=1e-12,
     )
+    if structural == 0.0:
+        printed = tuned_mass.equation_13(r, 0.1, 0.93, 0.12)
+        np.testing.assert_allclose(amplitude_ratio(r, absorber), printed, rtol=1e-12)
 
 
 def test_force_and_base_differ_by_the_force_of_the_structures_own_dashpot():

@@ -1,6 +1,5 @@
 """Workers that are jobs of a batch system: what is submitted, when, and studies that are computed so."""
 
-import math
 import os
 import subprocess
 import sys
@@ -10,18 +9,13 @@ from typing import get_args
 
 import pytest
 import yaml
-from tests.batch_system import LASTING, make_queue, wait_until_ended
+from tests.batch_system import make_queue, wait_until_ended
 
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import BatchSystem
-from damperlab.worker.block import solve_block
-from damperlab.worker.cluster.batch import LEAVE_SECONDS, MARGIN_SECONDS, Jobs, Place, script, submit
+from damperlab.worker.cluster.batch import Jobs, Place, script, submit
 from damperlab.worker.cluster.jobs import AGAIN_SECONDS, Hired, hire
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import ClusterUnusable
-from damperlab.worker.worker_process.examination import bits_of
 
 SECONDS = 3000
 SYSTEMS: tuple[BatchSystem, ...] = get_args(BatchSystem)
@@ -168,21 +162,3 @@ def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(
     wait_until_ended(queue)
     # the keys of the cluster are gone with it
     assert not list((tmp_path / "data" / "jobs").rglob("*.pem"))
-
-
-@pytest.mark.night
-def test_study_goes_on_when_wall_time_ends_a_job_and_has_the_same_bits(tmp_path: Path, queue: Path) -> None:
-    study = parse_study(LASTING)
-    whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
-    # the first worker leaves when it has done about two thirds of the work
-    lifetime = LEAVE_SECONDS + math.ceil(whole["run_time"].sum() * 2 / 3)
-    seconds = {"DAMPERLAB_JOB_SECONDS": f"{MARGIN_SECONDS + lifetime:g}"}
-    computed(tmp_path, "slurm", LASTING, "--workers", "1", **seconds)
-    wait_until_ended(queue)
-    told = [log.read_text() for log in sorted(queue.glob("*.log"))]
-    assert len(told) > 1
-    assert f"its lifetime of {lifetime:g} s ends" in told[0]
-    with closing(Store.open(tmp_path / "data")) as store:
-        record = store.find("lasting")
-        assert (record.state, record.points_failed) == ("done", 0)
-        assert bits_of(whole) == bits_of({name: store.cube(record.id)[name].values for name in whole})

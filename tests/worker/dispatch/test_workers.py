@@ -86,7 +86,8 @@ def test_worker_that_is_told_to_leave_ends_what_it_runs_and_gets_nothing_more() 
     fill(workers)
     again = {one.index: one for one in workers.states["w1"].held.values()}
     assert again.keys() == {ran, waited}
-    assert not any(one.apart for one in again.values())
+    # however often that happens, it speaks against no block
+    assert not any(one.apart or one.tries for one in again.values())
 
 
 def test_what_happens_to_a_block_is_told_with_its_number_and_its_worker() -> None:

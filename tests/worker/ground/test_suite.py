@@ -90,14 +90,6 @@ def test_known_points_are_left_out() -> None:
     assert (values["status"][1] == Status.CONVERGED).all()
 
 
-def test_scaled_with_its_design_a_suite_repeats() -> None:
-    """The point of scale 3 with three times the clearance and the force is the point of scale 1, three times as large."""
-    axes = {"scale": [1, 3], "clearance_m": [0.005, 0.015], "friction_force_n": [0.3, 0.9]}
-    suite = suite_of(records=["el-centro"], axes=axes, starts=0)
-    peak = solved(suite, Block.whole(suite.shape))["peak_relative_displacement_m"].squeeze()
-    assert peak[1, 1, 1] == pytest.approx(3 * peak[0, 0, 0], rel=1e-12)
-
-
 @pytest.mark.night
 def test_a_contact_time_is_the_particles_stay_on_the_wall() -> None:
     """As it goes to zero, dwelling becomes the rebound at once; the structure's frequency is its unit."""

@@ -82,14 +82,6 @@ def test_failed_block_has_its_status_and_nothing_else() -> None:
             np.testing.assert_array_equal(column, np.full(block.shape, VARIABLES[name].fill))
 
 
-def test_a_sealed_call_is_made_with_its_arguments() -> None:
-    make, call = sealed(divmod, 7, 3)
-    assert make(call) == (2, 1)
-    make, call = sealed(divmod, 7, 0)
-    with pytest.raises(ZeroDivisionError):
-        make(call)
-
-
 def test_a_sealed_call_can_be_made_by_who_knows_its_function_alone() -> None:
     """A worker of an earlier version then answers that it is one, and not that it lacks a module."""
     _, call = sealed(examine, "", "", "other", None)

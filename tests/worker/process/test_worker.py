@@ -85,9 +85,11 @@ def test_worker_without_work_leaves_in_time(scheduler: str, status: int) -> None
 
 
 @pytest.mark.night
-@pytest.mark.parametrize("how", ["notice", "lifetime"])
-def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path, how: str) -> None:
-    notice = tmp_path / "notice"
+@pytest.mark.parametrize("how", ["notice", "address", "lifetime"])
+def test_block_that_takes_longer_than_there_is_time_is_given_back(
+    tmp_path: Path, spot_market: str, how: str
+) -> None:
+    notice, SpotMarket.answer = tmp_path / "notice", (404, b"not here")
 
     def task(index: int) -> BlockOutcome:
         (tmp_path / f"{index}-{time.monotonic_ns()}").touch()
@@ -95,14 +97,19 @@ def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path
             time.sleep(600.0)
         return BlockOutcome(index, 1, 0, 0.0, 0.0)
 
-    options = {"notice": (f"--notice={notice}",), "lifetime": ("--lifetime=60",)}[how]
+    options = {
+        "notice": f"--notice={notice}",
+        "address": f"--notice-url={spot_market}",
+        "lifetime": "--lifetime=60",
+    }[how]
     with scheduler_process() as (address, _), connect(scheduler=address) as client, ExitStack() as stack:
         window = Window(client, lambda index, key: (task, index), Backlog(range(1)))
-        process = stack.enter_context(worker_process(address, "--leave-within=1", *options))
+        process = stack.enter_context(worker_process(address, "--leave-within=1", options))
         while not begun(tmp_path):
             window.fill()
             assert list(window.collect(0.1)) == []
         notice.touch()
+        SpotMarket.answer = 200, b"TRUE"
         assert process.wait(GONE_SECONDS) == 0
         stack.enter_context(worker_process(address))
         assert [each.index for each in pump(window)] == [0]
@@ -113,7 +120,6 @@ class SpotMarket(BaseHTTPRequestHandler):
     """Answers as the address of a spot instance does."""
 
     answer: ClassVar[tuple[int, bytes]] = 404, b"not here"
-    asked: ClassVar[int] = 0
 
     def do_GET(self) -> None:
         status, body = self.answer
@@ -122,7 +128,6 @@ class SpotMarket(BaseHTTPRequestHandler):
         self.send_header("Location", "http://127.0.0.1:1/")
         self.end_headers()
         self.wfile.write(body)
-        SpotMarket.asked += 1
 
     def log_message(self, *_: object) -> None:
         pass
@@ -150,20 +155,6 @@ def test_notice_is_an_answer_that_says_so(spot_market: str, monkeypatch: pytest.
     assert faulty(spot_market) is None
     for wrong in ("", "file:///etc/passwd", "http://", "127.0.0.1:80", "http://a:b/"):
         assert faulty(wrong) is not None
-
-
-@pytest.mark.night
-def test_worker_leaves_when_its_address_says_so(spot_market: str) -> None:
-    SpotMarket.answer, before = (404, b"not here"), SpotMarket.asked
-    with (
-        scheduler_process() as (address, _),
-        worker_process(address, f"--notice-url={spot_market}") as process,
-    ):
-        while SpotMarket.asked < before + 2:
-            assert process.poll() is None
-            time.sleep(0.1)
-        SpotMarket.answer = 200, b"TRUE"
-        assert process.wait(GONE_SECONDS) == 0
 
 
 def test_files_say_who_may_take_part(tmp_path: Path) -> None:

@@ -8,19 +8,12 @@ from itertools import count
 from pathlib import Path
 
 import pytest
-from tests.worker.run_here import AMPLE_SECONDS, BLOCKS, friction_study, of_one_piece, run_here, submit
+from tests.worker.run_here import AMPLE_SECONDS
 
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.studies.store.store import Store
 from damperlab.worker.outcomes import RETRIES, Failure, Outage
 from damperlab.worker.run.in_this_process import InThisProcess
-
-
-def test_values_are_those_of_the_solver_bit_for_bit(store: Store) -> None:
-    record = run_here(store, submit(store).id)
-    assert (record.state, record.points_failed, record.blocks_done) == ("done", 0, BLOCKS)
-    assert of_one_piece(store, record.id, friction_study())
 
 
 def test_a_closed_form_study_is_run_without_loading_the_library_of_the_cluster(tmp_path: Path) -> None:

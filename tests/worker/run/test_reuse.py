@@ -121,11 +121,3 @@ def test_known_points_are_found_however_many_studies_came_since(store: Store) ->
         assert np.isin(
             store.cube(first.id)["run_time"].values, store.cube(record.id)["run_time"].values
         ).all()
-
-
-@pytest.mark.night
-def test_points_are_gathered_from_studies_that_hold_one_each(store: Store) -> None:
-    grid = study_of(13, axes={"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 11}})
-    for value in grid.coordinates["frequency_ratio"][1:10].tolist():
-        run(store, study_of(axes={"friction_ratio": 0, "frequency_ratio": value}), chunk=1)
-    assert run(store, grid, chunk=4).points_reused == 9

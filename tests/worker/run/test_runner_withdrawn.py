@@ -1,4 +1,4 @@
-"""A study is cancelled by who asks for it and by nobody else, also between a runner's claim and its beginning."""
+"""A study is cancelled by who asks for it and by nobody else, and only one runner at a time has a say in it."""
 
 import time
 from collections.abc import Callable
@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.worker.run_here import linear_study, run_here, submit
+from tests.worker.run_here import linear_study, of_one_piece, run_here, submit
 
 from damperlab.studies.store.store import Store
+from damperlab.worker.run.progress import Progress
 
 STUDY = linear_study([0.8, 1.0, 1.2])
 RENEW_SECONDS = 0.05
@@ -47,3 +48,25 @@ def test_a_study_that_is_cancelled_as_its_runner_begins_stays_cancelled(late: La
     assert (record.state, record.blocks_done, record.owner) == ("cancelled", 0, None)
     late.after_claim = lambda: None
     assert run_here(late, study_id).state == "done"
+
+
+def test_a_runner_whose_claim_was_taken_while_it_stood_still_spoils_nothing(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it brings in afterwards is not marked, and the study's end is left to who has the claim now."""
+    monkeypatch.setattr("damperlab.worker.run.account.REPORT_SECONDS", 0.0)
+    study_id = submit(store, STUDY, 1).id
+    kept: list[int] = []
+
+    def take(progress: Progress) -> None:
+        if progress.blocks_done and not kept:
+            kept.append(progress.blocks_done)
+            store.renew(study_id, str(store.find(study_id).owner), seconds=-1.0)
+            assert store.claim(study_id, "next")
+
+    record = run_here(store, study_id, take)
+    assert (record.state, record.blocks_done, record.owner) == ("running", kept[0], "next")
+    store.release(study_id, "next")
+    ended = run_here(store, study_id)
+    assert (ended.state, ended.blocks_done) == ("done", ended.blocks_total)
+    assert of_one_piece(store, study_id, STUDY)

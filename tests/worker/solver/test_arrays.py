@@ -7,30 +7,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from damperlab.worker.solver.array_loops import copy_matrix, largest_element, unit_matrix
 from damperlab.worker.steady.stability.multipliers import spectral_radius
 
-MATRICES = arrays(np.float64, st.tuples(st.integers(1, 4), st.integers(1, 4)), elements=st.floats())
 FORMS = ["jitted", "plain"]
 
 
 def form(function: object, which: str) -> object:
     return getattr(function, "py_func", function) if which == "plain" else function
-
-
-@pytest.mark.parametrize("which", FORMS)
-@given(matrix=MATRICES)
-def test_a_copy_and_the_largest_element_are_numpys(which: str, matrix: NDArray[np.float64]) -> None:
-    copied = np.zeros(matrix.shape)
-    form(copy_matrix, which)(matrix, copied)  # type: ignore[operator]
-    np.testing.assert_array_equal(copied, matrix)
-    found = form(largest_element, which)(matrix)  # type: ignore[operator]
-    np.testing.assert_array_equal(found, np.abs(matrix).max())
-
-
-@pytest.mark.parametrize("which", FORMS)
-def test_a_unit_matrix(which: str) -> None:
-    np.testing.assert_array_equal(form(unit_matrix, which)(3), np.eye(3))  # type: ignore[operator]
 
 
 @pytest.mark.parametrize("which", FORMS)

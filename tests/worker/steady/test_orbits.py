@@ -189,20 +189,6 @@ def test_orbits_and_multipliers_are_those_of_an_independent_march(
 
 @pytest.mark.night
 @pytest.mark.parametrize("model", LASTING)
-def test_short_contacts_have_the_multiplier_of_contacts_at_once(model: str) -> None:
-    """Up to the order of the contact time."""
-    instant, _ = ORBITS[0]
-    at_once, _ = instant.solve()
-    off = []
-    for contact_time in (1e-4, 1e-5):
-        response, _ = with_contact(instant, model, contact_time).solve()
-        off.append(response.floquet_multiplier - at_once.floquet_multiplier)
-    assert abs(off[0]) < 1e-2
-    assert off[0] / off[1] == pytest.approx(10.0, rel=0.05)
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("model", LASTING)
 def test_chaos_is_told_from_its_neighbours(model: str) -> None:
     """A motion 1e-9 beside parts from one that is called chaotic, and joins one that is called periodic.
 

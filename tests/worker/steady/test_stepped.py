@@ -77,6 +77,7 @@ def test_a_study_by_steps_stores_what_steps_tell_and_no_more() -> None:
     ("change", "field"),
     [
         ({"metrics": ["amplitude_ratio", "energy_residual"]}, "metrics[1]"),
+        ({"metrics": ["acceleration_ratio"]}, "metrics[0]"),
         ({"start": {"kind": "ensemble", "n": 3}}, "start"),
         (
             {

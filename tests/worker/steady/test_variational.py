@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.linalg import expm
 from tests.worker.designs_drawn import Point, drawn_points, with_contact
 
 from damperlab.worker.solver.events import (
@@ -28,7 +27,6 @@ from damperlab.worker.solver.events import (
 )
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transition_log import (
@@ -210,20 +208,3 @@ def test_volume_contracts_by_damping_and_impacts_alone() -> None:
         assert np.linalg.det(half.jacobian) == pytest.approx(truth, rel=0.0, abs=allowed)
         compared += impacts > 0
     assert compared >= POINTS
-
-
-@pytest.mark.parametrize("windows", [1e-7, 0.3, 1.0, 2.5, 7.0])
-def test_event_free_motion_follows_the_matrix_exponential(windows: float) -> None:
-    point = Point(0.05, 0.6, None, Particle(5.0, 0.5, 0.1))
-    scene = make_scene(*point, None)
-    log = empty_transitions(1)
-    log.cursor[0] = 1
-    log.rows[:] = 0.0
-    span = windows * scene.base.window
-    log.rows[0] = span
-    generator = np.zeros((4, 4))
-    generator[0, 1] = generator[2, 3] = 1.0
-    generator[1, :2] = -1.0, -2.0 * point.damping_ratio
-    jacobian = np.eye(4)
-    propagate(log, *scene[:5], jacobian)
-    assert -jacobian == pytest.approx(expm(span * generator), rel=0.0, abs=20.0 * EPSILON * (1.0 + span))

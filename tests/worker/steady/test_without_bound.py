@@ -37,12 +37,11 @@ def test_friction_below_a_quarter_of_pi_bounds_no_undamped_resonance(
     assert ended(0.0, 0.8, cycles) == Status.CONVERGED
 
 
-def test_neither_does_a_particle_that_meets_no_wall() -> None:
-    assert ended(0.0, 0.3, 400, FAR) == Status.UNBOUNDED
-
-
-def test_nor_does_it_under_a_force() -> None:
-    assert ended(0.0, 0.3, 400, forced=True) == Status.UNBOUNDED
+@pytest.mark.parametrize(("particle", "forced"), [(FAR, False), (None, True)])
+def test_neither_does_a_particle_that_meets_no_wall_nor_a_force(
+    particle: Particle | None, forced: bool
+) -> None:
+    assert ended(0.0, 0.3, 400, particle, forced) == Status.UNBOUNDED
 
 
 def test_a_bound_that_is_out_of_sight_is_none() -> None:

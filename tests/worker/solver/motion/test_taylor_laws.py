@@ -12,15 +12,12 @@ from damperlab.worker.solver.linear_motion import make_linear_motion
 from damperlab.worker.solver.motion.taylor import (
     LARGEST_WINDOW,
     TERMS,
-    acceleration_into,
     beyond_tangent,
     change,
     combine,
     curvature,
     curvature_bound,
-    rate_into,
     slope,
-    stick,
     value,
 )
 
@@ -54,29 +51,6 @@ def test_values_and_derivatives_to_rounding(form: str, p: NDArray[np.float64], t
         assert abs(in_form(function, form)(p, t) - expected) <= 16 * EPS * size + 1e-300
     most = max(abs(exact(p, t * share, 2)[0]) for share in np.linspace(0, 1, 9))
     assert in_form(curvature_bound, form)(p, t) >= most * (1 - 16 * EPS)
-
-
-@both
-@FIXED
-@given(p=coefficients, dropped=st.integers(0, 3), t=times)
-def test_derivatives_as_polynomials(form: str, p: NDArray[np.float64], dropped: int, t: float) -> None:
-    out = np.full(TERMS, np.nan)
-    in_form(rate_into, form)(p, dropped, out)
-    rate = np.polynomial.polynomial.polyder(p)
-    np.testing.assert_array_equal(out, np.concatenate((rate[dropped:], np.zeros(dropped + 1))))
-    in_form(acceleration_into, form)(p, out)
-    second = np.arange(1, TERMS - 1) * np.arange(2, TERMS) * p[2:]
-    np.testing.assert_array_equal(out, np.concatenate((second, np.zeros(2))))
-
-
-@both
-@FIXED
-@given(p=coefficients, v=st.floats(-10, 10))
-def test_a_mass_that_sticks_moves_with_the_base(form: str, p: NDArray[np.float64], v: float) -> None:
-    relative, absolute = np.full(TERMS, np.nan), p.copy()
-    in_form(stick, form)(v, relative, absolute)
-    np.testing.assert_array_equal(relative, [v, *np.zeros(TERMS - 1)])
-    np.testing.assert_array_equal(absolute, [p[0] + v, *p[1:]])
 
 
 @FIXED
