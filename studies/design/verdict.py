@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.comparing import clearly_less
-from damperlab.studies.answers.largest_acceleration import accelerations
+from damperlab.studies.answers.largest_acceleration import Acting, accelerations
 from damperlab.studies.answers.verdict import CLAMPED, HELD
 from damperlab.studies.brief import Brief, Damper, Note, damper_of
 from damperlab.studies.design.absorber import DETUNED, Beside
@@ -339,18 +339,20 @@ def acceleration_g(found: Found) -> float | None:
     ):
         return None
     curves = (found.book.curve(build, each.largest) for each in asked.excitations)
-    return max(
-        float(_accelerations(each, build.friction_force_n / asked.structure.mass_kg).max())
-        for each in curves
-        if each.r.size
+    return max(float(_accelerations(asked, build, each).max()) for each in curves if each.r.size)
+
+
+def _accelerations(asked: Specification, build: Build, curve: Curve) -> NDArray[np.float64]:
+    """Give the largest acceleration of the structure at each frequency, (n,) [g]."""
+    scale, structure = curve.rate**2 * curve.base_m, asked.structure
+    at_one_metre, _ = build.cavity.ratios(structure.natural_frequency_hz, 1.0)
+    acting = Acting(
+        structure.damping_ratio,
+        build.friction_force_n / structure.mass_kg / scale,
+        build.particle_mass_kg / structure.mass_kg,
+        at_one_metre / curve.base_m,
     )
-
-
-def _accelerations(curve: Curve, friction: float) -> NDArray[np.float64]:
-    """Give the largest acceleration of the structure at each frequency, (n,) [g]; `friction` is the force over its mass."""
-    scale = curve.rate**2 * curve.base_m
-    locked = curve["response_class"] == ResponseClass.LOCKED
-    ratios = accelerations(curve["relative_amplitude_ratio"], friction / scale, curve.r, locked)
+    ratios = accelerations(curve["relative_amplitude_ratio"], curve.r, curve["response_class"], acting)
     found: NDArray[np.float64] = scale * ratios / STANDARD_GRAVITY
     return found
 

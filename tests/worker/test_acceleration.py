@@ -10,7 +10,7 @@ from tests.oracles import compliant_wall, dwelling
 from tests.reference.simulator import simulate as reference
 from tests.reference.state import State as Place
 
-from damperlab.studies.answers.largest_acceleration import accelerations
+from damperlab.studies.answers.largest_acceleration import Acting, accelerations
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import ResponseClass, Status
@@ -274,9 +274,9 @@ def test_the_largest_acceleration_is_that_where_the_structure_turns() -> None:
         settings = Settings(4000, 0.5, 1e-2, True, True)
         found, _ = settle(zeta, r, gamma, particle, settings, at_rest(r, gamma, particle))
         if found.response_class != ResponseClass.LOCKED:
-            told = accelerations(
-                np.array(found.relative_amplitude_ratio), gamma, np.array(r), np.array(False)
-            )
+            acting = Acting(zeta, gamma, particle.mass_ratio)
+            found_v, kind = np.array(found.relative_amplitude_ratio), np.array(int(found.response_class))
+            told = accelerations(found_v, np.array(r), kind, acting)
             shares.append(found.acceleration_ratio / told)
     off = np.abs(np.array(shares) - 1.0)
     assert len(off) >= 40

@@ -234,9 +234,9 @@ def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
 @kernel
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
     """Whether a particle moves that has met no wall in the cycles of a mean: the mean then misses the impact to
-    come.
+    come. With friction of its own it drifts ever more slowly; where it meets no wall, the motion repeats in the end.
     """
-    if scene.particle is not None and not rubs(scene.particle):
+    if scene.particle is not None:
         before, after = (
             notes.trace[2 * mean.first, IMPACTS_SO_FAR],
             notes.trace[2 * mean.last, IMPACTS_SO_FAR],

@@ -102,6 +102,16 @@ def test_a_mass_creeps_to_where_friction_holds_it_against_a_particle_that_rubs(
     assert ways[0] / ways[1] == pytest.approx(4.0, rel=0.05)
 
 
+def test_a_particle_that_drifts_to_its_first_wall_is_waited_for() -> None:
+    """Its friction slows it by 4κ/r² a cycle, so the peaks are steady long before it strikes, or repeats."""
+    particle = Particle(1.5642633806133657, 0.9369338456676992, 0.0365418, None, None, 2.59e-4, None)
+    found = simulate(Design(0.31586941, 0.70575194, 0.507672, particle)).metrics
+    assert found["impacts_per_cycle"] == pytest.approx(2.0)
+    assert found["amplitude_ratio"] == pytest.approx(0.97724, rel=1e-3)
+    slower = Particle(5.630396842342817, 0.3637796473777184, 0.1988463, None, None, 2.887e-5, None)
+    assert simulate(Design(0.15653894, 1.01967702, 0.0, slower)).metrics["status"] == Status.MAX_CYCLES
+
+
 @pytest.mark.night
 @pytest.mark.parametrize("damping", [0.0038, 0.2])
 def test_what_is_measured_of_a_run_that_does_not_repeat_leaves_the_start_out(damping: float) -> None:
