@@ -245,7 +245,9 @@ def test_the_acceleration_of_the_best_damper_is_the_largest_over_all_base_amplit
     ranked = worst_case_designs(cube, exclude_locked=True)
     best = cube.sel({name: ranked[name].values[0] for name in ("clearance_m", "friction_force_n")})
     damped = np.hypot(1.0, 2.0 * best["damping_ratio"] * best["frequency_ratio"])
-    forced = best["relative_amplitude_m"] * damped * (2 * np.pi * HERTZ) ** 2 + best["friction_force_n"] / MASS
+    forced = (
+        best["relative_amplitude_m"] * damped * (2 * np.pi * HERTZ) ** 2 + best["friction_force_n"] / MASS
+    )
     held = base_of(best) * (2 * np.pi * HERTZ * best["frequency_ratio"]) ** 2
     largest = xr.where(best["response_class"] == ResponseClass.LOCKED, held, forced).max()
     assert ranked.attrs["acceleration_g"] == pytest.approx(float(largest) / 9.80665)
