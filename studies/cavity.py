@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from damperlab.studies.physical import DERIVATIONS
 from damperlab.studies.quantity import OF_CAVITY
-from damperlab.studies.variables import BEFORE, MADE_BY
+from damperlab.studies.variables import BEFORE, GRAVITY, MADE_BY, PARTICLE_FRICTION
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,20 @@ class Cavity:
         return tuple(float(DERIVATIONS[name].values(of)[0]) for name in BEFORE)
 
 
+_ASSUMED = {GRAVITY: "lying", PARTICLE_FRICTION: "frictionless"}
 LEVEL = Cavity()
 """The default: level, and without friction."""
+
+
+def left_open(definition: Mapping[str, Any]) -> list[str]:
+    """Describe in words what a definition assumes of the cavity: what it gives as no ratio, axis or quantity."""
+    given = {**definition, **(definition.get("axes") or {})}
+    physical = definition.get("physical") or {}
+    return [
+        words
+        for name, words in _ASSUMED.items()
+        if given.get(name) is None and physical.get(MADE_BY[name]) is None
+    ]
 
 
 def cavity_of(values: Mapping[str, float | None]) -> Cavity:

@@ -1,6 +1,6 @@
 """The interpretation of a study, in sentences: assumptions, derived ratios, unusual values."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
 from damperlab.studies.axes import AxisSpec
+from damperlab.studies.cavity import left_open
 from damperlab.studies.definition import Study
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.physical import derivations
 from damperlab.studies.quantity import PARTICLE_FRICTION
 from damperlab.studies.specification.specification import Specification
-from damperlab.studies.variables import BEFORE, DIMENSION_NAMES, GRAVITY, SYMBOLS
-from damperlab.studies.variables import PARTICLE_FRICTION as PARTICLE_FRICTION_RATIO
+from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
 
 FEW, MANY = 0.1, 100.0
@@ -25,8 +25,6 @@ ROUGH = 2.0
 """Coefficient of sliding friction above that of every dry pair of materials."""
 VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
 """Acceleration of a base [m/s²] above which a unit is probably wrong: 0.3 m instead of 0.3 mm at 8 Hz is 77 g."""
-
-_UNSTATED = {GRAVITY: "a level cavity", PARTICLE_FRICTION_RATIO: "a frictionless particle"}
 
 Ends = tuple[float, float]
 
@@ -49,8 +47,8 @@ def understood(study: AnyStudy) -> list[str]:
         return []
     found = []
     made = ratios(study)
-    stated = study.coordinates if study.particle and made else BEFORE
-    if taken := assumed({name: DEFAULTS[name] for name in study.assumed}, stated):
+    cavity = left_open(study.document()) if study.particle and made else []
+    if taken := assumed({name: DEFAULTS[name] for name in study.assumed}, cavity):
         found.append(taken)
     if made:
         found.append(f"In ratios: {', '.join(_spelled(name, ends) for name, ends in made.items())}.")
@@ -136,15 +134,15 @@ def _rough(coefficient: float) -> list[str]:
     return [f"The particle rubs with μ_i = {coefficient:g} or more: check `particle_friction_coefficient`."]
 
 
-def assumed(values: Mapping[str, float], stated: Container[str]) -> str:
+def assumed(values: Mapping[str, float], cavity: Sequence[str]) -> str:
     """Name what was not given, and what was assumed for it.
 
     Parameters
     ----------
     values : mapping of float
         The assumed numbers, by name.
-    stated : container of str
-        Those of `BEFORE` that were given; all of them if there is no particle.
+    cavity : sequence of str
+        Of `cavity.left_open`; empty without a particle.
 
     Returns
     -------
@@ -152,7 +150,8 @@ def assumed(values: Mapping[str, float], stated: Container[str]) -> str:
         One sentence; empty where nothing was assumed.
     """
     names = [f"{DIMENSION_NAMES[name]} {_spelled(name, (value,) * 2)}" for name, value in values.items()]
-    names += [words for name, words in _UNSTATED.items() if name not in stated]
+    if cavity:
+        names.append(f"a {', '.join(cavity)} cavity")
     return f"Not given, and assumed: {', '.join(names)}." if names else ""
 
 

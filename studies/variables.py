@@ -48,27 +48,37 @@ class Status(IntEnum):
     BLOCK_FAILED = 5
 
     @property
+    def outcome(self) -> str:
+        """What happened, in one sentence."""
+        return _OUTCOMES[self]
+
+    @property
     def sentence(self) -> str:
         """The outcome and, if possible, a remedy."""
-        return _STATUS_SENTENCES[self]
+        return " ".join(filter(None, (self.outcome, _REMEDIES.get(self))))
 
 
-_STATUS_SENTENCES = {
+_OUTCOMES = {
     Status.NOT_COMPUTED: "This point has not been computed yet.",
     Status.CONVERGED: "The steady response was found: it repeats, or else its mean is known to within `steady.tolerance`.",
     Status.MAX_CYCLES: (
         "The run reached its limit on cycles or events before the mean was known to `steady.tolerance`; values are given "
-        "with their standard error. It falls as 1/√cycles: half the error takes four times `steady.max_cycles`. Where the "
-        "error is within `steady.tolerance`, a stable orbit lies beside the response, which may be a transient that ends "
-        "there. Under a force that friction withstands, the particle had not slowed down enough to leave the mass where it is."
+        "with their standard error."
     ),
     Status.TOO_MANY_EVENTS: "The limit on events was reached: impacts or steps follow each other too fast to resolve.",
     Status.UNBOUNDED: (
-        "The response grew to the end of the run, and nothing shows a bound: at resonance there is no damping, or hardly any. "
-        "Where there is some, more `steady.max_cycles` may find the bound."
+        "The response grew to the end of the run, and nothing shows a bound: at resonance there is no damping, or hardly any."
     ),
     Status.NO_PROGRESS: "Events repeated without time moving on.",
     Status.BLOCK_FAILED: "The block that held this point failed in its worker; the study's record has the reason.",
+}
+_REMEDIES = {
+    Status.MAX_CYCLES: (
+        "It falls as 1/√cycles: half the error takes four times `steady.max_cycles`. Where the "
+        "error is within `steady.tolerance`, a stable orbit lies beside the response, which may be a transient that ends "
+        "there. Under a force that friction withstands, the particle had not slowed down enough to leave the mass where it is."
+    ),
+    Status.UNBOUNDED: "Where there is some, more `steady.max_cycles` may find the bound.",
 }
 
 

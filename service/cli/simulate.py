@@ -28,7 +28,7 @@ from damperlab.studies.faults import counted
 from damperlab.studies.field import given, option_of
 from damperlab.studies.quantity import QUANTITY_OF
 from damperlab.studies.questions import Simulated
-from damperlab.studies.variables import BEFORE, DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES
+from damperlab.studies.variables import BEFORE, DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, Status
 from damperlab.studies.vocabulary import DESIGN_POINT, OF_PARTICLE
 
 if TYPE_CHECKING:
@@ -102,9 +102,10 @@ def simulate(
             checked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
         checked = replace(checked, followed=as_json)  # a table needs only the state
     if not as_json:
+        from damperlab.studies.cavity import left_open
         from damperlab.studies.understood import assumed
 
-        if taken := assumed(left_out, BEFORE if no_particle else design):
+        if taken := assumed(left_out, [] if no_particle else left_open(design)):
             note(taken)
     have_ready(scenes_asked(checked, CYCLES_LIMIT))
     with working("Computing"):
@@ -151,7 +152,7 @@ def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output:
 def _print(answer: "SimulatedDocument", steady: bool, details: bool) -> None:
     """Print the response in short, with its details every metric and the state at the end."""
     metrics = answer["metrics"]
-    status = answer["status"] if details else f"{answer['status'].split('. ')[0].removesuffix('.')}."
+    status = answer["status"] if details or not steady else Status(int(metrics["status"])).outcome
     for line in lines_of(Brief(None, (status,), tuple(_rows(answer))).document()):
         say(line)
     if details or not steady:

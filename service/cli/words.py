@@ -7,10 +7,10 @@ from damperlab.service.cli.output import number
 from damperlab.studies.brief import Brief
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.rounding import ROUNDING_WORD, is_rounding, value_of_error
-from damperlab.studies.variables import BEFORE, VARIABLES, Status
+from damperlab.studies.variables import VARIABLES, Status
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Mapping, Sequence
 
     import xarray as xr
     from numpy.typing import NDArray
@@ -138,9 +138,11 @@ def _class_shares(
     )
 
 
-def response_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Brief:
+def response_brief(
+    answer: "xr.Dataset", metric: str, phrases: "Phrases", cavity: "Sequence[str]" = ()
+) -> Brief:
     """Say where a curve is smallest and largest, and where that of a second study differs; for classes, how often
-    each occurs.
+    each occurs. `cavity` is what the study assumes of it.
     """
     import numpy as np
 
@@ -167,17 +169,12 @@ def response_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Bri
     largest, least = int(np.nanargmax(values)), int(np.nanargmin(values))
     first = f"{what}: largest {told(largest)}; least {told(least)}."
     second = _difference(answer, metric, phrases) if "differs" in answer else str(words_of(answer)["note"])
-    return Brief(None, (first, second, unknown), _acceleration(answer), following)
+    rows: tuple[tuple[str, str, str], ...] = ()
+    if "acceleration_g" in answer.attrs:
+        from damperlab.studies.answers.largest_acceleration import acceleration_row
 
-
-def _acceleration(answer: "xr.Dataset") -> tuple[tuple[str, str, str], ...]:
-    """Give the row of the structure's largest acceleration along a curve, if that is known."""
-    if "acceleration_g" not in answer.attrs:
-        return ()
-    from damperlab.studies.answers.largest_acceleration import acceleration_row
-
-    assumed = bool(answer["mass_ratio"] > 0) and not any(name in answer.coords for name in BEFORE)
-    return (acceleration_row(answer.attrs["acceleration_g"], assumed),)
+        rows = (acceleration_row(answer.attrs["acceleration_g"], cavity),)
+    return Brief(None, (first, second, unknown), rows, following)
 
 
 def _difference(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> str:

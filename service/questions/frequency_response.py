@@ -53,12 +53,15 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, selection: Followe
     from damperlab.service.cli import words
     from damperlab.service.cli.store import label
     from damperlab.studies.answers.phrases import Phrases
+    from damperlab.studies.cavity import left_open
 
     metric = metric_of(found)
     phrases = Phrases.of(study.cube).as_named(selection.metric)
+    acts = study.record.definition.get("particle") and bool(found["mass_ratio"] > 0)
+    cavity = left_open(study.record.definition) if acts else []
     meant = {"other": metric, "other_amplitude_error": "amplitude_error"}
     return Words(
-        words.response_brief(found, metric, phrases).document(),
+        words.response_brief(found, metric, phrases, cavity).document(),
         [words.slice_sentence(found, metric, label(study.record), phrases)],
         words.rows_table(found, phrases, meant) if details else None,
         (words.completeness_sentence(found),),

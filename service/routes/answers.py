@@ -55,7 +55,7 @@ ThePromise = Annotated[Promise, Depends(_promise)]
     summary="Fetch a deferred answer",
 )
 async def fetch(promise: ThePromise) -> Response:
-    """Give the answer to the request, whatever its status; 202 while it is computed.
+    """Give the answer to the request with its status; 202 while it is computed.
 
     A request is deferred if it asks for it (`Prefer: respond-async, wait=5`) and takes longer than it waits. The
     answer is kept for ten minutes, for the caller who requested it.

@@ -1,4 +1,4 @@
-"""The web page and its files. All its parts come from this service, and the browser is told to enforce this."""
+"""The web page and its files. A header tells the browser to load nothing from elsewhere."""
 
 from fastapi import APIRouter
 from starlette.exceptions import HTTPException

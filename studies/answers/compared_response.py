@@ -30,7 +30,7 @@ OWN_ERRORS = {
 }
 """The variable that holds the error of a quantity."""
 ROUNDING = 1e-6
-"""Relative difference below which two values count as one response, whatever their errors."""
+"""Relative difference below which two values count as one response. Errors play no part."""
 
 
 def compared_response(

@@ -27,7 +27,7 @@ ALIKE = 1e-9
 COMPARED = 2000
 """Most designs in one probability; those with the highest limits are left out first."""
 CLEARLY = 0.02
-"""Share by which another kind of damper must be better before it is recommended."""
+"""Another kind of damper is recommended only if it is better by this share."""
 
 
 def clearly_less(value: float, other: float) -> bool:

@@ -1,7 +1,7 @@
 """A curve: one metric over the frequency ratio at one design."""
 
 from dataclasses import replace
-from math import isfinite
+from math import isfinite, nan
 from typing import Any
 
 import xarray as xr
@@ -48,7 +48,7 @@ def frequency_response(
     Dataset
         Dimension frequency_ratio. The metric, with `amplitude_error`, `response_class` and `status` if the cube has
         them. Scalar coordinates and attributes as in `resonance_map`; and `acceleration_g`, the largest acceleration
-        of the structure over the frequencies [g], if it is known.
+        of the structure over the frequencies [g], with the main result if it is known.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def frequency_response(
             words += " Only one frequency was computed, so the curve is one point."
         return {"note": words}
 
-    felt = acceleration_g(cube, index)
+    felt = acceleration_g(cube, index) if metric == main_metric(cube) else nan
     return xr.Dataset(
         {name: ((FREQUENCY,), array, dict(cube[name].attrs)) for name, array in values.items()},
         {FREQUENCY: cube[FREQUENCY], **scalars(cube, index)},

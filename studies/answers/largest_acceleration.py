@@ -7,7 +7,7 @@ amplitude V. A particle with friction accelerates by κ at the most; sliding, it
 it with measured accelerations of random responses.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import nan, pi
 from typing import Any, NamedTuple
 
@@ -130,17 +130,17 @@ def _unit(cube: xr.Dataset) -> xr.DataArray | float:
     return factors.get(_MEASURED, nan)
 
 
-def acceleration_row(g: float, assumed: bool, more: str = "") -> tuple[str, str, str]:
+def acceleration_row(g: float, cavity: Sequence[str] = (), more: str = "") -> tuple[str, str, str]:
     """Spell the largest acceleration of the structure as a row.
 
     Parameters
     ----------
     g : float
         The acceleration in g.
-    assumed : bool
-        Whether the study has a particle but neither its friction nor a tilt.
+    cavity : sequence of str
+        Assumptions on the cavity, of `cavity.left_open`; empty without an acting particle.
     more : str
-        What follows where that is assumed.
+        Further words if there are assumptions.
     """
-    what = "largest of the structure"
-    return "acceleration", f"{g:.2g} g", f"{what}; assumed lying, frictionless{more}" if assumed else what
+    assumed = f"; assumed {', '.join(cavity)}{more}" if cavity else ""
+    return "acceleration", f"{g:.2g} g", f"largest of the structure{assumed}"

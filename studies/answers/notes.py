@@ -94,9 +94,13 @@ def friction_row(note: Note) -> tuple[str, str, str]:
     """Write the largest friction of its particle at which a design keeps its value, as a row of a short answer."""
     up_to, fails = note.values["up_to"], note.values["fails"]
     if not up_to:
-        return "friction", f"below μ_i = {fails:g}", "from there on more than a tenth is lost"
-    beyond = "" if fails is None else f"; at {fails:g} more is"
-    return "friction", f"up to μ_i = {up_to:g}", f"at most a tenth is lost{beyond}"
+        return (
+            "particle friction",
+            f"below μ_i = {fails:g}",
+            "from there on the value rises by more than a tenth",
+        )
+    beyond = "" if fails is None else f", at {fails:g} by more"
+    return "particle friction", f"up to μ_i = {up_to:g}", f"the value rises by at most a tenth{beyond}"
 
 
 def advised_axis(known: Values, phrases: Phrases) -> str:

@@ -200,7 +200,7 @@ def _described(cube: xr.Dataset, question: DesignQuestion, found: Found) -> xr.D
 
 
 def _folded(found: Found) -> Found:
-    """Fold neighbours in the ranking that have one response without impacts, whatever their inactive parameters."""
+    """Fold neighbours in the ranking that have one response without impacts. Parameters that do not act may differ."""
     idle = (found["response_class"] >= ResponseClass.LINEAR) & (found["impact_share"] == 0)
     value, kind = found["value"], found["response_class"]
     again = np.zeros(value.size, bool)

@@ -12,7 +12,7 @@ import xarray as xr
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import axes_within
-from damperlab.studies.answers.excited import amplitude_called
+from damperlab.studies.answers.excited import amplitude_called, definition_of
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.largest_acceleration import acceleration_g, acceleration_row
@@ -28,12 +28,13 @@ from damperlab.studies.answers.selection import (
 )
 from damperlab.studies.answers.slab import Slab, slabs_of
 from damperlab.studies.brief import PLACES, Brief, Damper, Note, damper_of, listed, notes_document
+from damperlab.studies.cavity import left_open
 from damperlab.studies.faults import counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.questions import Listed
-from damperlab.studies.variables import BEFORE, ResponseClass, Status
+from damperlab.studies.variables import ResponseClass, Status
 
 _MET = {"frequency_ratio": "frequencies", "damping_ratio": "damping ratios of the structure"}
 _LEFT_OUT = {
@@ -169,7 +170,7 @@ def worst_case_designs(
     attributes["note"] = _note(cube.isel(counting), metric, tally, ranked)
     ends: dict[str, list[Any]] = {}
     if ranked:
-        # along the complete axis, whatever the range
+        # along the complete axis, also outside the range
         ends = ends_of_damper(cube, metric, counting, {name: int(best[name][0]) for name in damper})
         if kind_of(cube.sizes) is AMPLITUDES:
             most = acceleration_g(cube, {**counting, **{name: int(best[name][0]) for name in damper}})
@@ -243,8 +244,8 @@ def _brief(
     kind = _kind(answer)
     rows = [(PLACES[rank], *spelled(rank)[:2]) for rank in range(1, min(answer.sizes["rank"], len(PLACES)))]
     if "acceleration_g" in answer.attrs:
-        assumed = kind in ("hybrid", "particle_alone") and not any(name in cube.coords for name in BEFORE)
-        rows.append(acceleration_row(answer.attrs["acceleration_g"], assumed))
+        cavity = left_open(definition_of(cube)) if kind in ("hybrid", "particle_alone") else []
+        rows.append(acceleration_row(answer.attrs["acceleration_g"], cavity))
     return Brief(kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases))
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, clearly_less, contend
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
-from damperlab.studies.answers.excited import excitation_of, name_of
+from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_g, acceleration_row
@@ -28,9 +28,10 @@ from damperlab.studies.brief import (
     listed,
     notes_document,
 )
+from damperlab.studies.cavity import left_open
 from damperlab.studies.tmd.transfer import highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
-from damperlab.studies.variables import BEFORE, ResponseClass, Status, dimensions_of
+from damperlab.studies.variables import ResponseClass, Status, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 UNRESOLVED = 0.03
@@ -150,7 +151,7 @@ class _Known:
     tuned, bare : float
         The peaks with a tuned mass damper of the same mass, and without any; NaN if they are not judged.
     acceleration_g : float
-        The largest of the structure with the recommended design, in g; NaN if unknown.
+        The largest acceleration of the structure with the recommended design, in g; NaN if unknown.
     notes : list of Note
         The notes as data, in ratios.
     """
@@ -301,7 +302,7 @@ class _Known:
         return own, f"No particle needed: friction alone does best, {value} at {design}."
 
     def _breaks(self, phrases: Phrases) -> str:
-        """State the loss of one grid step from the recommended design, and whether it lies at the end of a range."""
+        """Name the parameters of which one grid step is a loss, and those at the end of their range."""
         rugged = [phrases.symbol(entry["dimension"]) for entry in self.lead_flat if entry["worse"]]
         ends = [phrases.symbol(name) for name in _ends(self.cube, self.lead_flat)]
         parts = [f"one grid step in {listed(rugged)} costs more than 10 %"] if rugged else []
@@ -324,9 +325,9 @@ class _Known:
         """State the acceleration of the structure, and the assumptions if the study has no friction of the particle."""
         if not math.isfinite(self.acceleration_g):
             return []
-        assumed = self.lead["impact_share"] > 0 and not any(name in self.cube.coords for name in BEFORE)
+        cavity = left_open(definition_of(self.cube)) if self.lead["impact_share"] > 0 else []
         more = "; `damperlab refine` says up to which μ_i the damper holds"
-        return [acceleration_row(self.acceleration_g, assumed, more)]
+        return [acceleration_row(self.acceleration_g, cavity, more)]
 
     def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
         if self.lead is self.best:

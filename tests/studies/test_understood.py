@@ -27,10 +27,12 @@ def said(physical: dict[str, Any], **more: Any) -> str:
 def test_what_was_left_out_is_said_with_the_value_that_it_has() -> None:
     assert said(FRAME).splitlines()[0] == (
         "Not given, and assumed: structural damping ratio ζ = 0.0038, coefficient of restitution e = 0.47, "
-        "a level cavity, a frictionless particle."
+        "a lying, frictionless cavity."
     )
-    assert "level" not in said(FRAME | {"tilt_deg": 90})
-    assert "frictionless" not in said(FRAME | {"particle_friction_coefficient": 0.1})
+    assert "a frictionless cavity" in said(FRAME | {"tilt_deg": 90})
+    rubbing = FRAME | {"particle_friction_coefficient": 0.1}
+    assert "a lying cavity" in said(rubbing)
+    assert "a lying cavity" in said(rubbing | {"base_amplitude_m": [4e-5, 8e-5]})
     ratio = parse_study({"axes": {"frequency_ratio": 1, "clearance_ratio": 3, "friction_ratio": 0.1}})
     (line,) = understood(ratio)
     assert "ζ = 0.0038" in line

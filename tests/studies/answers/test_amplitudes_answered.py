@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -251,7 +252,14 @@ def test_the_acceleration_of_the_best_damper_is_the_largest_over_all_base_amplit
     held = base_of(best) * (2 * np.pi * HERTZ * best["frequency_ratio"]) ** 2
     largest = xr.where(best["response_class"] == ResponseClass.LOCKED, held, forced).max()
     assert ranked.attrs["acceleration_g"] == pytest.approx(float(largest) / 9.80665)
-    assert "acceleration" in {row[0] for row in ranked.attrs["brief"]["rows"]}
+    (row,) = (row for row in ranked.attrs["brief"]["rows"] if row[0] == "acceleration")
+    assert row[2].endswith("assumed lying, frictionless")
+    definition = json.loads(cube.attrs["study"])
+    definition["physical"]["particle_friction_coefficient"] = 0.1
+    rubbing = worst_case_designs(cube.assign_attrs(study=json.dumps(definition)), exclude_locked=True)
+    assert rubbing.attrs["acceleration_g"] < ranked.attrs["acceleration_g"]
+    (row,) = (row for row in rubbing.attrs["brief"]["rows"] if row[0] == "acceleration")
+    assert row[2].endswith("assumed lying")
     damper = {name: float(best[name]) for name in ("clearance_m", "friction_force_n")}
     curves = [frequency_response(cube, Selection(at=damper | {"base_amplitude_m": z})) for z in Z]
     assert max(curve.attrs["acceleration_g"] for curve in curves) == ranked.attrs["acceleration_g"]
