@@ -40,6 +40,7 @@ COORDINATE_NAMES = {
     "particle_mass_kg": "mass of the particle m",
     "frequency_hz": "excitation frequency",
     "particle_friction_coefficient": "friction coefficient of the particle μ_i",
+    "tilt_deg": "tilt of the cavity α",
 }
 COORDINATE_SOURCES = {
     "clearance_m": "clearance_ratio",
@@ -47,6 +48,7 @@ COORDINATE_SOURCES = {
     "particle_mass_kg": "mass_ratio",
     "frequency_hz": "frequency_ratio",
     "particle_friction_coefficient": "particle_friction_ratio",
+    "tilt_deg": "gravity_ratio",
 }
 """The ratio that corresponds to each coordinate in units."""
 ALIASES = {"excitation_frequency_hz": "frequency_hz"}

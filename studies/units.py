@@ -25,7 +25,7 @@ from damperlab.studies.unit_names import (
 )
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, GRAVITY, MADE_BY, PARTICLE_FRICTION
 
-COEFFICIENT = DERIVATIONS[PARTICLE_FRICTION].source
+COEFFICIENT, TILT = (DERIVATIONS[name].source for name in (PARTICLE_FRICTION, GRAVITY))
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
 """The factors; each must be a number, not an axis."""
 
@@ -249,6 +249,7 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
             "1",
             COORDINATE_NAMES[COEFFICIENT],
         ),
+        InUnits(TILT, GRAVITY, _degrees(physical, acceleration), "degree", COORDINATE_NAMES[TILT]),
         *(InUnits(name, source, amplitude, "m", RESULT_NAMES[name]) for source, name in AMPLITUDES.items()),
         *(
             InUnits(name, source, acceleration, "m s-2", RESULT_NAMES[name])
@@ -264,8 +265,13 @@ def _on_floor(physical: Mapping[str, Any]) -> float:
     """Give the share of its weight that presses a particle on the floor of its cavity; NaN if there is none, or an
     axis.
     """
-    tilt = MADE_BY[GRAVITY]
-    return float(lying({tilt: np.array(_number(physical, tilt))})) or math.nan if tilt in physical else 1.0
+    return float(lying({TILT: np.array(_number(physical, TILT))})) or math.nan if TILT in physical else 1.0
+
+
+def _degrees(physical: Mapping[str, Any], acceleration: float) -> float:
+    """Give the tilt over its gravity ratio; NaN for several tilts, which are not proportional to their ratios."""
+    tilt = _number(physical, TILT)
+    return acceleration / STANDARD_GRAVITY * (tilt / math.sin(math.radians(tilt)) if tilt else 1.0)
 
 
 def _physical(cube: xr.Dataset) -> Mapping[str, Any]:

@@ -16,8 +16,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE
-from damperlab.studies.answers.design_question import FREQUENCY
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of
+from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.cavity import cavity_of
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import OF_CAVITY
@@ -26,6 +27,8 @@ from damperlab.studies.variables import PARTICLE_FRICTION, ResponseClass
 
 _MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 Floats = NDArray[np.float64]
+LARGEST = "largest of the structure"
+"""Description of an acceleration of the structure with the recommended damper."""
 
 
 class Acting(NamedTuple):
@@ -108,6 +111,14 @@ def acceleration_g(cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]]
     return float((ratios * _unit(there)).max()) / STANDARD_GRAVITY
 
 
+def acceleration_of(design: Mapping[str, Any], question: DesignQuestion, cube: xr.Dataset) -> float:
+    """Give `acceleration_g` of a design on a cube's grid, over the frequencies that count."""
+    place = {name: nearest_place(cube[name].values, float(design[name])) for name in question.design}
+    own = cube[FREQUENCY].values
+    counted = np.flatnonzero((own >= question.frequencies[0]) & (own <= question.frequencies[-1]))
+    return acceleration_g(cube, {**place, FREQUENCY: counted})
+
+
 def _particle_friction(cube: xr.Dataset) -> xr.DataArray:
     """Give κ; 0 without friction of the particle."""
     if PARTICLE_FRICTION in cube.coords:
@@ -130,7 +141,9 @@ def _unit(cube: xr.Dataset) -> xr.DataArray | float:
     return factors.get(_MEASURED, nan)
 
 
-def acceleration_row(g: float, cavity: Sequence[str] = (), more: str = "") -> tuple[str, str, str]:
+def acceleration_row(
+    g: float, cavity: Sequence[str] = (), more: str = "", whose: str = LARGEST
+) -> tuple[str, str, str]:
     """Spell the largest acceleration of the structure as a row.
 
     Parameters
@@ -141,6 +154,8 @@ def acceleration_row(g: float, cavity: Sequence[str] = (), more: str = "") -> tu
         Assumptions on the cavity, of `cavity.left_open`; empty without an acting particle.
     more : str
         Further words if there are assumptions.
+    whose : str
+        What is accelerated, and with which damper.
     """
     assumed = f"; assumed {', '.join(cavity)}{more}" if cavity else ""
-    return "acceleration", f"{g:.2g} g", f"largest of the structure{assumed}"
+    return "acceleration", f"{g:.2g} g", f"{whose}{assumed}"

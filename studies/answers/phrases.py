@@ -26,7 +26,7 @@ from damperlab.studies.unit_names import (
     with_what_it_is_over,
 )
 from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
-from damperlab.studies.variables import DIMENSION_NAMES, PARTICLE_FRICTION, SYMBOLS, VARIABLES
+from damperlab.studies.variables import DIMENSION_NAMES, GRAVITY, PARTICLE_FRICTION, SYMBOLS, VARIABLES
 
 AMPLITUDE = "amplitude_ratio"
 FREQUENCY = "frequency_ratio"
@@ -48,6 +48,7 @@ PRINTED: dict[str, Printed] = {
     "mass_ratio": Printed("m", "mass of the particle m", "kg", 1.0),
     FREQUENCY: Printed("f", "excitation frequency f", "Hz", 1.0),
     PARTICLE_FRICTION: Printed("μ_i", "friction coefficient of the particle μ_i", "", 1.0),
+    GRAVITY: Printed("α", "tilt of the cavity α", "°", 1.0),
     "impact_speed_max": Printed("v", "largest impact speed", "m/s", 1.0),
     "dissipation_per_cycle": Printed("ΔE", "energy dissipated per cycle", "J", 1.0),
     **{name: Printed("X", "amplitude X", "mm", 1e3) for name in AMPLITUDES},
@@ -68,6 +69,7 @@ PRINTED_OF_SI: dict[str, Printed] = {
     BASE_AMPLITUDE: Printed("Z", "base amplitude Z", "mm", 1e3),
     "particle_mass_kg": PRINTED["mass_ratio"],
     "particle_friction_coefficient": PRINTED[PARTICLE_FRICTION],
+    "tilt_deg": PRINTED[GRAVITY],
     "frequency_hz": PRINTED[FREQUENCY],
     **{name: PRINTED[source] for source, name in (AMPLITUDES | ACCELERATIONS).items()},
     SPEED: PRINTED["impact_speed_max"],
@@ -150,8 +152,9 @@ class Phrases:
         return _PRINTED[name].label if self._has(name) else TERMS.get(name, name)
 
     def unit(self, name: str) -> str:
-        """Give the unit with a leading space; empty for a ratio."""
-        return f" {_PRINTED[name].unit}".rstrip() if self._has(name) else ""
+        """Give the unit with a leading space, which degrees do not have; empty for a ratio."""
+        unit = _PRINTED[name].unit if self._has(name) else ""
+        return unit if unit == "°" else f" {unit}".rstrip()
 
     def column(self, name: str, quantity: str = "") -> str:
         """Name a column of a table, with its unit in brackets; `quantity` is the quantity for an answer's own name."""

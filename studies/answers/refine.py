@@ -23,6 +23,7 @@ from damperlab.studies.answers.follow_up import (
     spent_on,
 )
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
+from damperlab.studies.answers.largest_acceleration import acceleration_of, acceleration_row
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import friction_row, sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
@@ -32,6 +33,7 @@ from damperlab.studies.answers.query_fault import NONE_QUALIFIES, check_question
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import is_clamped
 from damperlab.studies.brief import Brief, Note, command, listed
+from damperlab.studies.cavity import left_open
 from damperlab.studies.definition import Study
 from damperlab.studies.field import At
 from damperlab.studies.questions import Judging, Search, Step
@@ -108,6 +110,10 @@ def refine_optimum(
     clamped = is_clamped({name: best[name].values[0] for name in ("value", "locked_share", "impact_share")})
     hidden = hidden_peaks(parent, asked, best, homes=cubes)
     short = _brief(study, parent, found, steps, int(spent["points"]), clamped, bool(hidden))
+    g = acceleration_of(found, asked, cubes[str(best["study"].values[0])])
+    if math.isfinite(g):
+        cavity = left_open(study.document()) if best["impact_share"].values[0] > 0.0 else []
+        short = replace(short, rows=(acceleration_row(g, cavity),))
     answer = Refinement((), False, found, steps, spent=spent, brief=short)
     notes = [
         *hidden,
@@ -156,7 +162,7 @@ def _with_friction(
     for cube in cubes:
         if all(np.array_equal(cube[name], axis) for name, axis in axes):
             note = note_of(cube, judging, answer.found["value"])
-            brief = answer.brief and replace(answer.brief, rows=(friction_row(note),))
+            brief = answer.brief and replace(answer.brief, rows=(*answer.brief.rows, friction_row(note)))
             return replace(answer, notes=(*answer.notes, note), brief=brief)
     return replace(answer, studies=(rubbing,), points=rubbing.points)
 

@@ -13,7 +13,7 @@ from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQ
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
-from damperlab.studies.answers.largest_acceleration import acceleration_g, acceleration_row
+from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_of, acceleration_row
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
@@ -194,7 +194,7 @@ class _Known:
         tuned_peak, bare = _beside(cube, question, lead)
         peaks = hidden_peaks(cube, question, ranked, active, homes)
         complete = float(ranked.attrs.get("complete", 1.0))
-        most = _acceleration_g(homes[str(lead["study"])] if homes else cube, question, lead)
+        most = acceleration_of(lead, question, homes[str(lead["study"])] if homes else cube)
         known = cls(
             cube, question, peaks, best, lead, beside, flat, lead_flat, tuned_peak, bare, most, complete, []
         )
@@ -319,15 +319,16 @@ class _Known:
             rows.append(("tuned mass damper", phrases.value(METRIC, self.tuned, ".3g"), mass))
         if not math.isnan(self.bare):
             rows.append(("without damper", phrases.value(METRIC, self.bare, ".3g"), ""))
-        return rows + (self._acceleration() if damper != "tuned_mass_damper" else [])
+        whose = "with the study's damper" if damper == "tuned_mass_damper" else LARGEST
+        return rows + self._acceleration(whose)
 
-    def _acceleration(self) -> list[tuple[str, str, str]]:
+    def _acceleration(self, whose: str = LARGEST) -> list[tuple[str, str, str]]:
         """State the acceleration of the structure, and the assumptions if the study has no friction of the particle."""
         if not math.isfinite(self.acceleration_g):
             return []
         cavity = left_open(definition_of(self.cube)) if self.lead["impact_share"] > 0 else []
-        more = "; `damperlab refine` says up to which μ_i the damper holds"
-        return [acceleration_row(self.acceleration_g, cavity, more)]
+        more = "; `damperlab refine` says up to which μ_i the damper holds" if whose == LARGEST else ""
+        return [acceleration_row(self.acceleration_g, cavity, more, whose)]
 
     def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
         if self.lead is self.best:
@@ -412,13 +413,6 @@ def _beside(cube: xr.Dataset, question: DesignQuestion, lead: Row) -> tuple[floa
     return highest(
         tuned("minimax", mass, zeta, excitation), zeta, excitation, (float(r[0]), float(r[-1]))
     ).value, bare
-
-
-def _acceleration_g(cube: xr.Dataset, question: DesignQuestion, lead: Row) -> float:
-    place = {name: nearest_place(cube[name].values, float(lead[name])) for name in question.design}
-    own = cube[FREQUENCY].values
-    counted_ones = np.flatnonzero((own >= question.frequencies[0]) & (own <= question.frequencies[-1]))
-    return acceleration_g(cube, {**place, FREQUENCY: counted_ones})
 
 
 def _cut_off(cube: xr.Dataset, question: DesignQuestion, best: Row) -> int:

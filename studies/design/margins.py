@@ -14,6 +14,8 @@ from damperlab.studies.shapes import Measured
 from damperlab.studies.specification.damper import QUANTITIES
 from damperlab.studies.specification.specification import OF_DAMPER, Specification, beside_rubbing
 
+MOVED = "each quantity moved alone"
+"""Name of the margins among the parts that the budget left out."""
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Relative changes of each quantity."""
 FEW = 3

@@ -5,14 +5,13 @@ from dataclasses import dataclass, field
 from damperlab.studies.design.alternatives import CALLED, LACKS, Alternative, alternative
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.front import OfMass, beside_particle_alone, front_of, masses_of
-from damperlab.studies.design.margins import Margin, margins_of
+from damperlab.studies.design.margins import MOVED, Margin, margins_of
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.space import Candidate
 from damperlab.studies.design.steps import Part, Step, share_out
 from damperlab.studies.specification.excitation import Amplitude
 
-MOVED = "each quantity moved alone"
 OF_MASS = "response against mass"
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.comparing import clearly_less
-from damperlab.studies.answers.largest_acceleration import Acting, accelerations
+from damperlab.studies.answers.largest_acceleration import LARGEST, Acting, acceleration_row, accelerations
 from damperlab.studies.answers.verdict import CLAMPED, HELD
 from damperlab.studies.brief import Brief, Damper, Note, damper_of
 from damperlab.studies.design.absorber import DETUNED, Beside
@@ -17,6 +17,7 @@ from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.found import Found, at_ends, locked
+from damperlab.studies.design.margins import MOVED
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (
     OVER,
@@ -319,8 +320,9 @@ def _accelerates(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]
     """State the acceleration of the structure, unless the answer is about it anyway."""
     asked, g = found.asked, acceleration_g(found)
     told = any("acceleration" in name for name in (asked.measure.name, *asked.limits))
-    if g is not None and not told and damper == kind_of(found.build):
-        yield "acceleration", f"{g:.2g} g", "largest of the structure, as drawn"
+    if g is not None and not told:
+        own = kind_of(found.build)
+        yield acceleration_row(g, whose=LARGEST if damper == own else f"with the best {CALLED[own]}")
 
 
 def acceleration_g(found: Found) -> float | None:
@@ -358,10 +360,12 @@ def _accelerations(asked: Specification, build: Build, curve: Curve) -> NDArray[
 
 
 def _with_friction(found: Found) -> str:
-    """Give the largest friction of the particle at which the damper keeps its limits; empty if that was not
+    """Give the largest friction of the particle at which the damper keeps its limits; empty if friction cannot be
     computed.
     """
     margin = found.margins.get(PARTICLE_FRICTION.name)
+    if MOVED in found.left_out:
+        return "the budget did not allow other friction"
     if margin is None or isinf(found.stated.most):
         return ""
     kept = "limits hold" if found.asked.limits_measure else "at most a tenth is lost"
