@@ -53,7 +53,8 @@ class Cavity:
         return tuple(float(DERIVATIONS[name].values(of)[0]) for name in BEFORE)
 
 
-_ASSUMED = {GRAVITY: "lying", PARTICLE_FRICTION: "frictionless"}
+FRICTIONLESS = "frictionless"
+_ASSUMED = {GRAVITY: "lying", PARTICLE_FRICTION: FRICTIONLESS}
 LEVEL = Cavity()
 """The default: level, and without friction."""
 

@@ -19,7 +19,7 @@ from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.cavity import cavity_of
+from damperlab.studies.cavity import FRICTIONLESS, cavity_of
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import OF_CAVITY
 from damperlab.studies.units import base_of, quantities_of
@@ -153,9 +153,9 @@ def acceleration_row(
     cavity : sequence of str
         Assumptions on the cavity, of `cavity.left_open`; empty without an acting particle.
     more : str
-        Further words if there are assumptions.
+        Further words if the particle is assumed frictionless.
     whose : str
         What is accelerated, and with which damper.
     """
-    assumed = f"; assumed {', '.join(cavity)}{more}" if cavity else ""
-    return "acceleration", f"{g:.2g} g", f"{whose}{assumed}"
+    assumed = f"; assumed {', '.join(cavity)}" if cavity else ""
+    return "acceleration", f"{g:.2g} g", f"{whose}{assumed}{more if FRICTIONLESS in cavity else ''}"

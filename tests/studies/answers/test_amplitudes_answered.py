@@ -253,7 +253,7 @@ def test_the_acceleration_of_the_best_damper_is_the_largest_over_all_base_amplit
     largest = xr.where(best["response_class"] == ResponseClass.LOCKED, held, forced).max()
     assert ranked.attrs["acceleration_g"] == pytest.approx(float(largest) / 9.80665)
     (row,) = (row for row in ranked.attrs["brief"]["rows"] if row[0] == "acceleration")
-    assert row[2].endswith("assumed lying, frictionless")
+    assert "assumed lying, frictionless" in row[2]
     definition = json.loads(cube.attrs["study"])
     definition["physical"]["particle_friction_coefficient"] = 0.1
     rubbing = worst_case_designs(cube.assign_attrs(study=json.dumps(definition)), exclude_locked=True)

@@ -11,9 +11,11 @@ import xarray as xr
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.quantities import with_quantities
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.selection import say
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.faults import nearest
 from damperlab.studies.questions import Judging, Selection, Tuning
@@ -226,3 +228,18 @@ def test_an_answer_holds_its_ratios_in_units_too(cube: xr.Dataset) -> None:
         assert next(iter(found.data_vars)) == next(iter(answer.data_vars))
         assert with_quantities(found, definition).identical(found)
         assert with_quantities(answer, {"axes": {}}) is answer
+
+
+@pytest.mark.parametrize("tilt", [30.0, 90.0, 0.0])
+def test_the_tilt_of_a_study_is_named_in_degrees(cube: xr.Dataset, tilt: float) -> None:
+    study = json.loads(cube.attrs["study"])
+    study["physical"]["tilt_deg"] = tilt
+    gravity = 9.80665 / ((2 * np.pi * HERTZ) ** 2 * BASE) * np.sin(np.radians(tilt))
+    tilted = cube.expand_dims(gravity_ratio=[gravity]).assign_attrs(study=json.dumps(study))
+    curve = frequency_response(tilted, Selection("amplitude_m", {"tilt_deg": tilt}))
+    assert curve["tilt_deg"].item() == pytest.approx(tilt)
+    place = dict.fromkeys(tilted.sizes, 0)
+    assert f"tilt of the cavity α = {tilt:g}°," in say(tilted, place, {}, Phrases.of(tilted))
+    study["physical"]["tilt_deg"] = [0.0, tilt]
+    several = tilted.assign_attrs(study=json.dumps(study))
+    assert "tilt_deg" not in frequency_response(several, Selection("amplitude_m")).coords

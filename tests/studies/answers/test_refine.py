@@ -95,7 +95,7 @@ def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() 
     )
     assert named(given)[1]["amplitude_ratio"].max().item() == pytest.approx(worst[len(held)], rel=1e-9)
     assert step.brief is not None
-    ((_, up_to, what),) = step.brief.rows
+    _, (_, up_to, what) = step.brief.rows
     assert f"{found['up_to']:g}" in up_to
     assert f"{found['fails']:g}" in what
     assert up_to in step.say()
