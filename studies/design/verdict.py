@@ -31,7 +31,9 @@ from damperlab.studies.design.spelling import (
 )
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import PARTICLE_FRICTION
+from damperlab.studies.ground.generated import same_process
 from damperlab.studies.specification.excitation import Amplitude
+from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled, unit_of
 from damperlab.studies.tmd.absorber import NO_DAMPER
@@ -190,6 +192,8 @@ def _notes(found: Found, damper: Damper) -> Iterator[Note]:
             "value": value,
         }
         yield Note("amplitude", "danger", values | {"exact": exact})
+    if damper == kind_of(build) and (draws := _draws(found)):
+        yield Note("draws", "caution", {"draws": draws})
     starts = found.starts
     if damper == kind_of(build) and starts is not None and starts.beyond:
         values = {"value": starts.worst, "frequencies": starts.beyond, "of": starts.frequencies}
@@ -223,10 +227,27 @@ def _said(found: Found, note: Note) -> str:
     if note.kind == "other_starts":
         where = f"at {known['frequencies']} of {known['of']} frequencies"
         return f"Beware: a disturbance can take it to {response(asked, known['value'], 3)} {where}."
+    if note.kind == "draws":
+        draws = known["draws"]
+        worst = f"the worst of {draws} random records" if draws > 1 else "the response to one random record"
+        return f"Beware: this is {worst}. A further one exceeds it with a probability of at least 1/{draws + 1}."
     if note.kind == "builds":
         kept = "keep the limits" if asked.limited_at_all else "stay within that"
         return f"Of {known['drawn']} builds drawn within the tolerances {known['passed']} {kept}."
     return ""
+
+
+def _draws(found: Found) -> int:
+    """Count the draws of the random process whose record is the worst case; 0 if that is not drawn.
+
+    The largest of n values of a continuous distribution is exceeded by a further one with probability 1/(n + 1), and by
+    more if the damper was chosen for these n.
+    """
+    under = found.stated.under
+    if not isinstance(under, Case):
+        return 0
+    recipes = {case.source.recipe for case in found.asked.cases}
+    return sum(same_process(each, under.source.recipe) for each in recipes)
 
 
 def _nearly_clamped(found: Found, build: Build) -> bool:
@@ -290,7 +311,8 @@ def _holds(found: Found, damper: Damper) -> Iterator[str]:
 
 
 def _span(asked: Specification, name: str, low: float, high: float) -> str:
-    return f"{_span_end(asked, name, low)} to {_span_end(asked, name, high)}"
+    ends = [_span_end(asked, name, each) for each in (low, high)]
+    return " to ".join(ends) if ends[0] != ends[1] else f"{ends[0]} only"
 
 
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:

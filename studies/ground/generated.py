@@ -1,5 +1,6 @@
 """Records generated from a document, by the name of the method."""
 
+import json
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -61,6 +62,14 @@ def recipe_in(document: dict[Any, Any]) -> str:
     """Give the method that a document uses to generate a record; empty if it has none, or several."""
     ways = [way for way in GENERATED if way in document]
     return ways[0] if len(ways) == 1 else ""
+
+
+def same_process(recipe: str, other: str) -> bool:
+    """Whether two recipes, of `RecordSource`, draw from one random process: they differ in their seeds alone."""
+    if not recipe or not other:
+        return False
+    (way, one), (other_way, another) = (next(iter(json.loads(each).items())) for each in (recipe, other))
+    return way in SEEDED and way == other_way and one | {"seed": 0} == another | {"seed": 0}
 
 
 def each_of(entry: object) -> tuple[list[object], list[Fault]]:
