@@ -213,6 +213,8 @@ export type Ranking = Worded & {
   objective: string;
   columns: Record<string, unknown>;
   best_with_impacts?: Ranked | null;
+  /** Whether friction clamps the structure with the best design. */
+  clamped?: boolean;
   /** The band to compute where one frequency was. */
   next_frequencies?: Frequencies | null;
 };

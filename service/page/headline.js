@@ -19,17 +19,17 @@ const FRAGMENT = 0.5;
 const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
 
 /**
- * The design that a study leads to: the best whose damper does something, where the best of all is one in
- * which it does nothing.
+ * The recommended design of a study: the best, or the best with impacts if friction clamps the structure with
+ * the best.
  *
- * @param {Pick<Ranking, "designs" | "best_with_impacts">} ranked the service's ranking
+ * @param {Pick<Ranking, "designs" | "best_with_impacts" | "clamped">} ranked the service's ranking
  * @returns {{best: Ranked | null, idle: Ranked | null}} `idle` is the best of all where that is
  *   another one; null where there is none
  */
 export function leading(ranked) {
   const first = ranked.designs[0] ?? null;
   const acting = ranked.best_with_impacts;
-  return first && acting && first.impact_share === 0
+  return first && acting && ranked.clamped
     ? { best: acting, idle: first }
     : { best: first, idle: null };
 }
@@ -86,8 +86,8 @@ export function headline({ record, selection, shown }, ranked) {
     doubts.map(({ sentence }) => quiet(prose(sentence))),
     idle &&
       quiet(
-        `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle ` +
-          "never meets a wall: these do not act as particle dampers.",
+        `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs whose friction clamps the ` +
+          "structure to its base.",
       ),
     judgedOver(record.id, shown, next),
   );

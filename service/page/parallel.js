@@ -25,6 +25,8 @@ export class ParallelPanel {
   said = el("p", { class: "quiet", role: "status" });
   /** @type {Ranked[]} */
   found = [];
+  /** Whether friction clamps the structure with the first of them. @type {boolean | undefined} */
+  clamped;
   /** @type {Axis[]} */
   axes = [];
   /** Ends of each brush, as shares of its axis. @type {Record<string, [number, number]>} */
@@ -95,6 +97,7 @@ export class ParallelPanel {
       const ranked = await ask(path, { top: MOST, ...this.filters() });
       if (mine !== this.asked) return;
       this.found = ranked.designs;
+      this.clamped = ranked.clamped;
       this.total = ranked.designs_total;
       this.axes = axesOf(this.session, this.found);
       this.brushes = Object.fromEntries(
@@ -227,6 +230,7 @@ export class ParallelPanel {
     const { best } = leading({
       designs: inside,
       best_with_impacts: inside.find((design) => design.impact_share > 0),
+      clamped: this.clamped && inside[0] === found[0],
     });
     const here = found.find((design) =>
       selection.varied.every((name) => name === FREQUENCY || design[name] === selection.value(name)),

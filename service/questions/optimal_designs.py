@@ -62,6 +62,7 @@ class RankedDesigns(OfCube):
     long_name: str
     designs: list[Design]
     designs_total: Count
+    clamped: NotRequired[bool]
     points: NotRequired[Count]
     points_failed: NotRequired[Count]
     at: NotRequired[dict[str, float | str | None]]

@@ -221,30 +221,32 @@ def hidden_peaks(
     cube: xr.Dataset,
     question: DesignQuestion,
     ranked: xr.Dataset,
-    active: Mapping[str, Any] | None = None,
+    lead: Mapping[str, Any],
     homes: Mapping[str, xr.Dataset] | None = None,
 ) -> list[Note]:
-    """Check the first designs of a ranking, and the best with impacts; note where peaks may hide."""
+    """Check the first designs of a ranking, and the recommended one; note where peaks may hide."""
     r = question.frequencies
     listed = min(question.top, ranked.sizes["rank"], MOST_PEAKS)
     if question.objective != "peak" or r.size == 1 or not listed:
         return []
     names = [*question.design, *(["study"] if homes else [])]
     designs = [{name: ranked[name].values[rank].item() for name in names} for rank in range(listed)]
-    if active is not None and homes is None:
-        acting = {name: active[name] for name in question.design}
-        designs += [] if acting in designs else [acting]
+    recommended = {name: lead[name] for name in names}
+    designs += [] if recommended in designs else [recommended]
     where = np.array([hidden_of(homes[each["study"]] if homes else cube, r, each) for each in designs])
     zeta = np.array([each["damping_ratio"] for each in designs])
-    return hidden_note(r, where, zeta, whose([bool(each.any()) for each in where], listed))
+    return hidden_note(r, where, zeta, whose([bool(each.any()) for each in where], listed, designs.index(recommended)))
 
 
-def whose(hides: Sequence[bool], listed: int) -> dict[str, Any]:
-    """Name these designs: the first ones listed, and the best with impacts after them."""
+def whose(hides: Sequence[bool], listed: int, recommended: int = 0) -> dict[str, Any]:
+    """Name these designs: the first ones listed, and perhaps the best with impacts after them; also the place of the
+    recommended one.
+    """
     return {
         "designs": sum(hides),
         "listed": sum(hides[:listed]),
         "of": listed,
         "best": hides[0],
         "with_impacts": any(hides[listed:]),
+        "recommended": hides[recommended],
     }

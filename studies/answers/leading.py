@@ -17,12 +17,12 @@ from damperlab.studies.questions import Judging, Selection
 
 
 def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
-    """Give the first design of a ranking: the best whose damper does something, as on the page and in the verdict."""
+    """Give the recommended design of a ranking: the best, or the best with impacts if the best clamps the structure."""
     if ranked.sizes["rank"] == 0:
         return None
     first = {str(name): array.values[0].item() for name, array in ranked.variables.items()}
     acting = ranked.attrs.get("best_with_impacts")
-    return dict(acting) if acting and first["impact_share"] == 0 else first
+    return dict(acting) if acting and ranked.attrs.get("clamped") else first
 
 
 def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | None = None) -> Lead:
@@ -68,7 +68,7 @@ def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | N
         return NO_LEAD
     idle = found["value"] != ranked["value"].values[0]
     called = f"best design{' with impacts' if idle else ''}"
-    return Lead({name: float(found[name]) for name in open_ones}, called)
+    return Lead({name: float(found[name]) for name in open_ones}, called, ranked.attrs["complete"])
 
 
 def leading_place(

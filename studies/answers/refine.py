@@ -108,9 +108,10 @@ def refine_optimum(
     promising = (cells.promise < floor) & wide.any(axis=1) & ~touching
     spent = spent_on(cubes)
     clamped = is_clamped({name: best[name].values[0] for name in ("value", "locked_share", "impact_share")})
-    hidden = hidden_peaks(parent, asked, best, homes=cubes)
+    lead = found | {"study": str(best["study"].values[0])}
+    hidden = hidden_peaks(parent, asked, best, lead, cubes)
     short = _brief(study, parent, found, steps, int(spent["points"]), clamped, bool(hidden))
-    g = acceleration_of(found, asked, cubes[str(best["study"].values[0])])
+    g = acceleration_of(found, asked, cubes[lead["study"]])
     if math.isfinite(g):
         cavity = left_open(study.document()) if best["impact_share"].values[0] > 0.0 else []
         short = replace(short, rows=(acceleration_row(g, cavity),))

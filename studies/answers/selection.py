@@ -24,10 +24,13 @@ COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "s
 
 
 class Lead(NamedTuple):
-    """Place of the best design in dimensions that a question leaves open, and its name."""
+    """Place of the best design in dimensions that a question leaves open, its name, and the share of the designs that are
+    computed.
+    """
 
     at: Mapping[str, float]
     called: str
+    complete: float = 1.0
 
 
 NO_LEAD = Lead({}, "")

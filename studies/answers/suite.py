@@ -234,11 +234,11 @@ def _brief(
         return value, ", ".join(phrases.equal(name, row[name], ".3g") for name in varied), ", ".join(where)
 
     value, design, where = spelled(0)
-    sentences = [
+    complete = answer.attrs["complete"]
+    sentences = [f"So far: {complete:.0%} of the points are computed."] if complete < 1 else []
+    sentences.append(
         f"Best damper: {design or 'the only one'}. At worst {value}{f', at {where}' if where else ''}."
-    ]
-    if answer.attrs["complete"] < 1:
-        sentences.append(f"So far: {answer.attrs['complete']:.0%} of the points are computed.")
+    )
     if ends:
         sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
     kind = _kind(answer)

@@ -100,7 +100,8 @@ def tmd_comparison(
         at.setdefault("mass_ratio", near)
     check_free(cube, at, (FREQUENCY,), "curve")
     choose(cube, at, (FREQUENCY,))
-    best, called = best_at(cube, at)
+    lead = best_at(cube, at)
+    best = lead.at
     curve = frequency_response(cube, Selection(METRIC, {**at, **best}))
     own = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
     if tuning.tmd_mass_ratio is None:
@@ -163,6 +164,8 @@ def tmd_comparison(
     }
     answer.attrs["judged"] = is_judged(answer)
     notes = notes_of(cube, answer)
+    if lead.complete < 1.0:
+        notes.append(Note("incomplete", "caution", {"complete": lead.complete}))
     design = {
         name: float(answer[name])
         for name in (*BEFORE, *kind_of(cube.sizes).designs)
@@ -175,7 +178,7 @@ def tmd_comparison(
         if excitation != excitation_of(cube):
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
         brief = brief_of(cube, answer, design, notes, spelled)
-        chosen = _say_best(best, called, bool(at), spelled)
+        chosen = _say_best(best, lead.called, bool(at), spelled)
         note = " ".join([*chosen, _words(answer, spelled, notes)])
         return {"verdict": list(brief.sentences), "brief": brief.document(), "note": note}
 

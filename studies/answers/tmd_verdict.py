@@ -121,7 +121,8 @@ def brief_of(
     if "hidden_peak" in notes:
         hides = "Between the frequencies computed the study's peak may be more than a tenth higher."
         following = f"compute {advised_axis(notes['hidden_peak'].values, phrases)}."
-    return Brief(damper, (told, hides), _rows(answer, varied, (ours, theirs), phrases), following)
+    so_far = sentence_of(notes["incomplete"], phrases) if "incomplete" in notes else ""
+    return Brief(damper, (so_far, told, hides), _rows(answer, varied, (ours, theirs), phrases), following)
 
 
 def _rows(

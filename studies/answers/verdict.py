@@ -98,7 +98,8 @@ def verdict(
     dict
         Attributes of the answer. `confidence`; `as_good`, the number of further designs that may be the best within
         their errors; `chance_of_another`, the probability that one of them is, left out if errors are unknown.
-        `best_with_impacts`, left out if there is none; `next_frequencies`, to compute if only one frequency counts.
+        `best_with_impacts`, left out if there is none; `clamped` if friction clamps the structure with the best;
+        `next_frequencies`, to compute if only one frequency counts.
         `brief`, the short answer; `verdict`, its sentences; `notes`, all remarks as data. `doubts` are the notes that
         question the best value, each with its `kind` (`DOUBTS`). `in_units` has the same words in units, left out if
         the study is given in ratios alone.
@@ -115,11 +116,13 @@ def verdict(
     found: dict[str, Any] = {"confidence": CONFIDENCE, "as_good": int(may_be[1:].sum())}
     if not math.isnan(chance):
         found["chance_of_another"] = chance
+    known = _Known.of(cube, question, ranked, active, flat, homes)
     if active is not None:
         found["best_with_impacts"] = dict(active)
+    if known.clamped:
+        found["clamped"] = True
     if question.frequencies.size == 1:
         found["next_frequencies"] = dict(NEXT_BAND)
-    known = _Known.of(cube, question, ranked, active, flat, homes)
     if math.isfinite(known.acceleration_g):
         found["acceleration_g"] = known.acceleration_g
 
@@ -143,7 +146,10 @@ class _Known:
     cube, question, peaks
         The study, the question, and the peaks that may lie between its frequencies.
     best, lead : mapping
-        The best design, and the recommended one. A design whose particle strikes is recommended before all others.
+        The best design, and the recommended one. If friction clamps the structure with the best, the best with impacts
+        is recommended.
+    striking : mapping or None
+        The best with impacts, if one without impacts is recommended.
     others : list of mapping
         The next designs of the ranking.
     flat : list of dict
@@ -161,6 +167,7 @@ class _Known:
     peaks: list[Note]
     best: Row
     lead: Row
+    striking: Row | None
     others: list[Row]
     flat: list[dict[str, Any]]
     lead_flat: list[dict[str, Any]]
@@ -185,18 +192,20 @@ class _Known:
         count = min(ranked.sizes["rank"], OTHERS + 2)
         rows: list[Row] = [{str(name): ranked[name].values[n].item() for name in names} for n in range(count)]
         best, lead, lead_flat = rows[0], rows[0], flat
-        if active is not None and best["impact_share"] == 0:
+        if active is not None and is_clamped(best):
             lead, lead_flat = active, []
             if not homes:
                 place = {name: nearest_place(cube[name].values, active[name]) for name in question.design}
                 lead_flat = flatness(cube, question, place, float(active["value"]))
         beside = [row for row in rows[1:] if row["value"] > lead["value"]][:OTHERS]
+        striking = active if lead is best and best["impact_share"] == 0 else None
         tuned_peak, bare = _beside(cube, question, lead)
-        peaks = hidden_peaks(cube, question, ranked, active, homes)
+        peaks = hidden_peaks(cube, question, ranked, lead, homes)
         complete = float(ranked.attrs.get("complete", 1.0))
         most = acceleration_of(lead, question, homes[str(lead["study"])] if homes else cube)
         known = cls(
-            cube, question, peaks, best, lead, beside, flat, lead_flat, tuned_peak, bare, most, complete, []
+            cube, question, peaks, best, lead, striking, beside, flat, lead_flat, tuned_peak, bare, most,
+            complete, [],
         )
         known.notes.extend(known._notes(0 if homes else _cut_off(cube, question, best)))
         return known
@@ -266,10 +275,9 @@ class _Known:
             )
             return Brief(None, (sentence_of(only, phrases),), tuple(rows), on)
         damper, decision = self._decision(phrases)
-        sentences = [decision]
-        if "incomplete" in kinds:
-            sentences.append(sentence_of(kinds["incomplete"], phrases))
-        if "hidden_peak" in kinds:
+        sentences = [sentence_of(kinds["incomplete"], phrases)] if "incomplete" in kinds else []
+        sentences.append(decision)
+        if any(peak.values["recommended"] for peak in self.peaks):
             sentences.append(PEAK_BETWEEN)
         if "cut_off" in kinds and self.lead is self.best:
             sentences.append(sentence_of(kinds["cut_off"], phrases))
@@ -312,8 +320,12 @@ class _Known:
 
     def _rows(self, damper: Damper, phrases: Phrases) -> list[tuple[str, str, str]]:
         rows = self._idle_row(phrases)
+        if self.striking is not None and not any(row["impact_share"] > 0 for row in self.others):
+            row = self.striking
+            rows.append(("best with impacts", self._value(row, phrases), self._design(row, phrases)))
         for place, row in zip(PLACES[1:], self.others, strict=False):
-            rows.append((place, self._value(row, phrases), self._design(row, phrases)))
+            idle = ", no impacts" if row["impact_share"] == 0 < self.lead["impact_share"] else ""
+            rows.append((place, self._value(row, phrases), self._design(row, phrases) + idle))
         if not math.isnan(self.tuned) and damper != "tuned_mass_damper":
             mass = phrases.equal("mass_ratio", self.lead["mass_ratio"], ".3g")
             rows.append(("tuned mass damper", phrases.value(METRIC, self.tuned, ".3g"), mass))
@@ -341,7 +353,8 @@ class _Known:
         if self.complete < 1:
             return command("run", study)
         for hidden in self.peaks:
-            return f"compute {advised_axis(hidden.values, phrases)}."
+            if hidden.values["recommended"]:
+                return f"compute {advised_axis(hidden.values, phrases)}."
         ends = _ends(self.cube, self.lead_flat)
         if ends:
             return say_beyond(ends, phrases)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, chdtri
-from scipy.stats.qmc import Halton
 
 from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
 from damperlab.studies.fit.question import FitQuestion
@@ -88,6 +87,9 @@ class _End:
 
 def _begin(archive: Archive) -> list[Region]:
     """Fill the ranges, and choose the best places that are apart."""
+    # imported here: a service that fits nothing starts sooner
+    from scipy.stats.qmc import Halton
+
     number = START[archive.count]
     # without the corner at which the sequence begins
     archive.add(Halton(archive.count, scramble=False).random(number + 1)[1:])

@@ -8,6 +8,7 @@ import xarray as xr
 from scipy import integrate, stats
 
 from damperlab.studies.answers.comparing import chance_of_another, contend, limits
+from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.brief import DOUBTS, lines_of
 from damperlab.studies.questions import Judging
@@ -120,6 +121,33 @@ def test_designs_without_impacts_are_folded_named_and_set_beside_the_best_with_i
     assert none.attrs["brief"]["damper"] == "no_damper"  # its friction ratio is 0
     assert "clamped" in kinds(none)
     assert "best_with_impacts" not in none.attrs
+
+
+def test_friction_alone_that_does_not_clamp_the_structure_is_recommended_before_a_damper_with_impacts():
+    still, chaos = ResponseClass.NO_IMPACT, ResponseClass.CHAOTIC
+    cube = made([1.5, 1.05, 1.07], errors=1e-9, kinds=[chaos, still, still])
+    answer = optimal_designs(cube)
+    assert answer.attrs["brief"]["damper"] == "friction_alone"
+    assert "1.05 at γ_F = 0.1" in answer.attrs["verdict"][0]
+    assert ["third", "1.5", "γ_F = 0"] in answer.attrs["brief"]["rows"]
+    assert "clamped" not in answer.attrs
+    lead = leading(answer)
+    assert lead is not None
+    assert lead["value"] == 1.05
+    # of a ranking of many such, the best with impacts is named too
+    cube = made([1.5, 1.05, 1.07, 1.08], errors=1e-9, kinds=[chaos, still, still, still])
+    assert ["best with impacts", "1.5", "γ_F = 0"] in optimal_designs(cube).attrs["brief"]["rows"]
+
+
+def test_a_peak_that_may_hide_counts_for_the_recommended_design_alone():
+    r = np.linspace(0.9, 1.1, 5)
+    cube = made([[1.0] * 5, [1.0, 2.0, 9.0, 2.0, 1.0]], errors=1e-9, frequencies=r)
+    cube = cube.assign_coords(damping_ratio=[0.001])
+    answer = optimal_designs(cube)
+    (note,) = (note for note in answer.attrs["notes"] if note["kind"] == "hidden_peak")
+    assert (note["values"]["best"], note["values"]["recommended"]) == (False, False)
+    assert not any("a peak may be" in sentence for sentence in answer.attrs["verdict"])
+    assert optimal_designs(cube, top=1).attrs["brief"] == answer.attrs["brief"]
 
 
 def test_a_design_is_clamped_where_friction_holds_it_at_some_frequencies_and_its_particle_strikes_at_none():

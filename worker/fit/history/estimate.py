@@ -8,7 +8,6 @@ the previous one.
 from collections.abc import Callable
 
 import numpy as np
-from scipy.stats.qmc import Halton
 
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.fit.history.fitted import FittedHistory
@@ -117,6 +116,9 @@ def beginnings(question: HistoryQuestion) -> list[int]:
 
 def _begin(trials: Trials, rows: int) -> list[Place]:
     """Fill the ranges, and choose the places that are nearest over the first beginning and over all of it."""
+    # imported here: a service that fits nothing starts sooner
+    from scipy.stats.qmc import Halton
+
     count = len(trials.question.free)
     # without the corner with which the sequence begins
     spread = Halton(count, scramble=False).random(START[count] + 1)[1:]
