@@ -235,7 +235,9 @@ def hidden_peaks(
     designs += [] if recommended in designs else [recommended]
     where = np.array([hidden_of(homes[each["study"]] if homes else cube, r, each) for each in designs])
     zeta = np.array([each["damping_ratio"] for each in designs])
-    return hidden_note(r, where, zeta, whose([bool(each.any()) for each in where], listed, designs.index(recommended)))
+    return hidden_note(
+        r, where, zeta, whose([bool(each.any()) for each in where], listed, designs.index(recommended))
+    )
 
 
 def whose(hides: Sequence[bool], listed: int, recommended: int = 0) -> dict[str, Any]:

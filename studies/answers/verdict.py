@@ -204,8 +204,20 @@ class _Known:
         complete = float(ranked.attrs.get("complete", 1.0))
         most = acceleration_of(lead, question, homes[str(lead["study"])] if homes else cube)
         known = cls(
-            cube, question, peaks, best, lead, striking, beside, flat, lead_flat, tuned_peak, bare, most,
-            complete, [],
+            cube,
+            question,
+            peaks,
+            best,
+            lead,
+            striking,
+            beside,
+            flat,
+            lead_flat,
+            tuned_peak,
+            bare,
+            most,
+            complete,
+            [],
         )
         known.notes.extend(known._notes(0 if homes else _cut_off(cube, question, best)))
         return known

@@ -230,7 +230,9 @@ def _said(found: Found, note: Note) -> str:
     if note.kind == "draws":
         draws = known["draws"]
         worst = f"the worst of {draws} random records" if draws > 1 else "the response to one random record"
-        return f"Beware: this is {worst}. A further one exceeds it with a probability of at least 1/{draws + 1}."
+        return (
+            f"Beware: this is {worst}. A further one exceeds it with a probability of at least 1/{draws + 1}."
+        )
     if note.kind == "builds":
         kept = "keep the limits" if asked.limited_at_all else "stay within that"
         return f"Of {known['drawn']} builds drawn within the tolerances {known['passed']} {kept}."

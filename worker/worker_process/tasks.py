@@ -79,32 +79,23 @@ def run_block(
     require_identity(solver or computing()["identity"])
     began = time.perf_counter()
     study = _study(cube_path, digest)
-    if not sources:  # otherwise no block may be left to compute
+    known, stored = known_points(sources, study, block) if sources else (None, {})
+    if known is None or not known.all():
         for scene in scenes(study):
             warm(scene)
     began_kernel = time.thread_time()
-    values, reused = _solve(cube_path, study, block, sources)
+    values = _computed(cube_path, study, block, known)
     kernel_seconds = time.thread_time() - began_kernel
+    for name, column in stored.items():
+        values[name][known] = column[known]
     told = {
-        "reused": reused,
+        "reused": 0 if known is None else int(np.count_nonzero(known)),
         "seconds": time.perf_counter() - began,
         "kernel_seconds": kernel_seconds,
         "identity": computing()["identity"],
     }
     outcome = write_region(cube_path, block, values, generation, told)
     return replace(outcome, seconds=time.perf_counter() - began)
-
-
-def _solve(
-    cube_path: str, study: Study | Suite, block: Block, sources: tuple[Source, ...]
-) -> tuple[dict[str, np.ndarray], int]:
-    if not sources:
-        return _computed(cube_path, study, block, None), 0
-    known, stored = known_points(sources, study, block)
-    values = _computed(cube_path, study, block, known)
-    for name, column in stored.items():
-        values[name][known] = column[known]
-    return values, int(np.count_nonzero(known))
 
 
 def _computed(

@@ -170,7 +170,9 @@ def test_a_tuned_mass_damper_that_is_better_is_the_verdict():
     )
     assert high.attrs["brief"]["damper"] == "tuned_mass_damper"
     assert "tuned_mass_damper" in kinds(high)
-    assert "acceleration" not in {row[0] for row in high.attrs["brief"]["rows"]}  # in ratios nothing determines it
+    assert "acceleration" not in {
+        row[0] for row in high.attrs["brief"]["rows"]
+    }  # in ratios nothing determines it
     assert low.attrs["brief"]["damper"] == "particle_alone"
 
 

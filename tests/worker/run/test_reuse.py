@@ -1,5 +1,6 @@
 """Points of earlier studies: taken bit for bit where solver and settings are the same, and never otherwise."""
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,10 @@ from tests.worker.run_here import give_up, planned, run_here, submit
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.store.record import Record
+from damperlab.studies.store.reuse.known_points import known_points
 from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.studies.store.store import Store
+from damperlab.worker.worker_process import tasks
 
 
 def study_of(frequencies: int = 7, start: float = 0.75, stop: float = 1.25, **changes: Any) -> Study:
@@ -121,3 +124,20 @@ def test_known_points_are_found_however_many_studies_came_since(store: Store) ->
         assert np.isin(
             store.cube(first.id)["run_time"].values, store.cube(record.id)["run_time"].values
         ).all()
+
+
+def test_reading_known_points_counts_as_no_time_in_kernels(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(store, FIRST)
+
+    def slowly(*given: Any) -> Any:
+        until = time.thread_time() + 0.3
+        while time.thread_time() < until:
+            pass
+        return known_points(*given)
+
+    monkeypatch.setattr(tasks, "known_points", slowly)
+    again = run(store, study_of(4))
+    assert again.points_reused == again.points_total
+    assert again.kernel_seconds < 0.3
