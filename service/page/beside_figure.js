@@ -12,7 +12,7 @@ const DIVERGING = [
   [0.75, "#f1a340"],
   [1, "#b35806"],
 ];
-const NOTHING = { best: null, idle: null, pareto: [] };
+const NOTHING = { best: null, other: null, pareto: [] };
 
 /** @typedef {{x: number, y: number} | null} Point */
 

@@ -209,7 +209,7 @@ class DampersTab {
     const look = { acts: false, name: "least on this map" };
     return {
       best: best && { x: best.x, y: best.y, text: `least: ${short(best.value)}`, ...look },
-      idle: null,
+      other: null,
       pareto: [],
       point,
     };

@@ -2,7 +2,7 @@
  * The best designs of a study and its Pareto front, as tables that lead to their points.
  *
  * @typedef {Ranked & {text: string}} Marked
- * @typedef {{best: Marked | null, idle: Marked | null, pareto: Marked[], ranked: Ranking | null}} Found with
+ * @typedef {{best: Marked | null, other: Marked | null, pareto: Marked[], ranked: Ranking | null}} Found with
  *   the ranking itself
  */
 /** @import { Ranked, Ranking, Session, Shown } from "./types.js" */
@@ -19,7 +19,7 @@ import { WORDS } from "./words.js";
 const TOP = 5;
 const FRONT = 50;
 /** @type {Found} */
-export const NOTHING_FOUND = { best: null, idle: null, pareto: [], ranked: null };
+export const NOTHING_FOUND = { best: null, other: null, pareto: [], ranked: null };
 
 export class DesignsPanel {
   table = el("div");
@@ -114,10 +114,12 @@ export class DesignsPanel {
   /** @param {Ranking} ranked @param {Ranked[]} pareto @returns {Found} */
   marked(ranked, pareto) {
     const { shown } = this.session;
-    const { best, idle } = leading(ranked);
+    const { best, other } = leading(ranked);
+    const called = (/** @type {Ranked} */ design) =>
+      design.impact_share > 0 ? "Best with impacts" : "Best, no impact";
     return {
-      best: best && named(best, idle ? "Best with impacts" : "Optimum", shown),
-      idle: idle && named(idle, "Best, no impact", shown),
+      best: best && named(best, other && best.impact_share > 0 ? called(best) : "Optimum", shown),
+      other: other && named(other, called(other), shown),
       pareto: pareto.map((design) => named(design, "Pareto front", shown)),
       ranked,
     };

@@ -23,15 +23,13 @@ const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
  * the best.
  *
  * @param {Pick<Ranking, "designs" | "best_with_impacts" | "clamped">} ranked the service's ranking
- * @returns {{best: Ranked | null, idle: Ranked | null}} `idle` is the best of all where that is
- *   another one; null where there is none
+ * @returns {{best: Ranked | null, other: Ranked | null}} `other` is the best with impacts, or without, where the
+ *   recommended one is not; null where there is none
  */
 export function leading(ranked) {
   const first = ranked.designs[0] ?? null;
-  const acting = ranked.best_with_impacts;
-  return first && acting && ranked.clamped
-    ? { best: acting, idle: first }
-    : { best: first, idle: null };
+  const striking = first?.impact_share === 0 ? (ranked.best_with_impacts ?? null) : null;
+  return striking && ranked.clamped ? { best: striking, other: first } : { best: first, other: striking };
 }
 
 /**
@@ -41,8 +39,9 @@ export function leading(ranked) {
  * @param {Ranking} ranked
  */
 export function headline({ record, selection, shown }, ranked) {
-  const { best, idle } = leading(ranked);
+  const { best, other } = leading(ranked);
   if (!best) return null;
+  const clamps = other !== null && best.impact_share > 0;
   const named = selection.varied.filter((name) => name !== FREQUENCY);
   const at = named.flatMap((name, i) => [
     i > 0 && ", ",
@@ -56,7 +55,7 @@ export function headline({ record, selection, shown }, ranked) {
   const few = record.points_done < FRAGMENT * record.points_total;
   const doubts = shown
     .words(ranked)
-    .doubts.filter(({ kind }) => OF_EVERY_DESIGN.includes(kind) || !(next || idle || few));
+    .doubts.filter(({ kind }) => OF_EVERY_DESIGN.includes(kind) || !(next || clamps || few));
   return el(
     "section",
     { class: "box headline", "aria-label": "Best design" },
@@ -65,14 +64,14 @@ export function headline({ record, selection, shown }, ranked) {
       {},
       next
         ? "No design is recommended yet"
-        : idle
+        : clamps
           ? `Best design with impacts${soFar}`
           : `Best design${soFar}`,
     ),
     el(
       "p",
       {},
-      capital(`${judged}${next && idle ? ", the least so far with impacts" : ""}: `),
+      capital(`${judged}${next && clamps ? ", the least so far with impacts" : ""}: `),
       el("strong", {}, value),
       named.length > 0 && " at ",
       at,
@@ -84,10 +83,12 @@ export function headline({ record, selection, shown }, ranked) {
           "better design is likely among the others.",
       ),
     doubts.map(({ sentence }) => quiet(prose(sentence))),
-    idle &&
+    other &&
       quiet(
-        `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs whose friction clamps the ` +
-          "structure to its base.",
+        clamps
+          ? `A smaller value, ${shown.value(VALUE, other.value)}, belongs to designs whose friction clamps the ` +
+              "structure to its base."
+          : `Its particle strikes no wall. The best with impacts has ${shown.value(VALUE, other.value)}.`,
       ),
     judgedOver(record.id, shown, next),
   );

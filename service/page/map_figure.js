@@ -30,9 +30,9 @@ const ROUNDING = 1e-9;
  * @typedef {Pick<Catalogue, "variables" | "response_class">} Words
  * @typedef {{contours: boolean, classes: boolean}} Overlays
  * @typedef {{x: number, y: number, text: string}} Mark
- * @typedef {{best: (Mark & {acts: boolean, name?: string}) | null, idle: Mark | null, pareto: Mark[], point:
- *   {x: number, y: number} | null}} Marks
- *   `acts` where the best is the best with impacts and `idle` the best of all
+ * @typedef {{best: (Mark & {acts: boolean, name?: string}) | null, other: (Mark & {acts: boolean}) | null,
+ *   pareto: Mark[], point: {x: number, y: number} | null}} Marks
+ *   `other` is the best without impacts where the recommended one acts by them, or with impacts where it does not
  */
 
 /**
@@ -267,7 +267,7 @@ function classSymbols(map, kinds, words) {
 }
 
 /** @param {Marks} marks */
-function markers({ best, idle, pareto, point }) {
+function markers({ best, other, pareto, point }) {
   const traces = [];
   /** @param {Mark[]} list @param {string} name @param {unknown} marker */
   const add = (list, name, marker) =>
@@ -291,8 +291,8 @@ function markers({ best, idle, pareto, point }) {
       line: { width: 2, color: "black" },
     });
   // white within black: seen on light cells and on dark ones, among which it mostly lies
-  if (idle)
-    add([idle], "best, no impact", {
+  if (other)
+    add([other], other.acts ? "best with impacts" : "best, no impact", {
       symbol: "star",
       size: 14,
       color: "white",

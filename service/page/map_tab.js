@@ -179,7 +179,7 @@ class MapTab {
   marks() {
     const { selection, shown } = this.session;
     const { x, y } = this.axes;
-    const { best, idle, pareto } = this.found;
+    const { best, other, pareto } = this.found;
     const judged = x !== FREQUENCY && y !== FREQUENCY;
     const here = (/** @type {Marked | null} */ design) =>
       judged &&
@@ -193,8 +193,8 @@ class MapTab {
       text: design.text,
     });
     return {
-      best: best && here(best) ? { ...mark(best), acts: idle !== null } : null,
-      idle: idle && here(idle) ? mark(idle) : null,
+      best: best && here(best) ? { ...mark(best), acts: other !== null && best.impact_share > 0 } : null,
+      other: other && here(other) ? { ...mark(other), acts: other.impact_share > 0 } : null,
       pareto: pareto.filter(here).map(mark),
       point: selection.chosen ? this.axes.point : null,
     };

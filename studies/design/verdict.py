@@ -29,9 +29,9 @@ from damperlab.studies.design.spelling import (
     response,
     rounded_up,
 )
+from damperlab.studies.ground.generated import same_process
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import PARTICLE_FRICTION
-from damperlab.studies.ground.generated import same_process
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification

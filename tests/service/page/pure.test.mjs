@@ -118,7 +118,7 @@ test("contour lines lie within the values of a map, few of them, and none where 
   const random = () => (state = (16807 * state) % 2147483647) / 2147483647;
   const levelsOf = (values) => {
     const map = { x: [1, 2, 3, 4, 5, 6, 7], y: [1, 2, 3, 4, 5, 6], values, metric: "amplitude_ratio", long_name: "X/Z", meanings: {} };
-    const traces = mapTraces(map, { contours: true, classes: false }, { best: null, idle: null, pareto: [], point: null }, { variables: [], response_class: {} });
+    const traces = mapTraces(map, { contours: true, classes: false }, { best: null, other: null, pareto: [], point: null }, { variables: [], response_class: {} });
     return traces.find(({ type }) => type === "contour")?.contours ?? null;
   };
   const map = (value) => Array.from({ length: 6 }, () => Array.from({ length: 7 }, value));

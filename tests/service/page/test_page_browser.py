@@ -67,17 +67,17 @@ def test_the_whole_journey(open_page: Callable[..., Any], client: httpx.Client, 
     # It filled before the reader's eyes: the same page showed fewer points a moment ago.
     assert at_first < 99
 
-    # the design that leads is one in which the particle strikes, not the least value of all
-    until(page, IS_MARKED, bool, "best with impacts")
+    # friction alone has the least value and clamps nothing: it leads, and the best with impacts is marked beside it
+    until(page, IS_MARKED, bool, "optimum")
     # within an outline of the other end of brightness, so that it is seen on cells of any
-    assert page.evaluate(LOOKS, "best, no impact") == ["star", "white", "black"]
+    assert page.evaluate(LOOKS, "best with impacts") == ["star", "white", "black"]
     study_id = re.search(r"#/studies/(\w+)", page.url).group(1)  # type: ignore[union-attr]
-    best = client.get(f"/api/v1/studies/{study_id}/optimal-designs?top=1").json()["best_with_impacts"]
+    best = client.get(f"/api/v1/studies/{study_id}/optimal-designs?top=1").json()["designs"][0]
     head = page.get_by_role("region", name="Best design", exact=True)
     # the ranking of all points is there: it moves the mark, and makes the headline higher
     expect(head.get_by_role("heading")).to_have_text("No design is recommended yet")
     expect(head.locator("strong")).to_contain_text(f"{best['value']:.5g}")
-    page.mouse.click(*page.evaluate(PLACE_OF_TRACE, "best with impacts"))
+    page.mouse.click(*page.evaluate(PLACE_OF_TRACE, "optimum"))
     panel = page.locator(".point")
     expect(panel.get_by_role("heading", level=2)).to_contain_text(f"d/Z = {best['clearance_ratio']:g}")
     expect(panel.locator("dd").first).to_have_text(f"{best['value']:.6g}")
