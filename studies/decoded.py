@@ -9,7 +9,7 @@ _MARKS = (b"\xff\xfe", b"\xfe\xff")
 def lines_in(text: bytes | str, field: str) -> list[str]:
     """Split a text into lines; raises StudyFaults for `field` if it has none. Bytes are UTF-16, UTF-8 or Latin-1."""
     # Only these end a line: splitlines() would also split at odd characters and miscount.
-    return _decoded(text, field).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return _decoded(text, field).replace("\r\n", "\n").replace("\r", "\n").replace("−", "-").split("\n")
 
 
 def _decoded(text: bytes | str, field: str) -> str:

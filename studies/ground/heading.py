@@ -4,6 +4,7 @@ overruled.
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 
 from damperlab.studies.faults import StudyFaults, listing, printable
 from damperlab.studies.ground.motion import refused
@@ -25,24 +26,50 @@ _FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
 _NO_SUFFIX = ("h", "v", "in")
 """Units that usually mean a direction, as in `acc_h`."""
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
+_FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
 _PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
 _OVER_TIME = "give the acceleration over time"
 _OTHERS = {
-    "a spectral density": (r"\b[ap]sd\b|spectral density", f"{_OVER_TIME}, or generate one with `random_vibration`"),
-    "a response spectrum": (r"\bp?s[av]\b|spectr(?:um|a|al)\b|\bperiods?\b", f"{_OVER_TIME}: a spectrum leaves it open"),
-    "a frequency": (r"\bfreq\w*|\bfourier\b|\bfft\b|\bfas\b", f"{_OVER_TIME}; `damperlab fit` reads a response over frequency"),
-    "a velocity": (r"\bvel(?:ocity)?\b|\bspeed\b|^v$", "give the file of the acceleration, or differentiate this one"),
-    "a displacement": (r"\bdisp(?:l(?:acement)?)?\b", "give the file of the acceleration, or differentiate this one twice"),
+    "a spectral density": (
+        r"\b[ap]sd\b|spectral density",
+        f"{_OVER_TIME}, or generate one with `random_vibration`",
+    ),
+    "a response spectrum": (
+        r"\bp?s[av]\b|spe[ck]tr(?:um|al?|ale|en|o)\b|spettro\b|\bp[eé]r[ií]od\w*",
+        f"{_OVER_TIME}: a spectrum leaves it open",
+    ),
+    "a frequency": (
+        r"\bfr[eé][cq]\w*|\bfourier\b|\bfft\b|\bfas\b",
+        f"{_OVER_TIME}; `damperlab fit` reads a response over frequency",
+    ),
+    "a velocity": (
+        r"\bvel(?:oc\w*)?\b|\bspeed\b|^v$|vitesse|geschwindigkeit",
+        "give the file of the acceleration, or differentiate this one",
+    ),
+    "a displacement": (
+        r"\bdisp(?:l(?:acement)?)?\b|d[eé]placement|desplazamiento|spostamento|verschiebung|^weg$",
+        "give the file of the acceleration, or differentiate this one twice",
+    ),
     "a list of peak values": (r"^pg[avd]\b", _OVER_TIME),
-    "a count of samples": (r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$", WRITE_STEP),
-}  # fmt: skip
+    "a count of samples": (
+        r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$",
+        WRITE_STEP,
+    ),
+}
 """Files that are no record: words that identify them, and the remedy."""
+_HEADER_LINES = 60
 _FORMATS = (
     ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal a count"),
     ("ESM", r"^EVENT_NAME:", "the values follow the heading, in its UNITS, SAMPLING_INTERVAL_S apart"),
     ("COSMOS", r"\(Format v\d+\.\d+ with \d+ text lines\)", "take the acceleration block, in its units"),
+    ("CSMIP", r"^\s*\d+ POINTS OF ACCEL DATA", "take the acceleration block, in its units"),
+    (
+        "LabVIEW",
+        r"^LabVIEW Measurement",
+        "the columns follow the last ***End_of_Header***, Y_Unit_Label gives the unit",
+    ),
     ("SMC", r"^\s*\d\s+\w+\s+ACCELEROGRAM", "the values follow the comment lines, in cm/s²"),
 )
 """Files of other institutions: their names, how they begin, and where they have the acceleration."""
@@ -86,9 +113,15 @@ def read_heading(
             what = _other(line)
             moved = what in ("a velocity", "a displacement")
             sure = moved and re.search(r"\btime\b|histor|series", line, re.IGNORECASE)
+            sure = sure or "spectral acc" in line.lower()
             if sure or (not titled and (moved or "response spectr" in line.lower())):
                 raise _no_record(what, number, line)
     second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", ACCELERATIONS)
+    for number, line in lines:
+        if _FACTORS.search(line):
+            told = f"Line {number} names a factor: {printable(line)}. The samples must be in their unit."
+            advice = "multiply the numbers by it and remove the line; if they contain it already, only remove the line"
+            raise refused(f"line {number}", "a factor", "samples in their unit", advice, told)
     if unit is None and given is None:
         told = "The file does not state the unit of its acceleration."
         advice = f"name it with the file ({listing(UNITS)}), or write the heading as {COLUMNS}"
@@ -97,7 +130,22 @@ def read_heading(
         told = f"`units` is {given}, but the file says {unit} in line {units[0][1]}."
         advice = "leave `units` out, or correct the heading of the file"
         raise refused("units", f"{given} while the file says {unit}", f"{unit}, or nothing", advice, told)
+    if unit is None:
+        _check_mentioned(others, str(given))
     return TIMES[second] if second else None, ACCELERATIONS[unit or str(given)]
+
+
+def _check_mentioned(lines: Sequence[Line], given: str) -> None:
+    """Refuse a given unit if a line mentions another one that is neither a heading nor a peak value."""
+    for number, line in lines:
+        words = ["", *re.split(r"[\s,;:=()\[\]{}'\"]+", line)]
+        for before, word in () if _PEAK.search(line) else pairwise(words):
+            other = kind_of(word) == "an acceleration" and usual(word) != given
+            if other and not before[-1:].isdigit():
+                found = f"{given} while line {number} mentions {printable(word)}"
+                told = f"`units` is {given}, but line {number} mentions {printable(word)}: {printable(line)}."
+                advice = f"state the unit in a heading, as in {COLUMNS}, or in a line such as `Units: g`"
+                raise refused("units", found, "one unit", advice, told)
 
 
 def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str]] | None, Sequence[Line]]:
@@ -229,7 +277,9 @@ def _no_record(what: str, number: int, shown: str) -> StudyFaults:
 def check_format(lines: Sequence[str]) -> None:
     """Refuse the file of another institution by its name, and explain how to convert it into columns."""
     for name, begins, how in _FORMATS:
-        if any(re.search(begins, line) for line in lines[:3]):
+        if any(re.search(begins, line) for line in lines[:_HEADER_LINES]):
             told = f"This is a file of {name}, which is not read."
-            advice = f"write two columns `time (s), acceleration (cm/s2)` from it: {how}"
+            advice = (
+                f"write two columns from it, with a heading such as `time (s), acceleration (cm/s2)`: {how}"
+            )
             raise refused("record", f"a file of {name}", "AT2, or two columns", advice, told)
