@@ -113,8 +113,8 @@ def read_heading(
             what = _other(line)
             moved = what in ("a velocity", "a displacement")
             sure = moved and re.search(r"\btime\b|histor|series", line, re.IGNORECASE)
-            sure = sure or "spectral acc" in line.lower()
-            if sure or (not titled and (moved or "response spectr" in line.lower())):
+            spectral = "spectral acc" in line.lower()
+            if sure or spectral or (not titled and (moved or "response spectr" in line.lower())):
                 raise _no_record(what, number, line)
     second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", ACCELERATIONS)
     for number, line in lines:
