@@ -6,12 +6,12 @@ from typing import Literal
 
 import numpy as np
 
-from damperlab.studies.decoded import lines_in
+from damperlab.studies.decoded import check_end, lines_in
 from damperlab.studies.equal_steps import TOO_FEW_DIGITS, UNEVEN, equal_step, resolution_of
 from damperlab.studies.faults import counted, describe, listing, printable
 from damperlab.studies.ground.heading import COLUMNS, WRITE_STEP, Line, check_format, read_heading
 from damperlab.studies.ground.motion import GroundMotion, checked, refused
-from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
+from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma, read_decimal
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
 from damperlab.studies.written_units import TIMES, kind_of, usual
 
@@ -36,8 +36,6 @@ _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 _LONG_STEP_S = 0.1
 """Time step from which the unit of the times must be stated: they may be row numbers, or milliseconds."""
-_ENOUGH = 10
-"""Samples that show whether numbers have a fixed number of digits."""
 
 
 def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | None = None) -> GroundMotion:
@@ -99,8 +97,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     sizes = {len(cells) for _, cells in rows}
     table = (sizes == {2} and 2 * len(rows) != count) or (len(rows) == count and sizes != {1})
     series = bool(step) and not table
-    if lines[-1]:
-        _check_end([cell for _, cells in rows for cell in (cells if series else cells[-1:])], len(lines))
+    check_end(lines, [cell for _, cells in rows for cell in (cells if series else cells[-1:])])
     sign = next((each for each in ";\t," if each in lines[rows[0][0] - 1]), "")
     if not series:
         _check_width(rows)
@@ -112,12 +109,12 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
             allowed = f"one of {listing(TIMES)}"
             told = f"Line {place} gives the step in {printable(unit)}, which is not read; allowed are {listing(TIMES)}."
             raise refused(_at(place), printable(unit), allowed, "write the step in s", told)
-        announced = _float(step) * TIMES.get(usual(unit), second or 1.0)
+        announced = read_decimal(step) * TIMES.get(usual(unit), second or 1.0)
     if series:
         numbers = _in_series(rows, place, count, len(lines))
         step_s = announced
     else:
-        step_s, numbers = _between(rows, second), [_float(cells[1]) for _, cells in rows]
+        step_s, numbers = _between(rows, second), [read_decimal(cells[1]) for _, cells in rows]
         if step and (len(rows) != count or abs(announced - step_s) > UNEVEN * step_s):
             found = f"{counted(count, 'sample')}, {announced:g} s apart"
             seen = f"{counted(len(rows), 'line')} of two numbers, {step_s:g} s apart"
@@ -161,16 +158,6 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
     return head, rows
 
 
-def _check_end(samples: Sequence[str], end: int) -> None:
-    """Refuse a file without a line break at its end if its last number has fewer digits than all others have."""
-    digits = [len(sample.partition(".")[2]) for sample in samples]
-    if len(samples) > _ENOUGH and len(set(digits[:-1])) == 1 and digits[-1] < digits[0]:
-        shown = printable(samples[-1])
-        told = f"The file seems to be cut off: its last number, {shown}, has fewer digits than all others."
-        advice = "give the complete file, or end its last line with a line break"
-        raise refused(_at(end), shown, f"{digits[0]} characters after the point", advice, told)
-
-
 def _is_announcement(rows: Sequence[Row]) -> bool:
     """Whether the first line has the number of samples, and their step."""
     if len(rows) < 2 or len(rows[0][1]) != 2 or not rows[0][1][0].isdigit():
@@ -179,7 +166,7 @@ def _is_announcement(rows: Sequence[Row]) -> bool:
     if all(len(cells) == 1 for cells in below):
         return True
     # times would continue after the first
-    return 1 < count > _float(below[0][0]) and count in (len(below), sum(map(len, below)))
+    return 1 < count > read_decimal(below[0][0]) and count in (len(below), sum(map(len, below)))
 
 
 def _in_series(rows: Sequence[Row], place: int, count: int, end: int) -> list[float]:
@@ -187,7 +174,7 @@ def _in_series(rows: Sequence[Row], place: int, count: int, end: int) -> list[fl
     allowed = f"{count:,} samples, as line {place} says"
     samples: list[float] = []
     for number, cells in rows:
-        samples.extend(map(_float, cells))
+        samples.extend(map(read_decimal, cells))
         if len(samples) > count:
             told = f"Line {number} holds sample {len(samples):,}, but line {place} announces only {count:,} samples."
             advice = "correct NPTS, or remove the surplus samples"
@@ -219,7 +206,7 @@ def _between(rows: Sequence[Row], stated: float | None) -> float:
     """Find the step [s] between the times of two columns."""
     second = stated or 1.0
     written = [cells[0] for _, cells in rows]
-    time = np.array([_float(each) for each in written])
+    time = np.array([read_decimal(each) for each in written])
     step, wrong = equal_step(second * time, second * resolution_of(written))
     if wrong is not None:
         number, before, at = rows[wrong][0], second * time[wrong - 1], second * time[wrong]
@@ -243,7 +230,3 @@ def _between(rows: Sequence[Row], stated: float | None) -> float:
         advice = f"write the heading as {COLUMNS} where they are seconds; otherwise {WRITE_STEP}"
         raise refused("time", f"{written[0]}, {written[1]}, …", "a column of times", advice, told)
     return step
-
-
-def _float(text: str) -> float:
-    return float(text.replace("D", "E").replace("d", "e"))

@@ -9,7 +9,7 @@ from itertools import pairwise
 from damperlab.studies.faults import StudyFaults, listing, printable
 from damperlab.studies.ground.motion import refused
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
-from damperlab.studies.written_units import ACCELERATIONS, TIMES, kind_of, usual
+from damperlab.studies.written_units import ACCELERATIONS, BRACKETS, TIMES, kind_of, taken_apart, usual
 
 Line = tuple[int, str]
 """Number, from 1, and text of a line."""
@@ -20,11 +20,7 @@ _UNITS_OF = re.compile(
     r"\bunits?\b\s*(?:(?:of|for)\s+)?(?:time|acc\w*)?\s*(?:of|are|is|in|[:=]|(?=[(\[]))\s*(.+)", re.IGNORECASE
 )
 _AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
-_BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
-_FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
-_NO_SUFFIX = ("h", "v", "in")
-"""Units that usually mean a direction, as in `acc_h`."""
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
 _FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
 _PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
@@ -165,18 +161,18 @@ def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str
 
 def _named(cell: str) -> bool:
     """Whether a cell names a column of a record, or a known other quantity."""
-    words, units = _taken_apart(cell)
+    words, units = taken_apart(cell)
     return _is_time(cell) or bool(_ACCELERATION.search(words) or _other(words) or any(map(kind_of, units)))
 
 
 def _is_time(cell: str) -> bool:
-    words, units = _taken_apart(cell)
+    words, units = taken_apart(cell)
     return bool(_TIME.fullmatch(words)) or "a time" in map(kind_of, units)
 
 
 def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
     """Give the units in the heading of each of two columns, a time and an acceleration."""
-    read = [_taken_apart(cell) for cell in cells]
+    read = [taken_apart(cell) for cell in cells]
     for cell, (words, units) in zip(reversed(cells), reversed(read), strict=True):
         what = _other(words) or next((kind for kind in map(kind_of, units) if kind in _OTHERS), "")
         if what and len(cells) == 2:
@@ -200,35 +196,16 @@ def _cells(line: str) -> list[str]:
     return bare.split() if len(bare.split()) == 2 else [bare]
 
 
-def _taken_apart(cell: str) -> tuple[str, list[str]]:
-    """Split a heading into its words and its unit, as in `acc (g)`, `acc in g`, `acc / g`, `acc_g`."""
-    stated, bare = _BRACKETS.findall(cell), _BRACKETS.sub(" ", cell)
-    words = re.sub(r"[\s_./,]+", " ", bare).strip()
-    if _FACTOR.search(bare):
-        return words, [cell]
-    if stated:
-        return words, [each for each in stated if kind_of(each)] or stated[-1:]
-    if kind_of(cell):
-        return "", [cell]
-    for parting in re.finditer(r"\s+in\s+|\s*/\s*|[\s_,]+", cell):
-        before, unit = cell[: parting.start()].replace("_", " "), cell[parting.end() :]
-        apart = parting[0].strip(" _,")
-        known = kind_of(unit) and (apart or unit.lower() not in _NO_SUFFIX)
-        if known or (apart == "in" and " " not in unit):
-            return before, [unit]
-    return words, []
-
-
 def _stated(line: str) -> Iterator[str]:
     """Give the units in a line of text: after `units of`, or in a line about acceleration or time."""
     if found := _UNITS_OF.search(line):
         first, *others = re.split("[,;]", found[1])
-        named = _taken_apart(first)[1] if _TELLING.search(first) else []
+        named = taken_apart(first)[1] if _TELLING.search(first) else []
         yield _first_unit(first) or (named or [first.strip()])[0]
         for other in others:
-            yield from filter(kind_of, _taken_apart(other)[1])
+            yield from filter(kind_of, taken_apart(other)[1])
     elif _TELLING.search(line) and not _PEAK.search(line):
-        yield from (each for each in _BRACKETS.findall(line) if kind_of(each) or _LIKE_A_UNIT.search(each))
+        yield from (each for each in BRACKETS.findall(line) if kind_of(each) or _LIKE_A_UNIT.search(each))
         for found in re.finditer(r"\bin\s+(?=(\S+))", line, re.IGNORECASE):
             unit = _first_unit(line[found.end() :])
             if unit or _AT_ONCE.search(line[: found.end()]):

@@ -8,6 +8,7 @@ from damperlab.studies.fit.columns import SHARES, Column, read_headings, says_ti
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
 from damperlab.studies.portable import acos, cos
+from damperlab.studies.spelled_numbers import read_decimal
 from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
@@ -120,10 +121,7 @@ def _numbers(lines: Lines, names: list[str], factors: list[float]) -> dict[str, 
 
 def _cell(name: str, factor: float, cell: str) -> float | Fault:
     """Read one number and convert it to SI units."""
-    try:
-        value = float(cell)
-    except ValueError:
-        value = np.nan
+    value = read_decimal(cell)
     positive = name in (DEVIATION, SHARE)
     if not abs(value) <= LARGEST or (positive and value <= 0.0):
         allowed = "a number above 0" if positive else "a number"

@@ -209,6 +209,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "two units in one heading": (columns("time (s), acc (g) [m/s2]"), None, "line 1", '1, but "m/s2"', "correct or"),
     "two units of time": (columns("Units of time: ms\ntime (s), acc (g)"), None, "line 2", '"ms" in line 1', "correct or"),
     "a factor behind": (columns("time (s), acc (g) x 1000"), None, "line 1", "x 1000", "convert"),
+    "a factor in brackets": (columns("time (s), acc (x 1000) (g)"), None, "line 1", "x 1000", "convert"),
     "a factor in the name": (columns("time_s,acc_g_x100"), "g", "line 1", "acc_g_x100", "convert"),
     "a factor before": (peer("ACCELERATION IN UNITS OF 0.01 G"), None, "line 3", "0.01 G", "convert"),
     "over a number": (columns("time (s), a/9.81"), "m/s2", "line 1", "a/9.81", "convert"),
