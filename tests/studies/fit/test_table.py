@@ -178,8 +178,14 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
         ("r, peak-to-peak (mm)\n1, 2", "half of a peak-to-peak value"),
         ("r, amplitude (mm rms)\n1, 2", "an rms value leaves it open"),
         ("r, amplitude (relative) (mm)\n1, 2", "names no known column"),
-        ("Run 4, 3.2.2021\nOperator: X\n\nf (Hz), x (mm)\n9, 1", "Remove the lines above line 4, or write # before them."),
-        ("r, X/Z\n" + "1, 2.500\n" * 20 + "1, 2.5", 'It seems to be cut off: its last number, "2.5", has fewer digits'),
+        (
+            "Run 4, 3.2.2021\nOperator: X\n\nf (Hz), x (mm)\n9, 1",
+            "Remove the lines above line 4, or write # before them.",
+        ),
+        (
+            "r, X/Z\n" + "1, 2.500\n" * 20 + "1, 2.5",
+            'It seems to be cut off: its last number, "2.5", has fewer digits',
+        ),
         (table("time (s), x (mm)", line="{t}, 1_0"), '`line 2.displacement_m` must be a number, not "1_0".'),
         ("r, ampiltude (mm)\n1, 2", "Did you mean `amplitude (mm)`?"),
         ("r, X/Z, X/Z\n1, 2, 2", "Line 1 names the column amplitude_ratio twice."),
@@ -191,7 +197,10 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
         ("f (Hz), peak (µm)\n9, 1", "Did you mean `amplitude (µm)`?"),
         ("f (Hz), amplitude\n9, 1", "State the unit that the numbers are in, as in `amplitude (m)` or"),
         ("Run 4\nf (Hz), amplitude (mm)\n9, 1", "Remove the lines above line 2, or write # before them."),
-        ("Run 4\ntime (s), displacement (mm)\n9, 1", "Remove the lines above line 2, or write # before them."),
+        (
+            "Run 4\ntime (s), displacement (mm)\n9, 1",
+            "Remove the lines above line 2, or write # before them.",
+        ),
         ("Run 4\n9, 1\n10, 2", "Write # before it, and below it such a line"),
         ("9, 1\n10, 2", "Write such a line above it, with the units that the numbers are in."),
         ("r, X/Z\n1, 2, 3", "Line 2 has 3 cells, but the heading names 2 columns."),
