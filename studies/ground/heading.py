@@ -4,7 +4,6 @@ overruled.
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
 
 from damperlab.studies.faults import StudyFaults, listing, printable
 from damperlab.studies.ground.motion import refused
@@ -23,6 +22,8 @@ _AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
 _FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
+_OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",)
+"""Quantities that samples may have, and units that usually mean something else."""
 _PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
@@ -132,12 +133,13 @@ def read_heading(
 
 
 def _check_mentioned(lines: Sequence[Line], given: str) -> None:
-    """Refuse a given unit if a line mentions another one that is neither a heading nor a peak value."""
+    """Refuse a given unit if a line mentions another one that is neither of a peak nor next to a number."""
     for number, line in lines:
-        words = ["", *re.split(r"[\s,;:=()\[\]{}'\"]+", line)]
-        for before, word in () if _PEAK.search(line) else pairwise(words):
-            other = kind_of(word) == "an acceleration" and usual(word) != given
-            if other and not before[-1:].isdigit():
+        words = ["", *re.split(r"[\s,;:=()\[\]{}'\"]+", line), ""]
+        of_peak = _PEAK.search(line) is not None
+        for before, word, after in zip(words, words[1:], words[2:], strict=False):
+            other = kind_of(word) in _OF_SAMPLES and usual(word) != given and word.lower() not in _DIRECTIONS
+            if other and not (of_peak or before[-1:].isdigit() or after[:1].isdigit()):
                 found = f"{given} while line {number} mentions {printable(word)}"
                 told = f"`units` is {given}, but line {number} mentions {printable(word)}: {printable(line)}."
                 advice = f"state the unit in a heading, as in {COLUMNS}, or in a line such as `Units: g`"
