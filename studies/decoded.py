@@ -20,7 +20,7 @@ def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
     """Raise StudyFaults if a file ends within a line, and its last number has fewer digits than all others have."""
     digits = [len(number.partition(".")[2]) for number in numbers]
     alike = len(numbers) > _ENOUGH and len(set(digits[:-1])) == 1
-    if lines[-1] and alike and digits[-1] < digits[0]:
+    if lines[-1] and numbers[-1] and alike and digits[-1] < digits[0]:
         shown = printable(numbers[-1])
         told = f"It seems to be cut off: its last number, {shown}, has fewer digits than all others."
         advice = "give the complete file, or end its last line with a line break"

@@ -75,7 +75,7 @@ def records(
         Path | None,
         typer.Argument(
             metavar="FILE",
-            help="File to store: PEER .at2, or .csv with two columns (time, acceleration).",
+            help="File to store: PEER .at2, or two columns (time, acceleration).",
             show_default=False,
         ),
     ] = None,

@@ -96,10 +96,6 @@ def says_time(heading: str) -> bool:
     return taken_apart(heading)[0].strip().lower() in ("time", "t")
 
 
-def _plain(words: str) -> str:
-    return re.sub(r"[\s_./,-]+", " ", words).strip().lower()
-
-
 def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> str:
     """Give the heading that was probably meant, with its unit if it has one: by its words, else by its unit."""
     spellings = {spelling: column for column in columns for spelling in column.spellings}
@@ -164,12 +160,15 @@ def read_heading(
     if _NO_AMPLITUDE.search(written.replace("_", " ")):
         told = f"The heading {printable(written)} is no amplitude."
         return Fault(field, printable(written), "a largest displacement", _TO_AMPLITUDE, told)
-    words, units_of = taken_apart(written)
-    single = len(units_of) == 1 and len(BRACKETS.findall(written)) <= 1
-    said, as_written = (words, units_of[0]) if single else (written, "")
-    said, unit = _plain(said), usual(as_written)
+    said, as_written = written, ""
+    in_brackets = BRACKETS.findall(written)
+    if len(in_brackets) == 1:
+        said, as_written = BRACKETS.sub("", written), in_brackets[0].strip()
+    elif not in_brackets and (apart := taken_apart(written))[1]:
+        said, as_written = apart[0], apart[1][0]
+    said, unit = re.sub(r"[\s_]+", " ", said).strip().lower(), usual(as_written)
     for column in columns:
-        if said not in map(_plain, column.spellings):
+        if said not in column.spellings:
             continue
         for name, units in column.names.items():
             if unit in units:

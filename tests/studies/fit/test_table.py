@@ -43,7 +43,7 @@ def test_units_of_the_headings_become_si_units(
 
 def test_ratios_and_conditions_are_read_and_an_empty_condition_is_none(tmp_path: Path) -> None:
     path = tmp_path / "bench.csv"
-    path.write_text("r, X/Z, friction force (lbf), mass_ratio\n1, 20, 0.1, 0\n0.9, 8, , 0.1\n")
+    path.write_text("r, X/Z (-), friction force (lbf), mass_ratio\n1, 20, 0.1, 0\n0.9, 8, , 0.1\n")
     found = read_table(path)
     assert found.name == "bench"
     assert not found.in_hertz
@@ -52,6 +52,10 @@ def test_ratios_and_conditions_are_read_and_an_empty_condition_is_none(tmp_path:
     assert found.columns["friction_force_n"][0] == pytest.approx(0.44482216152605, rel=1e-15)
     assert math.isnan(found.columns["friction_force_n"][1])
     assert np.array_equal(found.columns["mass_ratio"], [0.0, 0.1])
+
+
+def test_a_last_line_without_its_condition_is_not_cut_off() -> None:
+    assert parse_measurement("r, X/Z, restitution\n" + "1, 2, 0.50\n" * 20 + "1, 3,").rows == 21
 
 
 @pytest.mark.parametrize("heading", ["frequency (Hz);amplitude (mm)", "time (s);displacement (mm)"])
@@ -177,6 +181,7 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
         ("r, amplitude pp (mm)\n1, 2", "half of a peak-to-peak value"),
         ("r, peak-to-peak (mm)\n1, 2", "half of a peak-to-peak value"),
         ("r, amplitude (mm rms)\n1, 2", "an rms value leaves it open"),
+        ("r, x-z\n1, 2", 'The heading "x-z" names no known column'),
         ("r, amplitude (relative) (mm)\n1, 2", "names no known column"),
         (
             "Run 4, 3.2.2021\nOperator: X\n\nf (Hz), x (mm)\n9, 1",
