@@ -187,6 +187,13 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
         found = f"{counted(moved.size - release, 'row')} from the release on, in row {release + 1}"
         told, allowed = f"The time history has {found}.", f"at least {LEAST_ROWS} rows"
         return [Fault("measured", found, allowed, "measure longer", told)]
+    decay = np.abs(moved[release:])
+    low = int(np.argmin(decay))
+    crosses = moved[release:].min() < 0.0 < moved[release:].max()
+    if base is None and not crosses and decay[low:].max() - decay[low] > RESTING * (largest - decay[low]):
+        told = "The structure swings about another position than 0, which must be that of its rest."
+        advice = "subtract the position in which it comes to rest"
+        return [Fault(field, "a decay that never crosses 0", "a decay about 0", advice, told)]
     if base is not None and not np.abs(base).max() > 0.0:
         told = "The base acceleration is 0 throughout."
         return [Fault(BASE, "0", "a base that moves", "leave the column out of a free decay", told)]

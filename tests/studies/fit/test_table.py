@@ -271,6 +271,17 @@ def test_a_structure_that_is_struck_is_not_taken_for_released(rest: int, step: f
         parse_table(history_of(moved))
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_decay_about_another_position_is_refused_and_one_that_friction_holds_is_not(sign: float) -> None:
+    """A structure that turns before its rest position is held there by friction: it never swings back."""
+    with pytest.raises(StudyFaults, match="swings about another position") as caught:
+        parse_table(history_of(sign * (DECAY + 9.0)))
+    assert "subtract the position" in str(caught.value).lower()
+    noise = 0.02 * np.random.default_rng(2).standard_normal(300)
+    held = np.where(np.arange(300) < 10, 2.7 + 1.3 * np.cos(np.pi * np.arange(300) / 10), 1.4)
+    assert isinstance(parse_table(history_of(sign * (held + noise))), History)
+
+
 def test_a_release_at_the_end_of_a_table_leaves_too_few_rows() -> None:
     with pytest.raises(StudyFaults, match="20 rows from the release on"):
         parse_table(history_of(np.concatenate([np.full(60, 4.0), DECAY[:20]])))
