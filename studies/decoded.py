@@ -22,20 +22,10 @@ def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
     alike = len(numbers) > _ENOUGH and len(set(digits[:-1])) == 1
     if lines[-1] and numbers[-1] and alike and digits[-1] < digits[0]:
         shown = printable(numbers[-1])
-        told = f"It seems to be cut off: its last number, {shown}, has fewer digits than all others."
+        told = f"The file seems to be cut off: its last number, {shown}, has fewer digits than all others."
         advice = "give the complete file, or end its last line with a line break"
         allowed = f"{digits[0]} characters after the point"
-        raise StudyFaults(
-            [
-                Fault(
-                    f"line {len(lines)}",
-                    shown,
-                    allowed,
-                    advice,
-                    f"The file ends in line {len(lines)}. {told}",
-                )
-            ]
-        )
+        raise StudyFaults([Fault(f"line {len(lines)}", shown, allowed, advice, told)])
 
 
 def _decoded(text: bytes | str, field: str) -> str:

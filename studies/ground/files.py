@@ -21,7 +21,7 @@ Row = tuple[int, list[str]]
 
 MOST_BYTES = 16 * 1024 * 1024
 
-_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[EeDd][+-]?\d{1,3})?"
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[EeDd][+-]?[0-9]{1,3})?"
 # Fortran writes columns of fixed width: a minus sign may directly follow the previous number.
 _NUMBERS = re.compile(rf"\s*(?:{_NUMBER}(?=[\s+-]|$)\s*)+$")
 _ONE = re.compile(_NUMBER)

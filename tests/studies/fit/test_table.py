@@ -189,7 +189,7 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
         ),
         (
             "r, X/Z\n" + "1, 2.500\n" * 20 + "1, 2.5",
-            'It seems to be cut off: its last number, "2.5", has fewer digits',
+            'The file seems to be cut off: its last number, "2.5", has fewer digits',
         ),
         (table("time (s), x (mm)", line="{t}, 1_0"), '`line 2.displacement_m` must be a number, not "1_0".'),
         ("r, ampiltude (mm)\n1, 2", "Did you mean `amplitude (mm)`?"),
