@@ -160,7 +160,7 @@ def doubt_of(moved_m: float) -> str:
     """Ask about a record that moves its base farther than ground moves [m]; empty if it does not."""
     if moved_m <= FARTHEST_M:
         return ""
-    return f"Beware: the record moves its base by {moved_m:.3g} m. Check its unit of time and its baseline."
+    return f"Beware: the record moves its base by {moved_m:.3g} m. Check its units, its baseline and its largest sample."
 
 
 def refused(place: str, found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:
