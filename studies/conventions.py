@@ -21,15 +21,15 @@ _ERROR = {
 _METHODS = {
     **dict.fromkeys(
         ("amplitude_ratio", "relative_amplitude_ratio", "acceleration_ratio"),
-        "time: mean (comment: of the largest value in each excitation cycle)",
+        "time: mean (of the largest value in each excitation cycle)",
     ),
     **dict.fromkeys(("amplitude_ratio_max", "impact_speed_max"), "time: maximum"),
-    **dict.fromkeys(
-        ("amplitude_ratio_rms", "acceleration_ratio_rms"), "time: root_mean_square (comment: times √2)"
-    ),
+    **dict.fromkeys(("amplitude_ratio_rms", "acceleration_ratio_rms"), "time: root_mean_square (times √2)"),
     **dict.fromkeys(("impacts_per_cycle", "dissipation_per_cycle", "stick_fraction", *_SHARES), "time: mean"),
 }
 _PREFIXES = {"peak_": "time: maximum", "impact_speed_max_": "time: maximum", "rms_": "time: root_mean_square"}
+_OVER_STARTS = {"lowest": "minimum", "highest": "maximum", "mean": "mean", "std": "standard_deviation"}
+"""Parts of the name of a result over perturbed starts."""
 
 
 def of_file(version: str, created: str) -> dict[str, str]:
@@ -55,6 +55,7 @@ def of_variable(name: str, stored: Collection[str]) -> dict[str, str]:
     beside = [each for each in (_ERROR.get(name), "status") if each in stored and each != name]
     by_prefix = (method for prefix, method in _PREFIXES.items() if name.startswith(prefix))
     method = _METHODS.get(name) or next(by_prefix, "")
+    method += "".join(f" realization: {how}" for part, how in _OVER_STARTS.items() if f"_{part}_" in name)
     found = {"ancillary_variables": " ".join(map(str, beside)), "cell_methods": method}
     return {attribute: text for attribute, text in found.items() if text}
 

@@ -1,15 +1,31 @@
 """The lines of a file in any of the encodings of spreadsheets and old programs."""
 
-from damperlab.studies.faults import Fault, StudyFaults
+from collections.abc import Sequence
+
+from damperlab.studies.faults import Fault, StudyFaults, printable
 
 _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
+_ENOUGH = 10
+"""Numbers that show whether all have as many digits."""
 
 
 def lines_in(text: bytes | str, field: str) -> list[str]:
     """Split a text into lines; raises StudyFaults for `field` if it has none. Bytes are UTF-16, UTF-8 or Latin-1."""
     # Only these end a line: splitlines() would also split at odd characters and miscount.
-    return _decoded(text, field).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return _decoded(text, field).replace("\r\n", "\n").replace("\r", "\n").replace("−", "-").split("\n")
+
+
+def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
+    """Raise StudyFaults if a file ends within a line, and its last number has fewer digits than all others have."""
+    digits = [len(number.partition(".")[2]) for number in numbers]
+    alike = len(numbers) > _ENOUGH and len(set(digits[:-1])) == 1
+    if lines[-1] and numbers[-1] and alike and digits[-1] < digits[0]:
+        shown = printable(numbers[-1])
+        told = f"The file seems to be cut off: its last number, {shown}, has fewer digits than all others."
+        advice = "give the complete file, or end its last line with a line break"
+        allowed = f"{digits[0]} characters after the point"
+        raise StudyFaults([Fault(f"line {len(lines)}", shown, allowed, advice, told)])
 
 
 def _decoded(text: bytes | str, field: str) -> str:

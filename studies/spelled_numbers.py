@@ -1,9 +1,11 @@
 """Texts in the place of a number: the probable meaning, and the correct spelling."""
 
+import math
 import re
 from collections.abc import Iterable
 
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+_FORTRAN = re.compile(_NUMBER.replace("eE", "eEdD"))
 _PLAIN = re.compile(rf"\s*({_NUMBER})\s*\Z")
 _COMMA = re.compile(r"\s*([-+]?[0-9]+),([0-9]+)\s*\Z")
 _DECIMAL_COMMA = re.compile(r"\s*\"?[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?\"?\s*\Z")
@@ -51,6 +53,11 @@ def number_advice(raw: object, unit: str | None = None) -> str:
             return "write the number alone, without a unit"
         return "write the number alone: it is a ratio, without a unit"
     return NUMBER_ALONE
+
+
+def read_decimal(text: str) -> float:
+    """Read a plain number, also with a D for its exponent as in Fortran; NaN if it is none."""
+    return float(text.lower().replace("d", "e")) if _FORTRAN.fullmatch(text) else math.nan
 
 
 def decimal_comma(cells: Iterable[str]) -> str | None:

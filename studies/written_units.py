@@ -16,6 +16,10 @@ ACCELERATIONS = {
 }
 """Units by their usual spelling, and what one of each is in SI units."""
 
+BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
+_FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
+_NO_SUFFIX = ("h", "v", "in")
+"""Units that usually mean a direction, as in `acc_h`."""
 _LONGEST = 40
 """Characters of a text that are examined; real units have fewer."""
 _KINDS = {
@@ -43,6 +47,7 @@ _SPELLINGS = tuple(
         (r"^gals?$", "cm/s2"),
         (r"^u(?=[ms]$)", "µ"),
         (r"(?<=%)\s*of\b|[\s^*·.()\[\]{}_]", ""),
+        (r"(?<=m)p(?=s)", "/"),
         (r"(?<=[mtn])(?:/s/s|/?ss|s-2|s2)$", "/s2"),
         (r"(?<=[mtn])s-1$", "/s"),
     )
@@ -60,6 +65,25 @@ def usual(written: str) -> str:
 def kind_of(written: str) -> str:
     """Name the quantity of a unit, as in `a velocity`; empty if unknown."""
     unit = usual(written) if len(written) <= _LONGEST else ""
-    if unit.endswith("/hz"):
+    if unit.endswith("2/hz"):
         return "a spectral density"
     return next((kind for kind, units in _KINDS.items() if unit in units), "")
+
+
+def taken_apart(cell: str) -> tuple[str, list[str]]:
+    """Split a heading into its words and its unit, as in `acc (g)`, `acc in g`, `acc / g`, `acc_g`."""
+    stated, bare = BRACKETS.findall(cell), BRACKETS.sub(" ", cell)
+    words = re.sub(r"[\s_./,]+", " ", bare).strip()
+    if _FACTOR.search(cell):
+        return words, [cell]
+    if stated:
+        return words, [each for each in stated if kind_of(each)] or stated[-1:]
+    if kind_of(cell):
+        return "", [cell]
+    for parting in re.finditer(r"\s+in\s+|\s*/\s*|[\s_,]+", cell):
+        before, unit = cell[: parting.start()].replace("_", " "), cell[parting.end() :]
+        apart = parting[0].strip(" _,")
+        known = kind_of(unit) and (apart or unit.lower() not in _NO_SUFFIX)
+        if known or (apart == "in" and " " not in unit):
+            return before, [unit]
+    return words, []

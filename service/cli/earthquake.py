@@ -49,8 +49,6 @@ from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
 if TYPE_CHECKING:
     from damperlab.service.earthquakes import WithPaper
 
-RECORD_SUFFIXES = (".at2", ".csv", ".txt")
-
 OPTIONS = (
     {name: option_of(name) for name in QUANTITIES}
     | options_of(Compared)
@@ -77,7 +75,7 @@ def records(
         Path | None,
         typer.Argument(
             metavar="FILE",
-            help="File to store: PEER .at2, or .csv with two columns (time, acceleration).",
+            help="File to store: PEER .at2, or two columns (time, acceleration).",
             show_default=False,
         ),
     ] = None,
@@ -96,6 +94,7 @@ def records(
     as_json: AsJson = False,
 ) -> None:
     """List the ground-motion records, or store one."""
+    from damperlab.studies.ground.motion import doubt_of
     from damperlab.studies.ground.shelf import Shelf
 
     recipe = recipe_of(seed, duration_s, peak_g, generate)
@@ -140,6 +139,8 @@ def records(
         f"{'Stored' if new else 'Already stored'}: {record_id}, {summary['samples']} samples at {motion.step_s:g} s, "
         f"peak {summary['peak_acceleration_g']:.3g} g."
     )
+    if doubt := doubt_of(summary["peak_displacement_m"]):
+        say(doubt)
 
 
 @names_a_design(
@@ -188,7 +189,7 @@ def earthquake(
     """
     check_file(output)
     recipe = recipe_of(kanai_tajimi, duration_s, peak_g, generate)
-    is_file = recipe is None and Path(record).suffix.lower() in RECORD_SUFFIXES
+    is_file = recipe is None and bool(Path(record).suffix)
     if not is_file:
         check_alone({"--units": units}, "a file as RECORD")
     if recipe is not None and record != Compared.record:
@@ -235,13 +236,9 @@ def earthquake(
 
 
 def read_file(file: Path, units: str | None, name: str) -> Any:
-    """Read a record from a file; its format is its suffix."""
+    """Read a record from a file: PEER's if its suffix says so, else columns."""
     from damperlab.studies.ground.files import read_record
 
-    if file.suffix.lower() not in RECORD_SUFFIXES:
-        raise typer.BadParameter(
-            f"found {file.name!r}, allowed: a name that ends in {', '.join(RECORD_SUFFIXES)}"
-        )
     try:
         content = file.read_bytes()
     except OSError as error:

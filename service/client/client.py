@@ -421,7 +421,7 @@ class Client:
         Parameters
         ----------
         path : path
-            A PEER file (.at2), or one of two columns, time [s] and acceleration (.csv, .txt).
+            A PEER file (.at2), or one of two columns, time [s] and acceleration.
         name : str
             Name of the record; by default the file's name.
         units : {"g", "m/s2", "cm/s2"}, optional

@@ -11,7 +11,6 @@ from damperlab.service.client.answers import DamperComparison
 from damperlab.service.client.faults import refused
 from damperlab.studies.faults import Fault, describe
 
-KINDS = {".at2": ("text/plain", "at2"), ".csv": ("text/csv", "csv"), ".txt": ("text/csv", "csv")}
 UNITS = (("_m_s2", "m/s2"), ("_m_s", "m/s"), ("_m", "m"), ("_j", "J"), ("_s", "s"))
 """How the name of a measure ends, and its unit."""
 
@@ -58,22 +57,17 @@ def upload(path: Path, name: str, units: str | None) -> dict[str, Any]:
     Raises
     ------
     Refused
-        If the file cannot be read, or its suffix is no known format.
+        If the file cannot be read.
     """
-    kind, layout = KINDS.get(path.suffix.lower(), (None, None))
-    if kind is None:
-        allowed = f"a {', '.join(KINDS)} file"
-        raise refused(
-            (Fault("path", describe(path.name), allowed, "give the file the suffix of its format"),)
-        )
     try:
         content = path.read_bytes()
     except OSError as error:
         found = f"{describe(str(path))} ({error.strerror})"
         told = f"The file {path} cannot be read: {error.strerror}."
         raise refused((Fault("path", found, "a readable file", "check the path", told),)) from None
+    layout = "at2" if path.suffix.lower() == ".at2" else "csv"
     asked = {"format": layout, "units": units, "name": name or path.stem}
-    return {"content": content, "headers": {"Content-Type": kind}, "params": asked}
+    return {"content": content, "headers": {"Content-Type": "text/plain"}, "params": asked}
 
 
 def read_comparison(document: Mapping[str, Any]) -> DamperComparison:

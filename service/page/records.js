@@ -98,7 +98,7 @@ export function uploadField(onKept) {
     if (!text) return;
     fill(trouble);
     try {
-      const type = /\.csv$/i.test(text.name) ? "text/csv" : "application/octet-stream";
+      const type = /\.at2$/i.test(text.name) ? "text/plain" : "text/csv";
       const given = { name: text.name.slice(0, 200), units: units.value };
       const kept = await put(given, { method: "POST", body: text, headers: { "Content-Type": type } });
       await onKept(kept);

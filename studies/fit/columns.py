@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.faults import Fault, listing, nearest, printable
-from damperlab.studies.written_units import LENGTHS, usual
+from damperlab.studies.written_units import BRACKETS, LENGTHS, taken_apart, usual
 
 FREQUENCIES = {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / math.pi, "rpm": 1.0 / 60.0}
 FORCES = {"n": 1.0, "kn": 1e3, "lbf": 4.4482216152605}
@@ -74,9 +74,11 @@ OF_RESPONSE = (
 )
 """Reason why an acceleration of the structure is not fitted, and the remedy."""
 
-_UNIT = re.compile(r"^(.*?)\s*[(\[]([^)\]]*)[)\]]\s*$")
-
-
+_NO_AMPLITUDE = re.compile(r"\b(?:rms|pp|p-p|pk-pk|peak[- ]?to[- ]?peak)\b", re.IGNORECASE)
+_TO_AMPLITUDE = (
+    "give the largest displacement of a cycle as `amplitude (mm)`: half of a peak-to-peak value; an rms value leaves it open, "
+    "since the motion is no sine"
+)
 _OTHERWISE = {
     "displacement": "amplitude",
     "deflection": "amplitude",
@@ -91,8 +93,7 @@ _OTHERWISE = {
 
 def says_time(heading: str) -> bool:
     """Whether a heading is that of a column of times."""
-    said = heading.strip().strip('"').lower().partition("(")[0].partition("[")[0].strip()
-    return said in ("time", "t", "time_s")
+    return taken_apart(heading)[0].strip().lower() in ("time", "t")
 
 
 def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> str:
@@ -156,8 +157,15 @@ def read_heading(
         for name, units in column.names.items():
             if written.lower() == name:
                 return name, 0.01 if units is SHARES else 1.0
-    stated = _UNIT.match(written)
-    said, as_written = (stated[1], stated[2].strip()) if stated else (written, "")
+    if _NO_AMPLITUDE.search(written.replace("_", " ")):
+        told = f"The heading {printable(written)} is no amplitude."
+        return Fault(field, printable(written), "a largest displacement", _TO_AMPLITUDE, told)
+    said, as_written = written, ""
+    in_brackets = BRACKETS.findall(written)
+    if len(in_brackets) == 1:
+        said, as_written = BRACKETS.sub("", written), in_brackets[0].strip()
+    elif not in_brackets and (apart := taken_apart(written))[1]:
+        said, as_written = apart[0], apart[1][0]
     said, unit = re.sub(r"[\s_]+", " ", said).strip().lower(), usual(as_written)
     for column in columns:
         if said not in column.spellings:
@@ -167,7 +175,8 @@ def read_heading(
                 return name, units[unit]
         allowed = f"one of the units {listing(column.units)}" if column.units else "no unit: it is a ratio"
         example = f"`{said} ({column.units[0]})`" if column.units else f"`{said}`"
-        advice = f"write the heading as {example}"
+        into = "one of these" if column.units else "a ratio"
+        advice = f"convert the numbers to {into}, and write the heading as {example}"
         found = f"the unit {printable(as_written)}" if unit else "no unit"
         told = f"The heading {printable(written)} has {found}; it may have {allowed}."
         if not unit:

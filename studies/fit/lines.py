@@ -1,5 +1,6 @@
 """A table of text, split into its heading, its separator and its lines."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,11 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.decoded import lines_in
+from damperlab.studies.decoded import check_end, lines_in
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, printable
 from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
 
 MOST_BYTES = 4 * 1024 * 1024
+_BLANKS = re.compile(r"\s{2,}|(?<=[)\]\d.])\s+(?=\S)")
+"""Between the cells of a line without separators: a name may contain a blank."""
 MOST_COLUMNS = 30
 """Most columns of a table; each name is compared with all known ones."""
 
@@ -23,7 +26,7 @@ class Lines:
     Parameters
     ----------
     separator : str
-        Comma, semicolon or tab.
+        Comma, semicolon or tab; a blank if these are missing.
     heading : (int, str)
         Line number, from 1, and text of the heading.
     rows : list of (int, str)
@@ -36,6 +39,8 @@ class Lines:
 
     def cells(self, text: str) -> list[str]:
         """Cut one line."""
+        if self.separator == " ":
+            return _BLANKS.split(text.strip())
         return [cell.strip().strip('"').strip() for cell in text.split(self.separator)]
 
 
@@ -95,23 +100,30 @@ def read_bytes(path: Path | str) -> bytes:
 
 
 def lines_of(text: bytes | str) -> Lines:
-    """Split a table into lines; raises StudyFaults if it is too large or empty."""
+    """Split a table into lines; raises StudyFaults if it is too large or empty, or was cut off.
+
+    Lines that begin with # or % are comments, but the last one above numbers may be their heading.
+    """
     if len(text) > MOST_BYTES:
         allowed = f"a file of at most {MOST_BYTES:,} bytes"
         raise StudyFaults([Fault("measured", f"{len(text):,} bytes", allowed, "give fewer rows")])
-    lines = [
-        (number, line)
-        for number, line in enumerate(lines_in(text, "measured"), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    written = lines_in(text, "measured")
+    all_lines = [(number, line) for number, line in enumerate(written, start=1) if line.strip()]
+    lines = [(number, line) for number, line in all_lines if line.lstrip()[0] not in "#%"]
+    above = all_lines.index(lines[0]) if lines else 0
+    if above and not re.search("[a-zA-Z]{2}", lines[0][1]):
+        number, line = all_lines[above - 1]
+        lines = [(number, line.lstrip("#% ")), *lines]
     if not lines:
         advice = "write a heading such as `frequency (Hz), amplitude (mm)` and one row for each frequency"
         raise StudyFaults(
             [Fault("measured", "nothing", "a table", advice, "The file holds no table of measured values.")]
         )
-    separator = next((one for one in (";", "\t", ",") if one in lines[0][1]), ",")
+    separator = next((one for one in (";", "\t", ",") if one in lines[0][1]), " ")
     columns = lines[0][1].count(separator) + 1
     if columns > MOST_COLUMNS:
         allowed, advice = f"at most {MOST_COLUMNS} columns", "keep the columns that are fitted"
         raise StudyFaults([Fault(f"line {lines[0][0]}", counted(columns, "column"), allowed, advice)])
-    return Lines(separator, lines[0], lines[1:])
+    table = Lines(separator, lines[0], lines[1:])
+    check_end(written, [table.cells(line)[-1] for _, line in table.rows])
+    return table

@@ -11,9 +11,12 @@ from damperlab.studies.faults import Fault, StudyFaults, counted, printable
 from damperlab.studies.fit.columns import CONDITIONS, PERCENT, read_heading, read_headings, says_time
 from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
 from damperlab.studies.quantity import FREQUENCY_RATIO
+from damperlab.studies.spelled_numbers import read_decimal
 
 MOST_ROWS = 2_000
 """Most rows: each is computed some hundred times."""
+_FEW_LINES = 30
+"""Lines among which a heading is sought that is not the first."""
 LARGEST = 1e12
 """Bound on every number: beyond it the unit is wrong."""
 
@@ -130,10 +133,15 @@ def _no_heading(lines: Lines) -> Fault | None:
     if not lines.rows:
         return None
     told = f"{{field}} is {found}, which names no columns; the first line must name them, each with its unit."
-    cells = re.split(r"[;\t]" if re.search(r"[;\t]", lines.rows[0][1]) else ",", lines.rows[0][1])
-    if any(not isinstance(read_heading(cell, field), Fault) for cell in cells) or says_time(cells[0]):
-        return Fault(field, found, allowed, "remove this line, or write # before it", told)
-    if len(lines.cells(text)) == 1 and len(cells) > 1:
+    below = [
+        (at, re.split(r"[;\t]" if re.search(r"[;\t]", row) else ",", row))
+        for at, row in lines.rows[:_FEW_LINES]
+    ]
+    for at, cells in below:
+        if says_time(cells[0]) or not isinstance(read_heading(cells[0], field), Fault):
+            advice = f"remove the lines above line {at}, or write # before them"
+            return Fault(field, found, allowed, advice, told)
+    if len(lines.cells(text)) == 1 and len(below[0][1]) > 1:
         advice = f"write # before it, and below it such a line, as in {example}"
         return Fault(field, found, allowed, advice, told)
     return None
@@ -181,10 +189,7 @@ def _cell(name: str, factor: float, cell: str) -> float | Fault:
     lowest = 0.0 if name in CONDITIONS else np.nextafter(0.0, 1.0)
     allowed = f"a number {'of at least' if lowest == 0.0 else 'above'} 0"
     advice = "correct the cell, or remove the line"
-    try:
-        value = float(cell) if re.fullmatch(r"[-+.\deE]+", cell) else np.nan
-    except ValueError:
-        value = np.nan
+    value = read_decimal(cell)
     if not lowest <= value <= LARGEST:
         found = printable(cell) if cell else "an empty cell"
         told = f"{{field}} must be {allowed}, not {found}."

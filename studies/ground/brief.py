@@ -5,11 +5,10 @@ from typing import Any
 
 from damperlab.studies.brief import Brief, Damper
 from damperlab.studies.cavity import cavity_of
+from damperlab.studies.ground.motion import doubt_of
 
 SAME = 0.02
 """Relative difference within which two dampers count as equal: then the one with fewer parts is recommended."""
-FARTHEST_M = 12.0
-"""Largest displacement of measured ground: Chi-Chi 1999 by about 10 m."""
 PEAK = "peak_relative_displacement_m"
 DAMPERS: dict[str, Damper] = {
     "none": "no_damper",
@@ -43,16 +42,10 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
             share = 1 - float(cases[best][PEAK]) / float(cases["none"][PEAK])
             told += f", {100 * share:.0f} % less than without damper"
     spread = cases[best].get("spread")
-    doubt = ""
+    doubts = [doubt_of(float(answer["record"]["peak_displacement_m"]))]
     if spread and spread["sensitive"]:
         low, high = (_mm(spread[PEAK][end]) for end in ("lowest", "highest"))
-        doubt = f"It depends on the start: {low} to {high} over {spread['starts']} starts."
-    moved_m = float(answer["record"]["peak_displacement_m"])
-    if moved_m > FARTHEST_M:
-        far = (
-            f"Beware: the record moves its base by {moved_m:.3g} m. Check its unit of time and its baseline."
-        )
-        doubt = f"{far} {doubt}".rstrip()
+        doubts.append(f"It depends on the start: {low} to {high} over {spread['starts']} starts.")
     rows = tuple(
         (values["label"], _mm(values[PEAK]), f"{float(values['peak_absolute_acceleration_m_s2']):.3g} m/s²")
         for case, values in cases.items()
@@ -62,7 +55,7 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
         cavity = cavity_of(answer["design"])
         rows += (("given" if cavity.acts else "assumed", cavity.words, ""),)
     following = "several records and scales as a suite, with `damperlab run`; one record decides little."
-    return Brief(DAMPERS[best], (f"{told}.", doubt), rows, following)
+    return Brief(DAMPERS[best], (f"{told}.", " ".join(filter(None, doubts))), rows, following)
 
 
 def _mm(metres: float) -> str:

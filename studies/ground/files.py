@@ -6,14 +6,14 @@ from typing import Literal
 
 import numpy as np
 
-from damperlab.studies.decoded import lines_in
+from damperlab.studies.decoded import check_end, lines_in
 from damperlab.studies.equal_steps import TOO_FEW_DIGITS, UNEVEN, equal_step, resolution_of
 from damperlab.studies.faults import counted, describe, listing, printable
 from damperlab.studies.ground.heading import COLUMNS, WRITE_STEP, Line, check_format, read_heading
 from damperlab.studies.ground.motion import GroundMotion, checked, refused
-from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
+from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma, read_decimal
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
-from damperlab.studies.written_units import TIMES, usual
+from damperlab.studies.written_units import TIMES, kind_of, usual
 
 Layout = Literal["at2", "csv"]
 Row = tuple[int, list[str]]
@@ -21,7 +21,7 @@ Row = tuple[int, list[str]]
 
 MOST_BYTES = 16 * 1024 * 1024
 
-_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[EeDd][+-]?\d{1,3})?"
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[EeDd][+-]?[0-9]{1,3})?"
 # Fortran writes columns of fixed width: a minus sign may directly follow the previous number.
 _NUMBERS = re.compile(rf"\s*(?:{_NUMBER}(?=[\s+-]|$)\s*)+$")
 _ONE = re.compile(_NUMBER)
@@ -34,6 +34,8 @@ _NO_WORD = re.compile(rf"{_NUMBER}|[+-]?(?:nan|inf)|n/?a|null|none|-+|\*+", re.I
 """Allowed content of a numeric cell, including a missing value."""
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
+_LONG_STEP_S = 0.1
+"""Time step from which the unit of the times must be stated: they may be row numbers, or milliseconds."""
 
 
 def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | None = None) -> GroundMotion:
@@ -92,20 +94,27 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
             told = f"No line is two numbers; the last is {printable(head[-1][1])}."
         advice = "give time in s and acceleration, one sample on each line"
         raise refused(_at(len(lines)), f"the end after {len(rows)} rows", "two rows or more", advice, told)
-    pairs = all(len(cells) == 2 for _, cells in rows) and 2 * len(rows) != count
-    series = bool(step) and not pairs
+    sizes = {len(cells) for _, cells in rows}
+    table = (sizes == {2} and 2 * len(rows) != count) or (len(rows) == count and sizes != {1})
+    series = bool(step) and not table
+    check_end(lines, [cell for _, cells in rows for cell in (cells if series else cells[-1:])])
     sign = next((each for each in ";\t," if each in lines[rows[0][0] - 1]), "")
     if not series:
         _check_width(rows)
     second, factor = read_heading(head, None if series else sign, units)
     announced = 0.0
     if step:
-        announced = _float(step) * TIMES.get(usual(begin[3] or "") if begin else "", second or 1.0)
+        unit = begin[3] or "" if begin else ""
+        if kind_of(unit) in ("a time", "a frequency") and usual(unit) not in TIMES:
+            allowed = f"one of {listing(TIMES)}"
+            told = f"Line {place} gives the step in {printable(unit)}, which is not read; allowed are {listing(TIMES)}."
+            raise refused(_at(place), printable(unit), allowed, "write the step in s", told)
+        announced = read_decimal(step) * TIMES.get(usual(unit), second or 1.0)
     if series:
         numbers = _in_series(rows, place, count, len(lines))
         step_s = announced
     else:
-        step_s, numbers = _between(rows, second), [_float(cells[1]) for _, cells in rows]
+        step_s, numbers = _between(rows, second), [read_decimal(cells[1]) for _, cells in rows]
         if step and (len(rows) != count or abs(announced - step_s) > UNEVEN * step_s):
             found = f"{counted(count, 'sample')}, {announced:g} s apart"
             seen = f"{counted(len(rows), 'line')} of two numbers, {step_s:g} s apart"
@@ -140,7 +149,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
         # in a line with commas, only these separate cells
         apart = [cell for cell in re.split(r"[;\t]|\s+", bare) if cell]
         whole = "," in bare and len(cells) == 4 and all(cell.lstrip("+-").isdigit() for cell in cells)
-        if whole or ((begin or len(apart) == 2) and decimal_comma(apart)):
+        if whole or ((begin or len(apart) > 1) and decimal_comma(apart)):
             raise refused(_at(number), printable(bare), "decimal points", WRITE_POINTS, COMMAS_FOUND)
         if not numbers:
             advice = "correct the line, or remove it if it is not data"
@@ -157,7 +166,7 @@ def _is_announcement(rows: Sequence[Row]) -> bool:
     if all(len(cells) == 1 for cells in below):
         return True
     # times would continue after the first
-    return 1 < count > _float(below[0][0]) and count in (len(below), sum(map(len, below)))
+    return 1 < count > read_decimal(below[0][0]) and count in (len(below), sum(map(len, below)))
 
 
 def _in_series(rows: Sequence[Row], place: int, count: int, end: int) -> list[float]:
@@ -165,7 +174,7 @@ def _in_series(rows: Sequence[Row], place: int, count: int, end: int) -> list[fl
     allowed = f"{count:,} samples, as line {place} says"
     samples: list[float] = []
     for number, cells in rows:
-        samples.extend(map(_float, cells))
+        samples.extend(map(read_decimal, cells))
         if len(samples) > count:
             told = f"Line {number} holds sample {len(samples):,}, but line {place} announces only {count:,} samples."
             advice = "correct NPTS, or remove the surplus samples"
@@ -182,7 +191,9 @@ def _check_width(rows: Sequence[Row]) -> None:
         if len(cells) == 2:
             continue
         advice = f"write the time before it, or {WRITE_STEP}"
-        if len(cells) > 2:
+        if 2 * sum(len(each) == 2 for _, each in rows) > len(rows):
+            advice = "complete the line, or remove what is no sample"
+        elif len(cells) > 2:
             advice = (
                 "keep the time and the one acceleration that you mean; where all are samples in a row, write "
             )
@@ -195,13 +206,15 @@ def _between(rows: Sequence[Row], stated: float | None) -> float:
     """Find the step [s] between the times of two columns."""
     second = stated or 1.0
     written = [cells[0] for _, cells in rows]
-    time = np.array([_float(each) for each in written])
+    time = np.array([read_decimal(each) for each in written])
     step, wrong = equal_step(second * time, second * resolution_of(written))
     if wrong is not None:
         number, before, at = rows[wrong][0], second * time[wrong - 1], second * time[wrong]
         if at <= before:
             told = f"The time {at:g} s in line {number} is not later than {before:g} s before it; time must increase."
             advice = "order the lines by time, and keep one record in a file"
+            if all(cell.lstrip("+-").isdigit() for _, cells in rows for cell in cells):
+                advice = f"where the commas are decimal commas, {WRITE_POINTS}; otherwise {advice}"
             raise refused(_at(number), f"the time {at:g} s", f"a time after {before:g} s", advice, told)
         found = f"a step of {at - before:.6g} s after steps of {step:.6g} s"
         told = f"Line {number} has {found}; all time steps must be equal."
@@ -212,12 +225,8 @@ def _between(rows: Sequence[Row], stated: float | None) -> float:
     if np.isnan(step):
         advice = f"write the times with more digits, or {WRITE_STEP}"
         raise refused("time", f"times such as {written[-1]}", "a known time step", advice, TOO_FEW_DIGITS)
-    if stated is None and step == 1.0:
-        told = "The first column counts by 1, and nothing says that it is in seconds: row numbers, it seems."
+    if stated is None and step >= _LONG_STEP_S:
+        told = f"The first column counts by {step:g}, and nothing says that it is in seconds: row numbers or ms, it seems."
         advice = f"write the heading as {COLUMNS} where they are seconds; otherwise {WRITE_STEP}"
         raise refused("time", f"{written[0]}, {written[1]}, …", "a column of times", advice, told)
     return step
-
-
-def _float(text: str) -> float:
-    return float(text.replace("D", "E").replace("d", "e"))

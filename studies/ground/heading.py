@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from damperlab.studies.faults import StudyFaults, listing, printable
 from damperlab.studies.ground.motion import refused
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
-from damperlab.studies.written_units import ACCELERATIONS, TIMES, kind_of, usual
+from damperlab.studies.written_units import ACCELERATIONS, BRACKETS, TIMES, kind_of, taken_apart, usual
 
 Line = tuple[int, str]
 """Number, from 1, and text of a line."""
@@ -19,30 +19,54 @@ _UNITS_OF = re.compile(
     r"\bunits?\b\s*(?:(?:of|for)\s+)?(?:time|acc\w*)?\s*(?:of|are|is|in|[:=]|(?=[(\[]))\s*(.+)", re.IGNORECASE
 )
 _AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
-_BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
-_FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
-_NO_SUFFIX = ("h", "v", "in")
-"""Units that usually mean a direction, as in `acc_h`."""
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
+_FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
+_OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",)
+"""Quantities that samples may have, and units that usually mean something else."""
 _PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
 _OVER_TIME = "give the acceleration over time"
 _OTHERS = {
-    "a spectral density": (r"\b[ap]sd\b|spectral density", f"{_OVER_TIME}, or generate one with `random_vibration`"),
-    "a response spectrum": (r"\bp?s[av]\b|spectr(?:um|a|al)\b|\bperiods?\b", f"{_OVER_TIME}: a spectrum leaves it open"),
-    "a frequency": (r"\bfreq\w*|\bfourier\b|\bfft\b|\bfas\b", f"{_OVER_TIME}; `damperlab fit` reads a response over frequency"),
-    "a velocity": (r"\bvel(?:ocity)?\b|\bspeed\b|^v$", "give the file of the acceleration, or differentiate this one"),
-    "a displacement": (r"\bdisp(?:l(?:acement)?)?\b", "give the file of the acceleration, or differentiate this one twice"),
+    "a spectral density": (
+        r"\b[ap]sd\b|spectral density",
+        f"{_OVER_TIME}, or generate one with `random_vibration`",
+    ),
+    "a response spectrum": (
+        r"\bp?s[av]\b|spe[ck]tr(?:um|al?|ale|en|o)\b|spettro\b|\bp[eé]r[ií]od\w*",
+        f"{_OVER_TIME}: a spectrum leaves it open",
+    ),
+    "a frequency": (
+        r"\bfr[eé][cq]\w*|\bfourier\b|\bfft\b|\bfas\b",
+        f"{_OVER_TIME}; `damperlab fit` reads a response over frequency",
+    ),
+    "a velocity": (
+        r"\bvel(?:oc\w*)?\b|\bspeed\b|^v$|vitesse|geschwindigkeit",
+        "give the file of the acceleration, or differentiate this one",
+    ),
+    "a displacement": (
+        r"\bdisp(?:l(?:acement)?)?\b|d[eé]placement|desplazamiento|spostamento|verschiebung|^weg$",
+        "give the file of the acceleration, or differentiate this one twice",
+    ),
     "a list of peak values": (r"^pg[avd]\b", _OVER_TIME),
-    "a count of samples": (r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$", WRITE_STEP),
-}  # fmt: skip
+    "a count of samples": (
+        r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$",
+        WRITE_STEP,
+    ),
+}
 """Files that are no record: words that identify them, and the remedy."""
+_HEADER_LINES = 60
 _FORMATS = (
     ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal a count"),
     ("ESM", r"^EVENT_NAME:", "the values follow the heading, in its UNITS, SAMPLING_INTERVAL_S apart"),
     ("COSMOS", r"\(Format v\d+\.\d+ with \d+ text lines\)", "take the acceleration block, in its units"),
+    ("CSMIP", r"^\s*\d+ POINTS OF ACCEL DATA", "take the acceleration block, in its units"),
+    (
+        "LabVIEW",
+        r"^LabVIEW Measurement",
+        "the columns follow the last ***End_of_Header***, Y_Unit_Label gives the unit",
+    ),
     ("SMC", r"^\s*\d\s+\w+\s+ACCELEROGRAM", "the values follow the comment lines, in cm/s²"),
 )
 """Files of other institutions: their names, how they begin, and where they have the acceleration."""
@@ -86,9 +110,15 @@ def read_heading(
             what = _other(line)
             moved = what in ("a velocity", "a displacement")
             sure = moved and re.search(r"\btime\b|histor|series", line, re.IGNORECASE)
-            if sure or (not titled and (moved or "response spectr" in line.lower())):
+            spectral = "spectral acc" in line.lower()
+            if sure or spectral or (not titled and (moved or "response spectr" in line.lower())):
                 raise _no_record(what, number, line)
     second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", ACCELERATIONS)
+    for number, line in lines:
+        if _FACTORS.search(line):
+            told = f"Line {number} names a factor: {printable(line)}. The samples must be in their unit."
+            advice = "multiply the numbers by it and remove the line; if they contain it already, only remove the line"
+            raise refused(f"line {number}", "a factor", "samples in their unit", advice, told)
     if unit is None and given is None:
         told = "The file does not state the unit of its acceleration."
         advice = f"name it with the file ({listing(UNITS)}), or write the heading as {COLUMNS}"
@@ -97,7 +127,23 @@ def read_heading(
         told = f"`units` is {given}, but the file says {unit} in line {units[0][1]}."
         advice = "leave `units` out, or correct the heading of the file"
         raise refused("units", f"{given} while the file says {unit}", f"{unit}, or nothing", advice, told)
+    if unit is None:
+        _check_mentioned(others, str(given))
     return TIMES[second] if second else None, ACCELERATIONS[unit or str(given)]
+
+
+def _check_mentioned(lines: Sequence[Line], given: str) -> None:
+    """Refuse a given unit if a line mentions another one that is neither of a peak nor next to a number."""
+    for number, line in lines:
+        words = ["", *re.split(r"[\s,;:=()\[\]{}'\"]+", line), ""]
+        of_peak = _PEAK.search(line) is not None
+        for before, word, after in zip(words, words[1:], words[2:], strict=False):
+            other = kind_of(word) in _OF_SAMPLES and usual(word) != given and word.lower() not in _DIRECTIONS
+            if other and not (of_peak or before[-1:].isdigit() or after[:1].isdigit()):
+                found = f"{given} while line {number} mentions {printable(word)}"
+                told = f"`units` is {given}, but line {number} mentions {printable(word)}: {printable(line)}."
+                advice = f"state the unit in a heading, as in {COLUMNS}, or in a line such as `Units: g`"
+                raise refused("units", found, "one unit", advice, told)
 
 
 def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str]] | None, Sequence[Line]]:
@@ -117,18 +163,18 @@ def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str
 
 def _named(cell: str) -> bool:
     """Whether a cell names a column of a record, or a known other quantity."""
-    words, units = _taken_apart(cell)
+    words, units = taken_apart(cell)
     return _is_time(cell) or bool(_ACCELERATION.search(words) or _other(words) or any(map(kind_of, units)))
 
 
 def _is_time(cell: str) -> bool:
-    words, units = _taken_apart(cell)
+    words, units = taken_apart(cell)
     return bool(_TIME.fullmatch(words)) or "a time" in map(kind_of, units)
 
 
 def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
     """Give the units in the heading of each of two columns, a time and an acceleration."""
-    read = [_taken_apart(cell) for cell in cells]
+    read = [taken_apart(cell) for cell in cells]
     for cell, (words, units) in zip(reversed(cells), reversed(read), strict=True):
         what = _other(words) or next((kind for kind in map(kind_of, units) if kind in _OTHERS), "")
         if what and len(cells) == 2:
@@ -152,35 +198,16 @@ def _cells(line: str) -> list[str]:
     return bare.split() if len(bare.split()) == 2 else [bare]
 
 
-def _taken_apart(cell: str) -> tuple[str, list[str]]:
-    """Split a heading into its words and its unit, as in `acc (g)`, `acc in g`, `acc / g`, `acc_g`."""
-    stated, bare = _BRACKETS.findall(cell), _BRACKETS.sub(" ", cell)
-    words = re.sub(r"[\s_./,]+", " ", bare).strip()
-    if _FACTOR.search(bare):
-        return words, [cell]
-    if stated:
-        return words, [each for each in stated if kind_of(each)] or stated[-1:]
-    if kind_of(cell):
-        return "", [cell]
-    for parting in re.finditer(r"\s+in\s+|\s*/\s*|[\s_,]+", cell):
-        before, unit = cell[: parting.start()].replace("_", " "), cell[parting.end() :]
-        apart = parting[0].strip(" _,")
-        known = kind_of(unit) and (apart or unit.lower() not in _NO_SUFFIX)
-        if known or (apart == "in" and " " not in unit):
-            return before, [unit]
-    return words, []
-
-
 def _stated(line: str) -> Iterator[str]:
     """Give the units in a line of text: after `units of`, or in a line about acceleration or time."""
     if found := _UNITS_OF.search(line):
         first, *others = re.split("[,;]", found[1])
-        named = _taken_apart(first)[1] if _TELLING.search(first) else []
+        named = taken_apart(first)[1] if _TELLING.search(first) else []
         yield _first_unit(first) or (named or [first.strip()])[0]
         for other in others:
-            yield from filter(kind_of, _taken_apart(other)[1])
+            yield from filter(kind_of, taken_apart(other)[1])
     elif _TELLING.search(line) and not _PEAK.search(line):
-        yield from (each for each in _BRACKETS.findall(line) if kind_of(each) or _LIKE_A_UNIT.search(each))
+        yield from (each for each in BRACKETS.findall(line) if kind_of(each) or _LIKE_A_UNIT.search(each))
         for found in re.finditer(r"\bin\s+(?=(\S+))", line, re.IGNORECASE):
             unit = _first_unit(line[found.end() :])
             if unit or _AT_ONCE.search(line[: found.end()]):
@@ -229,7 +256,9 @@ def _no_record(what: str, number: int, shown: str) -> StudyFaults:
 def check_format(lines: Sequence[str]) -> None:
     """Refuse the file of another institution by its name, and explain how to convert it into columns."""
     for name, begins, how in _FORMATS:
-        if any(re.search(begins, line) for line in lines[:3]):
+        if any(re.search(begins, line) for line in lines[:_HEADER_LINES]):
             told = f"This is a file of {name}, which is not read."
-            advice = f"write two columns `time (s), acceleration (cm/s2)` from it: {how}"
+            advice = (
+                f"write two columns from it, with a heading such as `time (s), acceleration (cm/s2)`: {how}"
+            )
             raise refused("record", f"a file of {name}", "AT2, or two columns", advice, told)

@@ -21,6 +21,9 @@ SHORTEST_STEP, LONGEST_STEP = 1e-5, 1.0
 MOST_ACCELERATION = 1e4
 """Bound on a sample [m/s²], a thousand times the strongest ever recorded: beyond it the unit must be wrong."""
 
+FARTHEST_M = 12.0
+"""Largest displacement of measured ground: Chi-Chi 1999 by about 10 m."""
+
 
 class MotionSummary(TypedDict):
     """An entry in a list of records, in SI units."""
@@ -151,6 +154,13 @@ def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
             f"The base does not move in this record: its peak acceleration is {peak:g} m/s².",
         )
     return motion
+
+
+def doubt_of(moved_m: float) -> str:
+    """Ask about a record that moves its base farther than ground moves [m]; empty if it does not."""
+    if moved_m <= FARTHEST_M:
+        return ""
+    return f"Beware: the record moves its base by {moved_m:.3g} m. Check its units, its baseline and its largest sample."
 
 
 def refused(place: str, found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:

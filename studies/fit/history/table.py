@@ -8,6 +8,7 @@ from damperlab.studies.fit.columns import SHARES, Column, read_headings, says_ti
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
 from damperlab.studies.portable import acos, cos
+from damperlab.studies.spelled_numbers import read_decimal
 from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
@@ -120,10 +121,7 @@ def _numbers(lines: Lines, names: list[str], factors: list[float]) -> dict[str, 
 
 def _cell(name: str, factor: float, cell: str) -> float | Fault:
     """Read one number and convert it to SI units."""
-    try:
-        value = float(cell)
-    except ValueError:
-        value = np.nan
+    value = read_decimal(cell)
     positive = name in (DEVIATION, SHARE)
     if not abs(value) <= LARGEST or (positive and value <= 0.0):
         allowed = "a number above 0" if positive else "a number"
@@ -189,6 +187,13 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
         found = f"{counted(moved.size - release, 'row')} from the release on, in row {release + 1}"
         told, allowed = f"The time history has {found}.", f"at least {LEAST_ROWS} rows"
         return [Fault("measured", found, allowed, "measure longer", told)]
+    decay = np.abs(moved[release:])
+    low = int(np.argmin(decay))
+    crosses = moved[release:].min() < 0.0 < moved[release:].max()
+    if base is None and not crosses and decay[low:].max() - decay[low] > RESTING * (largest - decay[low]):
+        told = "The structure swings about another position than 0, which must be that of its rest."
+        advice = "subtract the position in which it comes to rest"
+        return [Fault(field, "a decay that never crosses 0", "a decay about 0", advice, told)]
     if base is not None and not np.abs(base).max() > 0.0:
         told = "The base acceleration is 0 throughout."
         return [Fault(BASE, "0", "a base that moves", "leave the column out of a free decay", told)]

@@ -14,7 +14,9 @@ _MEDIA_TYPES = {
     ".csv": "text/csv",
     ".parquet": "application/vnd.apache.parquet",
 }
-_STUDY, _SOFTWARE = "#study", "#damperlab"
+_STUDY, _SOFTWARE, _COMPUTATION = "#study", "#damperlab", "#computation"
+_CF = "https://cfconventions.org"
+_CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.org/sha256"}]
 
 
 def crate_beside(export: Path) -> str:
@@ -53,7 +55,9 @@ def write_crate(cube: xr.Dataset, export: Path) -> Path:
 
 def _document(cube: xr.Dataset, export: Path) -> dict[str, Any]:
     attributes = cube.attrs
-    licence = {"license": attributes["license"]} if "license" in attributes else {}
+    licence = str(attributes.get("license", ""))
+    licence_id = licence if licence.startswith("https://") else "#licence"
+    is_netcdf = export.suffix.lower() == ".nc"
     with export.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     file_entity = {
@@ -63,10 +67,16 @@ def _document(cube: xr.Dataset, export: Path) -> dict[str, Any]:
         "encodingFormat": _MEDIA_TYPES.get(export.suffix.lower(), "application/octet-stream"),
         "contentSize": str(export.stat().st_size),
         "sha256": digest,
-        "conformsTo": attributes["Conventions"],
     }
+    others = []
+    if is_netcdf:
+        file_entity["conformsTo"] = {"@id": _CF}
+        others.append({"@id": _CF, "@type": "CreativeWork", "name": attributes["Conventions"]})
+    if licence:
+        about = "Licence of the results."
+        others.append({"@id": licence_id, "@type": "CreativeWork", "name": licence, "description": about})
     return {
-        "@context": "https://w3id.org/ro/crate/1.1/context",
+        "@context": _CONTEXT,
         "@graph": [
             {
                 "@id": FILE,
@@ -79,15 +89,17 @@ def _document(cube: xr.Dataset, export: Path) -> dict[str, Any]:
                 "@type": "Dataset",
                 "name": attributes["title"],
                 "description": f"Results of study {attributes['digest'][:12]} of a hybrid vibration damper.",
-                "datePublished": attributes["created"],
+                "datePublished": attributes["created"][:10],
                 "citation": {"@id": attributes["references"]},
                 "hasPart": [{"@id": quote(export.name)}],
-                **licence,
+                "mentions": [{"@id": _COMPUTATION}],
+                **({"license": {"@id": licence_id}} if licence else {}),
             },
             file_entity,
             {
-                "@id": "#computation",
+                "@id": _COMPUTATION,
                 "@type": "CreateAction",
+                "name": "computation of the study",
                 "instrument": {"@id": _SOFTWARE},
                 "object": {"@id": _STUDY},
                 "result": {"@id": quote(export.name)},
@@ -111,5 +123,6 @@ def _document(cube: xr.Dataset, export: Path) -> dict[str, Any]:
                 "@type": "ScholarlyArticle",
                 "name": "A Hybrid Damper with Tunable Particle Impact Damping and Coulomb Friction",
             },
+            *others,
         ],
     }

@@ -104,8 +104,8 @@ def _array(
     chunks: tuple[int, ...],
     attributes: Any,
 ) -> Any:
-    target = file.create_variable(
-        name, dimensions, dtype=dtype, chunks=chunks, compression="gzip", compression_opts=1, shuffle=True
-    )
+    packed = {"chunks": chunks, "compression": "gzip", "compression_opts": 1, "shuffle": True}
+    missing = np.nan if dtype.kind == "f" else None
+    target = file.create_variable(name, dimensions, dtype=dtype, fillvalue=missing, **packed)
     target.attrs.update(attributes)
     return target

@@ -34,6 +34,16 @@ def test_records_are_listed_kept_and_generated(tmp_path: Path) -> None:
     assert json.loads(dampers)["record"]["digest"] == shocked["digest"]
 
 
+def test_a_record_whose_base_drifts_away_is_stored_and_asked_about(tmp_path: Path) -> None:
+    file = tmp_path / "offset.dat"
+    rows = (f"{0.01 * k:.2f}, {0.02 + 0.1 * (-1) ** k}" for k in range(6001))
+    file.write_text("\n".join(["time (s), acc (g)", *rows, ""]))
+    stored, doubt = run("records", file, "--data-dir", tmp_path).stdout.splitlines()
+    assert "6001 samples at 0.01 s" in stored
+    # 0.02 g over 60 s
+    assert "moves its base by 353 m" in doubt
+
+
 def test_a_suite_is_run_and_told_like_any_study(tmp_path: Path) -> None:
     file = tmp_path / "suite.yaml"
     file.write_text(

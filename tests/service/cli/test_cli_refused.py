@@ -133,6 +133,7 @@ NAMED = [
     ("earthquake --generate {} --kanai-tajimi 1", "cannot be combined"),
     ("earthquake nowhere", "loma-prieta"),
     ("earthquake missing.at2", "cannot be read"),
+    ("earthquake missing.lvm", "cannot be read"),
     # what would change nothing is to be left out
     ("earthquake el-centro --units m/s2", "--units"),
     ("earthquake x.csv --kanai-tajimi 1", "RECORD"),

@@ -1,10 +1,12 @@
 """Studies that a command has stored: shown, printed in units, deleted, verified, saved and restored."""
 
 import hashlib
+import itertools
 import json
 import shutil
 from collections.abc import Iterator
 from contextlib import closing
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -143,15 +145,16 @@ def test_an_export_is_described_as_a_crate_on_request(
     graph = json.loads((tmp_path / "ro-crate-metadata.json").read_text())["@graph"]
     entities = {each["@id"]: each for each in graph}
     whole, file = entities["./"], entities["cube.nc"]
-    assert whole["license"] == "CC-BY-4.0"
+    assert entities[whole["license"]["@id"]]["name"] == "CC-BY-4.0"
+    assert entities[file["conformsTo"]["@id"]]["name"] == "CF-1.11"
+    date.fromisoformat(whole["datePublished"])
     assert file["sha256"] == hashlib.sha256((tmp_path / "cube.nc").read_bytes()).hexdigest()
     assert json.loads(entities["#study"]["value"]) == record["definition"]
-    # whatever an entity refers to is described, and nobody is named
-    for each in graph:
-        for value in each.values():
-            for one in value if isinstance(value, list) else [value]:
-                if isinstance(one, dict) and not one["@id"].startswith("https://w3id.org/"):
-                    assert one["@id"] in entities
+    # whatever an entity refers to is described and the reverse, and nobody is named
+    values = itertools.chain.from_iterable(each.values() for each in graph)
+    listed = itertools.chain.from_iterable(value if isinstance(value, list) else [value] for value in values)
+    named = {one["@id"] for one in listed if isinstance(one, dict)}
+    assert named - {"https://w3id.org/ro/crate/1.1"} == entities.keys() - {"ro-crate-metadata.json"}
     assert record["provenance"]["user"] not in json.dumps(graph).replace(record["definition"]["name"], "")
     # it is described anew where it is exported anew, and no other file beside it
     run("export", record["id"], *options[:4])
@@ -160,6 +163,10 @@ def test_an_export_is_described_as_a_crate_on_request(
     assert file["sha256"] == hashlib.sha256((tmp_path / "cube.nc").read_bytes()).hexdigest()
     other = run("export", record["id"], "-o", tmp_path / "x.csv", *options[2:4], "--crate", status=2)
     assert "ro-crate-metadata.json describes cube.nc" in other.stderr
+    # a table follows no conventions of netCDF
+    run("export", record["id"], "-o", tmp_path / "table/x.csv", *options[2:4], "--crate")
+    described = json.loads((tmp_path / "table/ro-crate-metadata.json").read_text())["@graph"]
+    assert not any("CF-1.11" in map(str, each.values()) for each in described)
 
 
 @pytest.fixture

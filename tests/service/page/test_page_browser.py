@@ -524,9 +524,9 @@ def test_a_record_of_ones_own_is_put_up_and_a_bad_one_refused(
     expect(page.locator(".records .faults")).to_contain_text("Line 2")
     expect(page.get_by_role("region", name="Comparison under the record").get_by_role("row")).to_have_count(6)
     expect(page.locator(".records .faults")).to_contain_text("Line 2")
-    good = tmp_path / "mine.csv"
+    good = tmp_path / "mine.txt"
     # samples that no other test puts up: the same ones would be known by the name that came first
     good.write_text("time (s), acceleration (g)\n0, 0\n0.01, 0.1\n0.02, -0.07\n0.03, 0\n")
     page.get_by_label("File", exact=True).set_input_files(good)
-    expect(page.locator(".records select").first.locator("option:checked")).to_contain_text("mine.csv (0.1 g")
+    expect(page.locator(".records select").first.locator("option:checked")).to_contain_text("mine.txt (0.1 g")
     expect(page.get_by_role("region", name="Comparison under the record").get_by_role("row")).to_have_count(6)

@@ -22,6 +22,12 @@ from damperlab.studies.fit.measured import Measurement, parse_measurement
         ("frequency (rad/s)\tamplitude (µm)\tdeviation (m)", "6.283185307179586\t5\t1e-6", 1.0, 5e-6, 1e-6),
         ("frequency_hz,amplitude_m,deviation_m", "2.5,0.012,0.0003", 2.5, 0.012, 0.0003),
         ("excitation frequency (rpm), x (cm), deviation (cm)", "150, 1.2, 0.03", 2.5, 0.012, 0.0003),
+        ("f / Hz; x / mm; deviation / mm", "2.5; 12; 0.3", 2.5, 0.012, 0.0003),
+        ("f in Hz, x in mm, deviation in mm", "2.5, 12, 0.3", 2.5, 0.012, 0.0003),
+        ("frequency_khz,amplitude_mm,deviation_mm", "2.5D-3,1.2D1,3.0d-1", 2.5, 0.012, 0.0003),
+        ("# frequency (Hz), amplitude (mm), deviation (%)", "2.5, 12, 2.5", 2.5, 0.012, 0.0003),
+        ("% frequency (Hz)   amplitude (mm)  deviation (mm)", "  2.5  12 0.3 ", 2.5, 0.012, 0.0003),
+        ("frequency (Hz) amplitude (mm) deviation (mm)", "2.5 12 0.3", 2.5, 0.012, 0.0003),
     ],
 )
 def test_units_of_the_headings_become_si_units(
@@ -37,7 +43,7 @@ def test_units_of_the_headings_become_si_units(
 
 def test_ratios_and_conditions_are_read_and_an_empty_condition_is_none(tmp_path: Path) -> None:
     path = tmp_path / "bench.csv"
-    path.write_text("r, X/Z, friction force (lbf), mass_ratio\n1, 20, 0.1, 0\n0.9, 8, , 0.1\n")
+    path.write_text("r, X/Z (-), friction force (lbf), mass_ratio\n1, 20, 0.1, 0\n0.9, 8, , 0.1\n")
     found = read_table(path)
     assert found.name == "bench"
     assert not found.in_hertz
@@ -46,6 +52,10 @@ def test_ratios_and_conditions_are_read_and_an_empty_condition_is_none(tmp_path:
     assert found.columns["friction_force_n"][0] == pytest.approx(0.44482216152605, rel=1e-15)
     assert math.isnan(found.columns["friction_force_n"][1])
     assert np.array_equal(found.columns["mass_ratio"], [0.0, 0.1])
+
+
+def test_a_last_line_without_its_condition_is_not_cut_off() -> None:
+    assert parse_measurement("r, X/Z, restitution\n" + "1, 2, 0.50\n" * 20 + "1, 3,").rows == 21
 
 
 @pytest.mark.parametrize("heading", ["frequency (Hz);amplitude (mm)", "time (s);displacement (mm)"])
@@ -166,6 +176,22 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
         ("frequency, X/Z\n1, 2", 'The heading "frequency" states no unit; allowed are hz, khz, rad/s, rpm.'),
         ("frequency (mm), X/Z\n1, 2", 'has the unit "mm"'),
         ("r (Hz), X/Z\n1, 2", "it may have no unit: it is a ratio"),
+        ("r, amplitude (dB)\n1, 2", "Convert the numbers to one of these"),
+        ("r, X/Z (dB)\n1, 2", "Convert the numbers to a ratio"),
+        ("r, amplitude pp (mm)\n1, 2", "half of a peak-to-peak value"),
+        ("r, peak-to-peak (mm)\n1, 2", "half of a peak-to-peak value"),
+        ("r, amplitude (mm rms)\n1, 2", "an rms value leaves it open"),
+        ("r, x-z\n1, 2", 'The heading "x-z" names no known column'),
+        ("r, amplitude (relative) (mm)\n1, 2", "names no known column"),
+        (
+            "Run 4, 3.2.2021\nOperator: X\n\nf (Hz), x (mm)\n9, 1",
+            "Remove the lines above line 4, or write # before them.",
+        ),
+        (
+            "r, X/Z\n" + "1, 2.500\n" * 20 + "1, 2.5",
+            'The file seems to be cut off: its last number, "2.5", has fewer digits',
+        ),
+        (table("time (s), x (mm)", line="{t}, 1_0"), '`line 2.displacement_m` must be a number, not "1_0".'),
         ("r, ampiltude (mm)\n1, 2", "Did you mean `amplitude (mm)`?"),
         ("r, X/Z, X/Z\n1, 2, 2", "Line 1 names the column amplitude_ratio twice."),
         ("r, restitution\n1, 0.5", "The table has no column of amplitude; it must have one."),
@@ -175,8 +201,11 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
         ("frq (Hz), peak (µm)\n9, 1", "Did you mean `frequency (Hz)`?"),
         ("f (Hz), peak (µm)\n9, 1", "Did you mean `amplitude (µm)`?"),
         ("f (Hz), amplitude\n9, 1", "State the unit that the numbers are in, as in `amplitude (m)` or"),
-        ("Run 4\nf (Hz), amplitude (mm)\n9, 1", "Remove this line, or write # before it."),
-        ("Run 4\ntime (s), displacement (mm)\n9, 1", "Remove this line, or write # before it."),
+        ("Run 4\nf (Hz), amplitude (mm)\n9, 1", "Remove the lines above line 2, or write # before them."),
+        (
+            "Run 4\ntime (s), displacement (mm)\n9, 1",
+            "Remove the lines above line 2, or write # before them.",
+        ),
         ("Run 4\n9, 1\n10, 2", "Write # before it, and below it such a line"),
         ("9, 1\n10, 2", "Write such a line above it, with the units that the numbers are in."),
         ("r, X/Z\n1, 2, 3", "Line 2 has 3 cells, but the heading names 2 columns."),
@@ -240,6 +269,17 @@ def test_a_structure_that_is_struck_is_not_taken_for_released(rest: int, step: f
     )
     with pytest.raises(StudyFaults, match="swings before it is farthest away"):
         parse_table(history_of(moved))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_decay_about_another_position_is_refused_and_one_that_friction_holds_is_not(sign: float) -> None:
+    """A structure that turns before its rest position is held there by friction: it never swings back."""
+    with pytest.raises(StudyFaults, match="swings about another position") as caught:
+        parse_table(history_of(sign * (DECAY + 9.0)))
+    assert "subtract the position" in str(caught.value).lower()
+    noise = 0.02 * np.random.default_rng(2).standard_normal(300)
+    held = np.where(np.arange(300) < 10, 2.7 + 1.3 * np.cos(np.pi * np.arange(300) / 10), 1.4)
+    assert isinstance(parse_table(history_of(sign * (held + noise))), History)
 
 
 def test_a_release_at_the_end_of_a_table_leaves_too_few_rows() -> None:

@@ -89,6 +89,18 @@ READ: dict[str, tuple[str | bytes, float | None]] = {
     "begins later": ("t [s]; a [g]\n" + "\n".join(f"{10 + k * STEP:.3f};{a}" for k, a in enumerate(A)), G),
     "trailing commas": (columns(SI, "{t:.3f},{a},"), 1.0),
     "fortran": (columns(SI, "{t:.3f} {a:.5E}").replace("E-0", "D-0"), 1.0),
+    "no zero before the point": (peer().replace(" 0.", " .").replace("-0.", "-."), G),
+    "phyphox": (columns('"Time (s)","Linear Acceleration x (m/s^2)"', "{t:.9E},{a:.9E}"), 1.0),
+    "excel names its separator": (columns("sep=;\nTime [s];Acc [g]", "{t:g};{a}"), G),
+    "seismosoft": (columns("Kobe 1995\nNo. of points: 40\nTime[sec]     Acceleration[g]", "{t:8.3f}   {a:12.6f}"), G),
+    "octave": (columns("# name: x\n# type: matrix\n# rows: 40\n# columns: 2", " {t:g} {a}"), None),
+    "names and units in a block": (columns("Operator\tMM\nDate\t03.04.2021 12:33\n\nTime\tAccel\ns\tg", "{t}\t{a}"), G),
+    "mps2": (columns("time_s,acc_mps2"), 1.0),
+    "minus signs of a text processor": (columns(SI).replace("-", "−"), 1.0),
+    "quantities of the site": (columns("Vs30 (m/s): 270; depth 10 km; 3 cm/s\ntime, a"), None),
+    "a mention of its own unit": (columns("Acceleration, g\ntime, a"), None),
+    "a peak in passing": (columns("Station MG, peak value 0.3 g\ntime (s), acc (m/s2)"), 1.0),
+    "one line shorter": (columns(SI, "{t:.3f}, {a:.5f}").replace("\n0.195, 0.08376", "\n0.195, 0.08376 \n"), 1.0),
 }  # fmt: skip
 
 
@@ -147,6 +159,14 @@ KNET = "Origin Time 2011/03/11 14:46:00\nSampling Freq(Hz)  100Hz\nScale Factor 
 ESM = "EVENT_NAME: X\nSAMPLING_INTERVAL_S: 0.005000\nNDATA: 3\nUNITS: cm/s^2\nDATA_TYPE: ACCELERATION\n0.1\n0.2\n0.3"
 COSMOS = "Corrected acceleration   (Format v01.20 with 13 text lines)\nx\n 40 acceleration pts, approx 2 secs\n1 2 3\n"
 SMC = "2 CORRECTED ACCELEROGRAM\n*\n*\n 1 2 3 4\n"
+LVM = columns(
+    "LabVIEW Measurement\t\nWriter_Version\t2\n***End_of_Header***\nX_Value\tAcc\tComment", "{t}\t{a}"
+)
+CSMIP = (
+    "CORRECTED ACCELEROGRAM\n"
+    + 20 * "a line\n"
+    + " 40 POINTS OF ACCEL DATA EQUALLY SPACED AT .02 SEC.\n1 2\n"
+)
 LOST = columns("time (s), acc (g)").replace("\n0.100, 0.09906", "")
 COMMAS = peer(begin="NPTS= 2, DT= 1").split("  ")[0] + "\n0,01\n0,02"
 DATES = "2020-01-01T00:00:{t:06.3f}, {a}"
@@ -190,6 +210,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "two units in one heading": (columns("time (s), acc (g) [m/s2]"), None, "line 1", '1, but "m/s2"', "correct or"),
     "two units of time": (columns("Units of time: ms\ntime (s), acc (g)"), None, "line 2", '"ms" in line 1', "correct or"),
     "a factor behind": (columns("time (s), acc (g) x 1000"), None, "line 1", "x 1000", "convert"),
+    "a factor in brackets": (columns("time (s), acc (x 1000) (g)"), None, "line 1", "x 1000", "convert"),
     "a factor in the name": (columns("time_s,acc_g_x100"), "g", "line 1", "acc_g_x100", "convert"),
     "a factor before": (peer("ACCELERATION IN UNITS OF 0.01 G"), None, "line 3", "0.01 G", "convert"),
     "over a number": (columns("time (s), a/9.81"), "m/s2", "line 1", "a/9.81", "convert"),
@@ -203,6 +224,30 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "esm": (ESM, None, "record", "ESM", "SAMPLING_INTERVAL_S"),
     "cosmos": (COSMOS, None, "record", "COSMOS", "acceleration block"),
     "smc": (SMC, None, "record", "SMC", "cm/s²"),
+    "labview": (LVM, None, "record", "LabVIEW", "Y_Unit_Label"),
+    "csmip": (CSMIP, None, "record", "CSMIP", "acceleration block"),
+    "spectral": (peer("PSEUDO SPECTRAL ACCELERATION IN UNITS OF G"), None, "line 3", "a response spectrum", "over time"),
+    "spectrum in french": (columns("Période (s),Accélération spectrale (g)"), None, "line 1", "a response spectrum", "over"),
+    "velocity in german": (columns("Zeit;Geschwindigkeit", "{t};{a}"), "g", "line 1", "a velocity", "differentiate this one"),
+    "displacement in spanish": (columns("tiempo,desplazamiento"), "g", "line 1", "a displacement", "twice"),
+    "a step in minutes": (peer(begin="NPTS= 40, DT= .0050 MIN"), None, "line 4", 'the step in "MIN"', "in s"),
+    "a rate for a step": (peer(begin="NPTS= 40, DT= 0.2 kHz"), None, "line 4", 'the step in "kHz"', "in s"),
+    "contradicted in passing": (columns("Acceleration, g\ntime, a"), "m/s2", "units", 'line 1 mentions "g"', "in a heading"),
+    "contradicted by its data": (columns("Data in G's\ntime, a"), "m/s2", "units", 'line 1 mentions "G"', "in a heading"),
+    "contradicted by an axis": (alone("Y axis: cm/s/s", "40 0.005"), "g", "units", 'line 1 mentions "cm/s/s"', "in a heading"),
+    "counts in passing": (columns("# values in counts\ntime, a"), "g", "units", 'line 1 mentions "counts"', "in a heading"),
+    "velocity in passing": (columns("# integrated, cm/s\ntime, a"), "g", "units", 'line 1 mentions "cm/s"', "in a heading"),
+    "contradicted by mps2": (columns("time_s,acc_mps2"), "g", "units", "the file says m/s2", "leave `units` out"),
+    "scaled": (columns("# Scale factor: 0.001\ntime (s), acc (g)"), None, "line 1", "a factor", "multiply the numbers"),
+    "to be multiplied": (alone("units of g", "multiply by 9.81", "40 0.005"), None, "line 2", "a factor", "multiply"),
+    "cut off in a number": (columns(SI, "{t:.3f}, {a:.5f}")[:-1], None, "line 41", "cut off", "complete file"),
+    "cut off in an exponent": (peer()[:-1], None, "line 12", "cut off", "complete file"),
+    "three columns announced": (columns("units of g\n40 0.005", "{t} {a} {a}"), None, "line 3", "3 numbers", "keep the"),
+    "decimal commas alone": (columns("", "{a:.5f}").replace(".", ","), "g", "line 2", "not later", "decimal points"),
+    "decimal commas in three": (columns("t [s];x [g];y", "{t};{a};{a}").replace(".", ","), None, "line 2", "comma", "points"),
+    "an empty cell": (columns(SI).replace("\n0.100, 0.09906", "\n0.100,"), None, "line 22", "1 number", "complete the line"),
+    "half milliseconds": (columns("time, acc (g)", step=0.5), None, "time", "counts by 0.5", "time (s)"),
+    "a missing value": (columns(SI).replace(" 0.09906", " -99999"), None, "line 2", "an acceleration of 99999", "unit"),
     "a workbook": (b"PK\x03\x04" + b"\0" * 50, None, "record", "a workbook", "save the sheet as CSV"),
     "binary": (b"\x01\x00\x00\x07" * 100, None, "record", "a binary file", "as CSV"),
 }  # fmt: skip

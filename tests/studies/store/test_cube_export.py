@@ -4,6 +4,7 @@ import csv
 import io
 import itertools
 import json
+import re
 import tracemalloc
 from math import prod
 
@@ -22,6 +23,7 @@ from zarr.storage import MemoryStore
 
 import damperlab.studies.store.export.export
 import damperlab.studies.store.export.table
+from damperlab.studies.conventions import of_variable
 from damperlab.studies.store.cube.chunks import BlockDamaged
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.cube.description import describe_cube, plain_metadata
@@ -33,6 +35,9 @@ from damperlab.studies.store.export.table import csv_lines
 from damperlab.studies.units import coordinates_in_units, with_units
 from damperlab.studies.variables import DIMENSIONS
 
+CELL_METHODS = re.compile(
+    r"((time|realization): (maximum|minimum|mean|root_mean_square|standard_deviation)( \([^:()]+\))?( |$))+"
+)
 SHAPES = [(1, 1, 1, 5, 3, 4), (1, 3, 1, 4, 2, 7), (2, 1, 3, 1, 1, 1), (1, 1, 1, 1, 1, 40)]
 
 
@@ -312,5 +317,29 @@ def test_exports_and_zarr_follow_the_conventions_that_other_programs_read(store,
         for variable in found.data_vars.values():
             for name in variable.attrs.get("ancillary_variables", "").split():
                 assert name in found, (variable.name, name)
+            # https://cfconventions.org, 7.3: names, methods, and what else is to be said of them
+            assert CELL_METHODS.fullmatch(variable.attrs.get("cell_methods", "time: mean")), variable.name
+            kind = variable.dtype.kind
+            assert (
+                np.isnan(variable.encoding["_FillValue"])
+                if kind == "f"
+                else "_FillValue" not in variable.encoding
+            )
         zarr_attributes = store.cube(record)["amplitude_ratio"].attrs
         assert found["amplitude_ratio"].attrs["cell_methods"] == zarr_attributes["cell_methods"]
+
+
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [
+        ("peak_relative_displacement_m", "time: maximum"),
+        ("peak_relative_displacement_lowest_m", "time: maximum realization: minimum"),
+        ("peak_relative_displacement_mean_m", "time: maximum realization: mean"),
+        ("peak_absolute_acceleration_std_m_s2", "time: maximum realization: standard_deviation"),
+        ("peak_absolute_acceleration_highest_m_s2", "time: maximum realization: maximum"),
+        ("rms_absolute_acceleration_m_s2", "time: root_mean_square"),
+    ],
+)
+def test_a_result_over_perturbed_starts_says_how_it_is_taken_over_them(name, method):
+    assert of_variable(name, ["status"]) == {"ancillary_variables": "status", "cell_methods": method}
+    assert CELL_METHODS.fullmatch(method)
