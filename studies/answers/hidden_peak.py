@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.design_question import DesignQuestion
+from damperlab.studies.answers.judging import may_strike
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.brief import Note
 from damperlab.studies.store.export.slabs import BUDGET
@@ -90,7 +91,7 @@ def hidden(
         limit = 1.0 / (HIGHER * highest)
         alone = np.sqrt(1.0 + beta) * np.sqrt(1.0 + 4.0 * zeta**2) / (2.0 * zeta)
     width = (1.0 + beta) * np.diff(r * r)
-    strikes = (kinds >= ResponseClass.SYMMETRIC) & (beta > 0)
+    strikes = may_strike(kinds) & (beta > 0)
     jumps = (strikes[:, :-1] != strikes[:, 1:]) & (kinds[:, :-1] >= 0) & (kinds[:, 1:] >= 0)
     held = (kinds[:, :-1] == ResponseClass.LOCKED) & (kinds[:, 1:] == ResponseClass.LOCKED)
     seen_by_both = flank**2 - (0.5 * width) ** 2 < limit**2

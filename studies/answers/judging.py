@@ -1,9 +1,11 @@
 """Judging designs slab by slab: each by its response at the frequencies that count."""
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from damperlab.studies.answers.band import WHY
 from damperlab.studies.answers.comparing import Found, limits
@@ -23,6 +25,11 @@ REASONS: dict[str, str] = {
     "outside": "outside a limit on a result",
 }
 """Reasons to leave out a design."""
+
+
+def may_strike(kinds: NDArray[Any]) -> NDArray[np.bool_]:
+    """Whether the particle of a response may strike a wall, by its class: one that is carried never does."""
+    return np.asarray((kinds >= ResponseClass.SYMMETRIC) & (kinds != ResponseClass.CARRIED))
 
 
 def new_tally() -> dict[str, int]:
@@ -113,7 +120,7 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     found["impact_share"] = unknown
     if classed:
         # if friction holds the mass, impacts do not damp it
-        strikes = (kind >= ResponseClass.SYMMETRIC) & ~massless[:, None]
+        strikes = may_strike(kind) & ~massless[:, None]
         if "impacts_per_cycle" in cube:
             strikes &= load("impacts_per_cycle")[rows] > 0
         found["impact_share"] = strikes.mean(axis=1)

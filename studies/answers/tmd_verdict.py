@@ -8,13 +8,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.band import FREQUENCY
-from damperlab.studies.answers.excited import excitation_of, name_of
+from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
 from damperlab.studies.answers.hidden_peak import hidden, hidden_note, may_hide
+from damperlab.studies.answers.judging import may_strike
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
 from damperlab.studies.answers.verdict import say_next
 from damperlab.studies.brief import Brief, Damper, Note, command, damper_of
-from damperlab.studies.variables import ResponseClass, Status
+from damperlab.studies.cavity import left_open
+from damperlab.studies.variables import Status
 
 
 def is_judged(answer: xr.Dataset) -> bool:
@@ -103,14 +105,8 @@ def brief_of(
     else:
         lower = abs(1 - found["ratio"]) if found["ratio"] < 1 else 1 - 1 / found["ratio"]
         apart = f"{100 * lower:.2g} % lower"
-        strikes = (
-            (answer["response_class"].values >= ResponseClass.SYMMETRIC).any()
-            if "response_class" in answer
-            else True
-        )
         friction = answer["friction_ratio" if "friction_ratio" in answer.coords else "friction_force_n"]
-        acts, rubs = bool(strikes) and float(answer["mass_ratio"]) > 0, float(friction) > 0
-        own = damper_of(acts, rubs)
+        own = damper_of(_strikes(answer), float(friction) > 0)
         damper = own if found["ratio"] < 1 else "tuned_mass_damper"
         better, other = (ours, theirs) if found["ratio"] < 1 else (theirs, ours)
         least = "at least " if missing else ""
@@ -122,7 +118,16 @@ def brief_of(
         hides = "Between the frequencies computed the study's peak may be more than a tenth higher."
         following = f"compute {advised_axis(notes['hidden_peak'].values, phrases)}."
     so_far = sentence_of(notes["incomplete"], phrases) if "incomplete" in notes else ""
-    return Brief(damper, (so_far, told, hides), _rows(answer, varied, (ours, theirs), phrases), following)
+    rows = _rows(answer, varied, (ours, theirs), phrases)
+    if _strikes(answer) and (cavity := left_open(definition_of(cube))):
+        rows += (("assumed", ", ".join(cavity), "cavity of the study's damper"),)
+    return Brief(damper, (so_far, told, hides), rows, following)
+
+
+def _strikes(answer: xr.Dataset) -> bool:
+    """Whether the study's damper has a particle that strikes, as far as is known."""
+    kinds = answer.get("response_class")
+    return float(answer["mass_ratio"]) > 0 and (kinds is None or bool(may_strike(kinds.values).any()))
 
 
 def _rows(

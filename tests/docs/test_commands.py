@@ -47,7 +47,7 @@ def test_pages_that_teach_show_commands() -> None:
 
 def printed(command: str, folder: Path) -> str:
     """Run a command in this process, which has loaded everything; one that needs a shell as a reader would."""
-    name, *words = shlex.split(command)
+    name, *words = shlex.split(command.replace("\\\n", ""))
     if Path(name).name != "damperlab" or "|" in words:
         return run(command, folder)
     settings = {"DAMPERLAB_DATA_DIR": str(folder / "data"), "COLUMNS": "110", "NO_COLOR": "1"}
