@@ -189,13 +189,13 @@ def main() -> None:
     """Design those that are named, or all, and write the page."""
     for name in sys.argv[1:] or named_specifications():
         found = designed(specification(name))
-        answer = kept(found)
+        answer, called = kept(found), answer_document(found)["called"]
         if name == "prototype":
             answer["paper"] = beside_the_paper(found)
         answer_path(name).write_text(json.dumps(answer, indent=1, ensure_ascii=False) + "\n")
         path = FIGURES / f"design-{name}.svg"
         with styled(ALONE):
-            draw_alternatives(found).savefig(path, metadata={"Date": None}, facecolor="white")
+            draw_alternatives(found, called).savefig(path, metadata={"Date": None}, facecolor="white")
         path.write_text(rounded(path.read_text()))
         record([answer_path(name).relative_to(ROOT).as_posix()])
         print(name, answer["points"], flush=True)

@@ -12,11 +12,11 @@ from damperlab.studies.design.absorber import DETUNED
 from damperlab.studies.design.alternatives import CALLED as ALONE
 from damperlab.studies.design.answer import answer_document, cases_of, limits_of
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.drawing import Line, drawing_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.kept import KnownDesign, Round
 from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.design.spelling import (
-    CALLED,
     frequency,
     length,
     limited,
@@ -27,11 +27,12 @@ from damperlab.studies.design.spelling import (
     under_records,
 )
 from damperlab.studies.design.starts import Reached
-from damperlab.studies.design.verdict import verdict_of
+from damperlab.studies.design.verdict import CALLED as DAMPERS
+from damperlab.studies.design.verdict import called_of, kind_of, verdict_of
 from damperlab.studies.design.words import details_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
-from damperlab.studies.specification.specification import CHOSEN, JUDGES, OF_DAMPER, Specification
+from damperlab.studies.specification.specification import JUDGES, Specification
 from damperlab.studies.spelling import spelled
 
 OF_THE_STRUCTURE = {
@@ -68,22 +69,35 @@ def design_report(found: Found) -> str:
     """Write a design as one self-contained page of HTML; figures are embedded as SVG."""
     asked = found.asked
     title = asked.name or "design"
+    brief, _ = verdict_of(found)
+    damper, own = brief.damper, kind_of(found.build)
+    assert damper is not None  # a design has one, or is without a damper
+    called = called_of(found, damper)
     parts = [
         f"<h1>{escape(title)}</h1>",
-        *(said(sentence) for sentence in verdict_of(found)[0].sentences),
+        *(said(sentence) for sentence in brief.sentences),
         "<h2>What was asked</h2>",
         table("What was asked", ("what", "value", "tolerance"), _asked(found)),
-        "<h2>The damper</h2>",
-        table("The damper", ("quantity", "value", "tolerance", "alone, it may move"), _drawing(found)),
+        *_drawing(f"The damper: {DAMPERS[damper]}", drawing_of(found, damper)),
+    ]
+    if damper != own:
+        parts += _drawing(called.capitalize(), drawing_of(found, own))
+        parts.append(said(f"All that follows is about the {called}, where it names no other damper."))
+    parts += [
         *_excitations(found),
         "<h2>Beside other dampers</h2>",
-        table("Dampers", ("damper", "clearance", "friction force", "particle", "e", "worst case"), _dampers(found)),
-    ]  # fmt: skip
+        table(
+            "Dampers",
+            ("damper", "clearance", "friction force", "particle", "e", "worst case"),
+            _dampers(found, called),
+        ),
+    ]
     if asked.excitations:
         parts.append(
             drawing(
-                draw_alternatives(found),
-                "Response over the band under the largest amplitude, each damper as drawn, at every frequency computed.",
+                draw_alternatives(found, called),
+                "Response over the band under the largest amplitude, each damper as drawn, at every frequency computed."
+                " The tuned mass damper has the mass of the particle.",
             )
         )
     parts += _starts(found)
@@ -108,7 +122,7 @@ def design_report(found: Found) -> str:
         ]
     parts += [
         "<h2>Details</h2>",
-        *(said(sentence) for sentence in details_of(found)),
+        *(said(sentence) for sentence in details_of(found, damper)),
         "<h2>Signatures</h2>",
         '<div class="signature">',
         table("Signatures", ("drawn up", "checked", "date"), [("", "", "")]),
@@ -251,30 +265,16 @@ def _excitations(found: Found) -> Iterable[str]:
     yield table("Excitations", ("excitation", "what it is", "worst case as drawn", "near", "binds"), rows)
 
 
-def _drawing(found: Found) -> Iterable[tuple[str, ...]]:
-    asked, build = found.asked, found.build
-    for name in OF_DAMPER:
-        if build.particle_mass_kg == 0.0 and name != "friction_force_n":
-            continue
-        if name not in CHOSEN and not asked.choices[name].stop:
-            continue
-        value = build.value(name)
-        tolerance = asked.tolerances.get(name)
-        margin = found.margins.get(name)
-        yield (
-            CALLED[name],
-            quantity(asked, name, value),
-            "" if tolerance is None else f"± {quantity(asked, name, tolerance.of(value))}",
-            ""
-            if margin is None
-            else f"{quantity(asked, name, margin.low)} to {quantity(asked, name, margin.high)}",
-        )
+def _drawing(title: str, lines: list[Line]) -> Iterable[str]:
+    if lines:
+        yield f"<h2>{title}</h2>"
+        yield table(title, ("quantity", "value", "tolerance", "alone, it may move"), lines)
 
 
-def _dampers(found: Found) -> Iterable[tuple[str, ...]]:
+def _dampers(found: Found, called: str) -> Iterable[tuple[str, ...]]:
     asked = found.asked
     for name, build, judged in (
-        (found.called, found.build, found.compared),
+        (called, found.build, found.compared),
         *((ALONE[name], other.build, other.score) for name, other in found.others.items()),
     ):
         yield _damper(found, name, build, response(asked, judged.value) + _exceeding(judged.violation > 0.0))

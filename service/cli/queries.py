@@ -33,7 +33,7 @@ def command_of(question: Question[Any]) -> Command:
         with working("Reading the cube"):
             answer = question.of(subject, *values)
         if output is not None:
-            _write(question, subject, answer, output)
+            _write(question, subject, answer, output, in_units=not _in_ratios(values))
         if as_json:
             print_json(in_front(subject.record, question.form.write(answer)))
         elif output is None:
@@ -53,18 +53,29 @@ def command_of(question: Question[Any]) -> Command:
     return asks(command)
 
 
-def _write(question: Question[Any], subject: Subject, answer: "xr.Dataset", output: Path) -> None:
+def _in_ratios(asked: list[Any]) -> bool:
+    """Whether a result was named as a ratio; then all stay ratios."""
+    from damperlab.studies.variables import VARIABLES
+
+    return any(getattr(each, "metric", None) in VARIABLES for each in asked)
+
+
+def _write(
+    question: Question[Any], subject: Subject, answer: "xr.Dataset", output: Path, in_units: bool
+) -> None:
     """Write an answer into a file: the numbers as CSV, else a figure."""
     with working(f"Writing {output}"):
         make_parent(output)
-        if output.suffix == ".csv":
-            from damperlab.studies.answers.quantities import with_quantities, with_words
+        from damperlab.studies.answers.quantities import with_quantities, with_words
 
+        if output.suffix == ".csv":
             with_quantities(with_words(answer), subject.record.definition).to_dataframe().to_csv(output)
         else:
             from damperlab.service.figures.style import save
 
             names = tuple(label(subject.beside(each).record) for each in answer.attrs.get("studies", ()))
+            if question.draws_units and in_units and not names:
+                answer = with_quantities(answer, subject.record.definition)
             save(question.draw(answer, names), output)
     note(f"Wrote {output}.")
 

@@ -24,8 +24,16 @@ SAMPLES = 801
 """Points of the curves with a closed form."""
 
 
-def draw_alternatives(found: Found) -> Figure:
-    """Draw the damper as drawn, friction alone, the particle alone, and the tuned mass damper, at the largest amplitude."""
+def draw_alternatives(found: Found, called: str) -> Figure:
+    """Draw the damper found and the others over the band, at the largest amplitude.
+
+    Parameters
+    ----------
+    found : Found
+        The findings of the search.
+    called : str
+        The name of the damper found, see `damperlab.studies.design.verdict.called_of`.
+    """
     asked, largest = found.asked, found.binding.largest
     with styled():
         figure, axes = _canvas(asked)
@@ -40,8 +48,7 @@ def draw_alternatives(found: Found) -> Figure:
         ):
             if name in found.others:
                 _line(axes, asked, *_known(found, found.others[name].build), colour, called)
-        name = "recommended damper" if asked.free else "damper as given"
-        _line(axes, asked, *_known(found, found.build), BLUE, name, marker="o", ms=2.2)
+        _line(axes, asked, *_known(found, found.build), BLUE, called, marker="o", ms=2.2)
         axes.set_yscale("log")
         ticks_1_2_5(axes.yaxis)
         axes.set_ylabel(_label(asked, asked.measure.words))

@@ -18,6 +18,7 @@ from damperlab.service.figures.style import (
     DARK,
     EMPTY,
     SYMBOLS,
+    UNITS,
     VERMILION,
     drawn,
     fixed_title,
@@ -78,7 +79,7 @@ def draw_map(answer: xr.Dataset, metric: str) -> Figure:
         handles: list[Patch | Line2D] = []
         judged = metric in SMALLER_IS_BETTER and answer.attrs.get("reduce") != "min"
         if judged and not MET & set(values.dims):
-            handles.extend(_stars(axes, answer, x, y, shown))
+            handles.extend(_stars(axes, answer, values, x, y, shown))
         hatched = (axes, x.values, y.values)
         if locked is not None and locked.any():
             label = f"locked to the base{_where(answer)}"
@@ -92,8 +93,17 @@ def draw_map(answer: xr.Dataset, metric: str) -> Figure:
         scale(axes, "y", y.values)
         axes.set(xlabel=title_of(x), ylabel=title_of(y), title=fixed_title(answer))
         if handles:
-            figure.legend(handles=handles, loc="outside lower center", ncols=2, handletextpad=0.5)
+            _legend(figure, handles)
     return figure
+
+
+def _legend(figure: Figure, handles: list[Patch | Line2D]) -> None:
+    """Put a legend below the axes, in two columns if they fit into the figure."""
+    for columns in (2, 1):
+        legend = figure.legend(handles=handles, loc="outside lower center", ncols=columns, handletextpad=0.5)
+        if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
 
 
 def _fill(
@@ -124,7 +134,12 @@ def _fill(
 
 
 def _stars(
-    axes: Axes, answer: xr.Dataset, x: xr.DataArray, y: xr.DataArray, shown: np.ma.MaskedArray[Any, Any]
+    axes: Axes,
+    answer: xr.Dataset,
+    values: xr.DataArray,
+    x: xr.DataArray,
+    y: xr.DataArray,
+    shown: np.ma.MaskedArray[Any, Any],
 ) -> list[Line2D]:
     """Mark the smallest nontrivial value by a star and, if it has no impacts, the best with impacts by another.
 
@@ -146,7 +161,8 @@ def _stars(
         star = Line2D(
             [x.values[column]], [y.values[row]], marker="*", ms=15, mfc=face, mec=edge, mew=1.2, ls="none"
         )
-        star.set(label=f"{label}: {shown[row, column]:.4g} at {where}", clip_on=False, zorder=5)
+        least = f"{shown[row, column]:.4g}{_unit(values)}"
+        star.set(label=f"{label}: {least} at {where}", clip_on=False, zorder=5)
         axes.add_line(star)
         stars.append(star)
         if not quiet[row, column]:
@@ -174,12 +190,22 @@ def _place(candidates: np.ma.MaskedArray[Any, Any], x: xr.DataArray, y: xr.DataA
     """Give row and column of the smallest value; among equal ones the first, as in rankings."""
     row, column = (int(index) for index in np.unravel_index(int(candidates.argmin()), candidates.shape))
     across, up = SYMBOLS[str(x.name)], SYMBOLS[str(y.name)]
+    at_x, at_y = (
+        f"{symbol} = {float(each.values[place]):.4g}{_unit(each)}"
+        for symbol, each, place in ((across, x, column), (up, y, row))
+    )
     as_good = np.ma.filled(candidates <= candidates[row, column] * (1 + ALIKE), False)
     if as_good[row].all():
-        return row, 0, f"{up} = {float(y.values[row]):.4g}, any {across}"
+        return row, 0, f"{at_y}, any {across}"
     if as_good[:, column].all():
-        return 0, column, f"{across} = {float(x.values[column]):.4g}, any {up}"
-    return row, column, f"{across} = {float(x.values[column]):.4g}, {up} = {float(y.values[row]):.4g}"
+        return 0, column, f"{at_x}, any {up}"
+    return row, column, f"{at_x}, {at_y}"
+
+
+def _unit(array: xr.DataArray) -> str:
+    """Give the unit with a leading space; empty for a ratio."""
+    units = str(array.attrs.get("units", "1"))
+    return "" if units == "1" else f" {UNITS.get(units, units)}"
 
 
 def _contours(

@@ -51,7 +51,7 @@ MILLIMETRES = 1e3
 DARK, EMPTY = "#3b3b6d", "#e6e6e6"
 """Colour behind the hatch of locked points in the legend, and of a map's cells without a value."""
 
-_SPELLED = {"m s-1": "m/s", "m s-2": "m/s²"}
+UNITS = {"m s-1": "m/s", "m s-2": "m/s²"}
 """Units of CF conventions as written on an axis."""
 
 LOG_FROM = 10.0
@@ -117,7 +117,7 @@ def title_of(array: xr.DataArray) -> str:
         ("r = ω/", "$r$ = ω/"),
     ):
         name = name.replace(plain, typeset)
-    return name[:1].upper() + name[1:] + ("" if units == "1" else f" [{_SPELLED.get(units, units)}]")
+    return name[:1].upper() + name[1:] + ("" if units == "1" else f" [{UNITS.get(units, units)}]")
 
 
 def told(name: str, value: float | str, units: str = "1") -> str:

@@ -342,6 +342,9 @@ export type DesignAnswer = Known & {
   probability: number | null;
   /** Not in an answer that was kept before there was one. */
   verdict?: { damper: string | null; sentences: string[]; rows: string[][]; next: string };
+  /** What the damper found is called, and the verdict's drawing: not in an answer that was kept before. */
+  called?: string;
+  drawing?: string[][];
   words: string[];
   /** The worst that is compared with others, where it is not that of every tolerance. */
   compared?: Worst;

@@ -6,7 +6,8 @@
 /** @import { View, Worst } from "./types.js" */
 
 import { address, ask, designPath, refusalBox } from "./api.js";
-import { againstMass, given, isItself, isMean, overAmplitudes, overBand } from "./design_figures.js";
+import { againstMass, calledOf, given, isBeaten, isItself, isMean } from "./design_figures.js";
+import { overAmplitudes, overBand } from "./design_figures.js";
 import { box, capital, details, el, facts, fill, grid, heading, prose, quiet, say } from "./dom.js";
 import { help } from "./help.js";
 import { count, counted, drawn, short } from "./numbers.js";
@@ -20,8 +21,10 @@ const LOOK_MILLISECONDS = 1500;
 const OTHERS = /** @type {[OtherName, string][]} */ ([
   ["friction_alone", "Friction alone"],
   ["particle_alone", "The particle alone"],
-  ["tuned_mass_damper", "Tuned mass damper"],
+  ["tuned_mass_damper", "Tuned mass damper of the same mass"],
 ]);
+/** What is built instead of the damper found. @type {Record<string, string>} */
+const BUILT = { ...Object.fromEntries(OTHERS), tuned_mass_damper: "Tuned mass damper" };
 /** @typedef {{worst: Worst}} Judged */
 const { damper, cavity, tables } = WORDS.specification;
 const quantities = [...damper, ...cavity];
@@ -193,25 +196,24 @@ function scaleOf(answer) {
 }
 
 /**
- * The damper and its numbers, then the sentences and the details of the answer.
+ * The damper to build and its numbers, then the sentences and the details of the answer.
  *
  * @param {DesignAnswer} answer
  */
 function recommended(answer) {
   // an answer that was kept before there was a verdict has its sentences alone
   const { sentences = [], rows = [], next = "" } = answer.verdict ?? {};
+  const probability = answer.limits.length ? answer.probability : null;
+  const found = onDrawing(answer.design, answer.worst, probability, undamped(answer));
+  const beaten = isBeaten(answer);
   return el(
     "section",
     { class: "box headline", "aria-label": given(answer) ? "The damper as given" : "Recommended damper" },
     el("h2", {}, headline(answer)),
-    onDrawing(
-      answer.design,
-      answer.worst,
-      answer.limits.length ? answer.probability : null,
-      undamped(answer),
-    ),
+    beaten ? facts((answer.drawing ?? []).map(([name, value]) => [capital(name), value]), "numbers") : found,
     sentences.map((sentence) => el("p", {}, prose(sentence))),
     next && el("p", {}, "Next: ", prose(next)),
+    beaten && [el("h3", {}, capital(calledOf(answer))), found],
     details(
       "Details",
       rows.length > 0 &&
@@ -239,9 +241,8 @@ function undamped({ no_damper: none, worst }) {
 /** @param {DesignAnswer} answer */
 function headline(answer) {
   if (given(answer)) return answer.feasible ? "The damper as given" : "The damper as given exceeds a limit";
-  if (!answer.feasible) return "No damper keeps every limit";
-  const better = ["tuned_mass_damper", "no_damper"].includes(answer.verdict?.damper ?? "");
-  return better ? "Best damper with friction or a particle" : "Recommended damper";
+  if (isBeaten(answer)) return BUILT[answer.verdict?.damper ?? ""] ?? "No damper is needed";
+  return answer.feasible ? "Recommended damper" : "No damper keeps every limit";
 }
 
 /** @param {DesignAnswer} answer @param {NonNullable<DesignAnswer["cases"]>} cases */
@@ -363,7 +364,7 @@ function margins(answer) {
 
 /** @param {DesignAnswer} answer */
 function others(answer) {
-  const rows = [[given(answer) ? "As given" : "Recommended", response(answer.compared ?? answer.worst), "1"]];
+  const rows = [[capital(calledOf(answer)), response(answer.compared ?? answer.worst), "1"]];
   for (const [name, title] of OTHERS) {
     const one = answer[name];
     if (one && !isItself(answer, name))
@@ -423,7 +424,7 @@ function ofEachMass(answer, masses) {
   const of = (/** @type {number | null} */ value) =>
     value === null ? "–" : response({ ...judged(answer), value });
   const rows = masses.map((each) => [
-    quantity(massOf(each), "particle_mass_kg") + (each.recommended ? ", recommended" : ""),
+    quantity(massOf(each), "particle_mass_kg") + (each.recommended ? `, ${calledOf(answer)}` : ""),
     of(each.worst.value) + (each.feasible ? "" : ", exceeds a limit"),
     of(each.tuned_mass_damper),
     of(each.particle_alone),

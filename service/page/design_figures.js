@@ -19,9 +19,9 @@ import { WORDS } from "./words.js";
 
 /** @typedef {{id: string, answer: DesignAnswer}} Answered */
 
-/** Dampers whose responses are drawn beside the recommended one, by the key of the answer. */
+/** Dampers whose responses are drawn beside the one found, by the key of the answer. */
 const OTHERS = /** @type {[OtherName, string][]} */ ([
-  ["tuned_mass_damper", "tuned mass damper"],
+  ["tuned_mass_damper", "tuned mass damper of the same mass"],
   ["friction_alone", "friction alone"],
   ["particle_alone", "particle alone"],
 ]);
@@ -36,7 +36,7 @@ const frequencies = (of) => of.frequency_hz ?? of.frequency_ratio;
 const frequencyTitle = (of) => (of.frequency_hz ? "frequency [Hz]" : "frequency ratio r");
 
 /**
- * The recommended damper as drawn, under the largest amplitude, beside others.
+ * The damper found, as drawn, under the largest amplitude, beside others.
  *
  * @param {Answered} design
  * @param {Scale} scale
@@ -45,7 +45,7 @@ export function overBand(design, { metres, unit, atFrequency }) {
   const { answer } = design;
   const chart = new Figure({
     label:
-      "Response over the band under the largest amplitude, of the recommended damper as drawn and of others",
+      `Response over the band under the largest amplitude: ${calledOf(answer)}, as drawn, and others`,
     name: `design-${design.id}`,
     height: 420,
   });
@@ -64,7 +64,7 @@ export function overBand(design, { metres, unit, atFrequency }) {
         mode: "lines+markers",
         marker: { size: 4 },
         line: { color: CURVES()[0], width: 2.5 },
-        name: given(answer) ? "as given" : "recommended",
+        name: calledOf(answer),
       },
       ...others.map((each, i) => ({
         ...each,
@@ -81,14 +81,14 @@ export function overBand(design, { metres, unit, atFrequency }) {
 }
 
 /**
- * Draw the response of the recommended damper at each amplitude, from half the smallest to twice the largest.
+ * Draw the response of the damper found at each amplitude, from half the smallest to twice the largest.
  *
  * @param {string} id of the design
  * @param {AtAmplitude[]} rows
  */
 export function overAmplitudes(id, rows) {
   const label =
-    "Response over the amplitude of the excitation, of the recommended damper under amplitudes from " +
+    "Response over the amplitude of the excitation, of the damper as drawn under amplitudes from " +
     "half the least to twice the largest";
   const chart = new Figure({ label, name: `amplitudes-${id}`, height: 460 });
   const moved = rows.filter((row) => row.worst_ratio > 0);
@@ -191,6 +191,24 @@ export function againstMass(id, rows, { metres, unit, measure }) {
  */
 export function given(answer) {
   return !Object.keys(answer.specification.choose ?? {}).length;
+}
+
+/**
+ * What the damper found is called; an answer that was kept before it had a name recommends it.
+ *
+ * @param {DesignAnswer} answer
+ */
+export function calledOf(answer) {
+  return answer.called ?? (given(answer) ? "as given" : "recommended");
+}
+
+/**
+ * Whether the verdict is another kind of damper than the one found, or none.
+ *
+ * @param {DesignAnswer} answer
+ */
+export function isBeaten(answer) {
+  return !["recommended", "as given"].includes(calledOf(answer));
 }
 
 /**

@@ -111,6 +111,8 @@ class Question(Generic[A]):
         Kinds of study that can answer; others refuse.
     first : bool
         Whether it is common: the help of the command line lists it first.
+    draws_units : bool
+        Whether its figure shows the quantities in units that are beside the ratios.
     details : bool
         Whether the command has a short answer and details.
     operation : str
@@ -129,6 +131,7 @@ class Question(Generic[A]):
     tell: Callable[..., Words]
     kinds: tuple[Kind, ...] = KINDS
     first: bool = False
+    draws_units: bool = False
     details: bool = True
     operation: str = ""
 

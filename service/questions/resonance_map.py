@@ -95,11 +95,12 @@ def _check(study: Subject, axes: Axes, x: str, y: str) -> None:
 def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
     from damperlab.service.figures.map_difference import draw_difference
     from damperlab.service.figures.resonance_map import draw_map
+    from damperlab.studies.answers.quantities import in_quantities
 
     metric = metric_of(found)
     if "difference" in found:
         return draw_difference(found, metric, (names[0], names[1]))
-    return draw_map(found, metric)
+    return draw_map(*in_quantities(found, metric))
 
 
 def _tell(
@@ -137,5 +138,6 @@ RESONANCE_MAP: "Question[answers.ResonanceMap]" = Question(
     gives=ResonanceMap,
     form=MAP,
     draw=_draw,
+    draws_units=True,
     tell=_tell,
 )

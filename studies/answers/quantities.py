@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.unit_names import ACCELERATIONS, AMPLITUDES, COORDINATE_SOURCES
 from damperlab.studies.units import quantities_of
 from damperlab.studies.variables import ResponseClass
 
@@ -60,6 +61,25 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
         along = name in answer.coords
         answer = answer.assign_coords({called: added}) if along else answer.assign({called: added})
     return answer
+
+
+def in_quantities(answer: D, metric: str) -> tuple[D, str]:
+    """Give a map with the axes and the result that it has in units instead of the ratios, and the result's name.
+
+    Parameters
+    ----------
+    answer : Dataset
+        With or without the additions of `with_quantities`.
+    metric : str
+        Which of its variables is shown.
+    """
+    axes = {
+        source: name
+        for name, source in COORDINATE_SOURCES.items()
+        if source in answer.dims and name in answer.coords
+    }
+    in_units = (AMPLITUDES | ACCELERATIONS).get(metric, metric)
+    return answer.swap_dims(axes), in_units if in_units in answer else metric
 
 
 SUFFIX = "_words"

@@ -11,6 +11,7 @@ from damperlab.studies.brief import InShort, Notes, notes_document
 from damperlab.studies.design.absorber import DETUNED, curve
 from damperlab.studies.design.backbone import OverBand, backbone_document
 from damperlab.studies.design.build import Build, Built, design_document
+from damperlab.studies.design.drawing import drawing_of
 from damperlab.studies.design.found import Found, at_ends
 from damperlab.studies.design.front import OfMass, undominated
 from damperlab.studies.design.kept import KnownDesign, Where, Worst
@@ -18,9 +19,9 @@ from damperlab.studies.design.margins import Margin
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.spelling import material_of
 from damperlab.studies.design.starts import Starts, hertz
-from damperlab.studies.design.verdict import acceleration_g, verdict_of
+from damperlab.studies.design.verdict import acceleration_g, called_of, verdict_of
 from damperlab.studies.design.words import details_of
-from damperlab.studies.shapes import Count, Like, Measured, Number, Numbers, Range
+from damperlab.studies.shapes import Count, Like, Measured, Number, Numbers, Range, Says
 from damperlab.studies.specification.measure import DAMPER_LIMITS
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
@@ -138,6 +139,16 @@ class DesignAnswer(TypedDict):
     digest: str
     verdict: InShort
     notes: Notes
+    called: Annotated[
+        str,
+        Says(description="Name of `design`: it is recommended only if no other kind of damper does better."),
+    ]
+    drawing: Annotated[
+        list[list[str]],
+        Says(
+            description="Drawing of the verdict's damper: quantity, value, tolerance, range in which it may move alone."
+        ),
+    ]
     design: Built
     worst: Worst
     nominal: Worst
@@ -177,6 +188,8 @@ def answer_document(found: Found) -> DesignAnswer:
     asked, build, stated = found.asked, found.build, found.stated
     builds = found.builds
     brief, notes = verdict_of(found)
+    damper = brief.damper
+    assert damper is not None  # a design has one, or is without a damper
     probability = None if builds is None else builds.passed / builds.drawn
     if builds is None and not asked.tolerances:
         probability = 1.0 if stated.violation == 0.0 else 0.0
@@ -185,6 +198,8 @@ def answer_document(found: Found) -> DesignAnswer:
         "digest": asked.digest,
         "verdict": brief.document(),
         "notes": notes_document(notes),
+        "called": called_of(found, damper),
+        "drawing": [list(line) for line in drawing_of(found, damper)],
         "design": design_document(build, asked) | {"material": material_of(asked, build) or None},
         "worst": worst_document(asked, stated),
         "nominal": worst_document(asked, found.nominal),
@@ -214,7 +229,7 @@ def answer_document(found: Found) -> DesignAnswer:
         "confidence": asked.confidence,
         "points": found.book.spent,
         "budget_points": found.book.budget,
-        "words": details_of(found),
+        "words": details_of(found, damper),
         "response": _response(found, found.build),
         "no_damper": {"response": _closed_form(found, NO_DAMPER)},
         "amplitudes": backbone_document(found),

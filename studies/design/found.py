@@ -27,7 +27,7 @@ class Found:
     asked, book : Specification, Book
         The specification, and every point.
     build : Build
-        The recommended damper.
+        The best damper found, or the given one. It is recommended unless another kind does better.
     nominal, compared, stated : Score
         Its worst case as drawn; with the corners of its tolerances, as the alternatives are judged; and over
         everything computed for it.
@@ -80,11 +80,6 @@ class Found:
     ended: str
     looked_at: int
     left_out: tuple[str, ...]
-
-    @property
-    def called(self) -> str:
-        """Name of the damper in sentences: if nothing was chosen, nothing is recommended."""
-        return "recommended" if self.asked.free else "as given"
 
     @property
     def others(self) -> dict[str, Alternative]:

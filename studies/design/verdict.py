@@ -79,6 +79,14 @@ def kind_of(build: Build) -> Damper:
     return damper_of(build.particle_mass_kg > 0.0, build.friction_force_n > 0.0)
 
 
+def called_of(found: Found, damper: Damper) -> str:
+    """Name the damper found: it is recommended only if the verdict is to build it, and not if it was given."""
+    if not found.asked.free:
+        return "as given"
+    own = kind_of(found.build)
+    return "recommended" if damper == own else f"best {CALLED[own]}"
+
+
 def is_as_good(theirs: Score, ours: Score) -> bool:
     """Whether another damper is as good as the recommended one, which has more parts."""
     keeps = theirs.violation <= ours.violation and not clearly_less(ours.most, theirs.most)
@@ -434,7 +442,7 @@ def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[st
             else ""
         )
         yield (
-            f"best {CALLED[kind_of(found.build)]}",
+            called_of(found, damper),
             _value(asked, max(found.compared.value, found.stated.value)),
             what + at_end + _exceeds(found.compared),
         )

@@ -4,7 +4,9 @@ from collections.abc import Iterator, Mapping
 from math import isinf
 
 from damperlab.studies.answers.particle_friction import WITHIN
+from damperlab.studies.brief import Damper
 from damperlab.studies.design.book import SEED
+from damperlab.studies.design.drawing import drawing_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import Margin
 from damperlab.studies.design.spelling import (
@@ -22,6 +24,8 @@ from damperlab.studies.design.spelling import (
     under_records,
 )
 from damperlab.studies.design.starts import FROM
+from damperlab.studies.design.verdict import CALLED as CALLED_DAMPERS
+from damperlab.studies.design.verdict import called_of, kind_of
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
@@ -37,10 +41,11 @@ ENDED: Mapping[str, str] = {
 """Reasons for the end of a search."""
 
 
-def details_of(found: Found) -> list[str]:
-    """Write all findings as sentences."""
+def details_of(found: Found, damper: Damper) -> list[str]:
+    """Write all findings as sentences, first the drawing of `damper`, which is that of the verdict."""
     return [
-        *_damper(found),
+        *_recommended(found, damper),
+        *_damper(found, called_of(found, damper)),
         *_worst(found),
         *_limits(found),
         *_damper_limits(found),
@@ -51,7 +56,14 @@ def details_of(found: Found) -> list[str]:
     ]
 
 
-def _damper(found: Found) -> Iterator[str]:
+def _recommended(found: Found, damper: Damper) -> Iterator[str]:
+    """Write the drawing of the damper to build, if that is another than the one found."""
+    lines = drawing_of(found, damper)
+    if damper != kind_of(found.build) and lines:
+        yield f"Drawing: {CALLED_DAMPERS[damper]}, {', '.join(f'{name} {value}' for name, value, *_ in lines)}."
+
+
+def _damper(found: Found, called: str) -> Iterator[str]:
     asked, build = found.asked, found.build
     parts = [damper_words(asked, build, 4)]
     if build.particle_mass_kg == 0.0:
@@ -60,7 +72,8 @@ def _damper(found: Found) -> Iterator[str]:
         parts.append(f"{spelled(2 * build.clearance_m, 'm')} free cavity length")
     if build.contact_time_s:
         parts.append(f"in contact for {1e3 * build.contact_time_s:.4g} ms")
-    yield f"{'Drawing' if asked.free else 'Given'}: {', '.join(filter(None, parts))}."
+    begins = {"recommended": "Drawing", "as given": "Given"}.get(called, called.capitalize())
+    yield f"{begins}: {', '.join(filter(None, parts))}."
 
 
 def _worst(found: Found) -> Iterator[str]:

@@ -20,6 +20,7 @@ from damperlab.service.figures.fit import draw_fit, title_of
 from damperlab.service.figures.resonance_map import draw_map
 from damperlab.service.figures.style import is_logarithmic, save
 from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.quantities import in_quantities, with_quantities
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.fit.asking import FREE, make_question
@@ -296,3 +297,21 @@ def test_the_seven_peaks_of_the_paper_have_seven_colours_and_no_cavity_where_the
     colours = [np.array(to_rgb(line.get_color())) for line in legend.get_lines()]
     assert len(colours) == 7
     assert min(np.linalg.norm(one - other) for one, other in combinations(colours, 2)) > TOLD_APART
+
+
+def test_a_map_in_units_has_all_in_units_and_its_legend_inside_the_figure() -> None:
+    values = np.stack([np.full((X.size, Y.size), 1.0), 5.0 + (X[:, None] - 6.0) ** 2 + 0 * Y], axis=-1)
+    kinds = symmetric(values)
+    kinds[5, :, 1] = ResponseClass.NO_IMPACT
+    study = cube(values, kinds, also={"frequency_ratio": np.array([1.0, 1.1])})
+    physical = {"mass_kg": 2.0, "natural_frequency_hz": 4.0, "base_amplitude_m": 0.0004}
+    answer = with_quantities(a_map(study, over="frequency_ratio"), {"physical": physical})
+    figure = draw_map(*in_quantities(answer, "amplitude_ratio"))
+    figure.canvas.draw()
+    (axes, colours), (legend,) = figure.axes, figure.legends
+    assert "[mm]" in axes.get_xlabel()
+    assert "[N]" in axes.get_ylabel()
+    assert "[mm]" in colours.get_ylabel()
+    assert labels(figure)[0].startswith("optimum: 2 mm at $d$ = 2.4 mm, any")
+    assert legend.get_window_extent().x0 >= 0.0
+    assert legend.get_window_extent().x1 <= figure.bbox.x1

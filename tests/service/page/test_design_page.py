@@ -39,7 +39,9 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     for sentence in answer["words"]:
         expect(recommended).to_contain_text(sentence.replace("`", ""))
     expect(recommended).to_contain_text("5.6 mm")
-    expect(page.get_by_role("row", name=re.compile("^Tuned mass damper, up to 2 %"))).to_contain_text("mm")
+    expect(
+        page.get_by_role("row", name=re.compile("^Tuned mass damper of the same mass, up to 2 %"))
+    ).to_contain_text("mm")
     # what is known is drawn: others beside it, and what other amplitudes and masses do
     expect(page.locator(".plot .main-svg").first).to_be_visible()
     curves = page.get_by_role("img", name=re.compile("^Response over the band"))

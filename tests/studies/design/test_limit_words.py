@@ -196,3 +196,21 @@ def test_what_wins_is_the_verdict(limited: Found) -> None:
     # in tune better, and worse out of it: not recommended
     beside = replace(heaviest, value=0.5 * reached, detuned=2.0 * reached, exceeded=())
     assert verdict_of(replace(limited, absorber=beside))[0].damper != "tuned_mass_damper"
+
+
+def test_only_the_damper_of_the_verdict_is_called_recommended(limited: Found) -> None:
+    heaviest = limited.heaviest
+    assert heaviest is not None
+    beside = replace(heaviest, value=0.5 * limited.compared.value, detuned=0.5 * limited.compared.value)
+    for beaten, called in ((True, "best particle with friction"), (False, "recommended")):
+        found = replace(limited, absorber=replace(beside, exceeded=() if beaten else ("displacement_m",)))
+        answer = answer_document(found)
+        assert answer["called"] == called
+        assert ("recommended" in design_report(found)) is not beaten
+        assert ("damping ratio" in [name for name, *_ in answer["drawing"]]) is beaten
+        assert answer["words"][0].startswith("Drawing: tuned mass damper, " if beaten else "Drawing: 400 g")
+    lines = {name: value for name, value, *_ in answer_document(replace(limited, absorber=beside))["drawing"]}
+    assert lines["mass"] == "400 g"
+    hertz = 8.0 * beside.absorber.tuning
+    assert float(lines["natural frequency"].removesuffix(" Hz")) == pytest.approx(hertz, rel=1e-3)
+    assert float(lines["damping ratio"]) == pytest.approx(beside.absorber.damping_ratio, rel=1e-3)
