@@ -46,9 +46,9 @@ _WITH = ("--with",)
 
 @dataclass(frozen=True)
 class Judging:
-    """How designs are judged, and which of them.
+    """How designs are judged, and which designs.
 
-    The same fields for every ranking: of one study, of several, over base amplitudes, in a refinement.
+    Every ranking has these fields: of one study, of several, over base amplitudes, in a refinement.
     """
 
     objective: Objective | None = asked(
@@ -59,8 +59,7 @@ class Judging:
     band: Range | None = asked(None, "Consider only frequency ratios in this band.", form="LO,HI")
     exclude_locked: bool = asked(
         False,
-        "Exclude designs in which friction locks the mass to its base near resonance: at the considered frequency ratio "
-        "nearest 1, and where the base amplitude varies, at every amplitude. Designs locked only at other frequencies stay.",
+        "Exclude designs in which friction locks the mass to its base near resonance: at the considered frequency ratio nearest 1 and, if the base amplitude varies, at every amplitude. Designs locked only at other frequencies stay.",
     )
     max_impact_speed: float | None = asked(
         None,
@@ -87,7 +86,7 @@ class Listed:
 
 @dataclass(frozen=True)
 class Ranking(Listed):
-    """Additions to a ranking, and the studies that it covers."""
+    """Further fields of a ranking, and the follow-up studies that it includes."""
 
     pareto: tuple[str, ...] | None = asked(
         None,
@@ -105,7 +104,7 @@ class Ranking(Listed):
     )
     metric: str | None = asked(
         None,
-        "Result by whose worst case dampers are ranked; by default peak_relative_displacement_m for a ground-motion "
+        "Result whose worst case ranks the dampers; by default peak_relative_displacement_m for a ground-motion "
         "suite, and amplitude_m over base amplitudes.",
         allowed=EVERY_VARIABLE,
     )
@@ -120,7 +119,7 @@ class Ranking(Listed):
 
 @dataclass(frozen=True)
 class Selection:
-    """The shown result of a study, and its place."""
+    """The result of a study that is shown, and the point or slice."""
 
     metric: str | None = asked(
         None,
@@ -133,7 +132,7 @@ class Selection:
 
 @dataclass(frozen=True)
 class Followed(Selection):
-    """The result along the frequency, and its design; a ground-motion suite has no such curve."""
+    """The result that is shown over the frequency, and the design. A ground-motion suite has no such curve."""
 
     metric: str | None = asked(
         None,
@@ -185,7 +184,7 @@ class Window:
     y_range: Range | None = asked(None, "Show only this range of the vertical axis.", doors=("http",))
     most: int | None = asked(
         None,
-        "Most values along x and along y: evenly spaced ones stay.",
+        "Most values along x and along y; of more, evenly spaced ones are shown.",
         least=2,
         most=2000,
         doors=("http",),
@@ -286,7 +285,7 @@ class Search(Step):
 
 @dataclass(frozen=True)
 class Design:
-    """The compared design of a study, or another of its points."""
+    """The design of a study that is compared, or another of its points."""
 
     at: At = asked_at()
 
@@ -314,7 +313,7 @@ class Compared:
     record: str = asked(
         "loma-prieta",
         "Ground-motion record: the name of an earthquake, or the id of a record.",
-        # an argument of the command, which takes a file too
+        # the command takes it as an argument, which may also be a file
         doors=("http", "client"),
     )
     tmd_criterion: Criterion = asked("den_hartog", "How the tuned mass damper is tuned.", meanings=CRITERIA)
@@ -362,19 +361,18 @@ class Simulated:
     )
     particle_friction_ratio: float = asked(
         0.0,
-        "Friction of the particle in its cavity, κ = μ_i g/(ω_n²·Z): the largest acceleration at which it still moves along, "
-        "over Z·ω_n².",
+        "Friction of the particle in its cavity, κ = μ_i g/(ω_n²·Z): the largest acceleration at which the particle still moves with the cavity, over Z·ω_n².",
         least=0.0,
         most=PARTICLE_FRICTION_RATIO.highest,
-        # an option of its own beside those of the other ratios
+        # a separate option, apart from those of the other ratios
         doors=("http", "client"),
     )
     gravity_ratio: float = asked(
         0.0,
-        "Gravity along the cavity, G = g·sin α/(ω_n²·Z), towards negative u: 0 for one that lies.",
+        "Gravity along the cavity, G = g·sin α/(ω_n²·Z), towards negative u: 0 for a level cavity.",
         least=0.0,
         most=GRAVITY_RATIO.highest,
-        # an option of its own beside those of the other ratios
+        # a separate option, apart from those of the other ratios
         doors=("http", "client"),
     )
     starts: int = asked(

@@ -64,7 +64,7 @@ class Refinement:
     found : dict
         The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
     steps : dict of float
-        By parameter, the distance to the farther of its two neighbours.
+        By parameter, the distance from the optimum to the farther of its two neighbours.
     points, fine_points : int
         Points of the follow-ups, and of a grid that would give the same answer; 0 if none is known.
     note : str
