@@ -38,7 +38,7 @@ from damperlab.studies.understood import unusual_specification
 from damperlab.studies.variables import MADE_BY, ResponseClass
 
 GROWS = 1.5
-"""Excess growth of a response over that of its excitation from which it depends on the amplitude."""
+"""A response whose growth exceeds that of its excitation by this share depends on the amplitude."""
 CALLED: dict[Damper, str] = {
     "hybrid": "particle with friction",
     "particle_alone": "particle alone",
@@ -47,7 +47,7 @@ CALLED: dict[Damper, str] = {
     "no_damper": "without damper",
 }
 CAVITY = {*MADE_BY.values()}
-"""Optional keys of a specification for the cavity; the default is level, without friction."""
+"""Optional keys of a specification for the cavity; by default it is level and frictionless."""
 NAMES = {
     "clearance_m": "clearance",
     "friction_force_n": "friction",
@@ -77,14 +77,14 @@ def kind_of(build: Build) -> Damper:
 
 
 def is_as_good(theirs: Score, ours: Score) -> bool:
-    """Whether another damper is as good as the recommended one, which has more parts."""
+    """Whether a damper with fewer parts is as good as the recommended one."""
     keeps = theirs.violation <= ours.violation and not clearly_less(ours.most, theirs.most)
     return keeps and not clearly_less(ours.value, theirs.value)
 
 
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
-    """Name what to build, and return it: None for the damper of the answer; `bare`, the worst case of no damper, if
-    none is needed.
+    """Write what to build, and return it: None for the damper of the answer. `bare` is the worst case without a damper,
+    if none is needed.
     """
     ours = found.compared
     if not found.asked.free:
@@ -108,7 +108,7 @@ def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Besid
 
 
 def _tuned_wins(tuned: Beside, ours: Score) -> bool:
-    """Whether a tuned mass damper is better in tune, and no worse at the detuning that a workshop may leave."""
+    """Whether a tuned mass damper is better when tuned, and no worse when detuned as a workshop may leave it."""
     if ours.violation > 0.0 and not tuned.exceeded:
         return True
     better = clearly_less(tuned.value, ours.value) and not clearly_less(ours.value, tuned.detuned)
@@ -116,7 +116,7 @@ def _tuned_wins(tuned: Beside, ours: Score) -> bool:
 
 
 def _without_damper(asked: Specification) -> float | None:
-    """Give the worst case of the structure alone within its tolerances; None if it may exceed the limits."""
+    """Give the worst case of the structure without a damper within its tolerances; None if it may exceed the limits."""
     if asked.cases or asked.limits.keys() - {asked.measure.limit}:
         return None
     return hardest(asked, NO_DAMPER, judged_of(asked))[0]
@@ -158,7 +158,7 @@ def _locked(found: Found, build: Build, reach: str) -> str:
     force = quantity(found.asked, "friction_force_n", build.friction_force_n, 3)
     if all(each.motion.force for each in found.asked.excitations) and not found.asked.cases:
         return f"A friction force of {force} withstands the force at every frequency: the structure does not move."
-    return f"A friction force of {force} clamps the structure to its base: it moves as that does, {reach}; nothing is damped."
+    return f"A friction force of {force} clamps the structure to its base: it moves with the base, {reach}; nothing is damped."
 
 
 def _notes(found: Found, damper: Damper) -> Iterator[Note]:
@@ -207,7 +207,7 @@ def _notes(found: Found, damper: Damper) -> Iterator[Note]:
 
 
 def _said(found: Found, note: Note) -> str:
-    """Write a note that belongs into the first sentences."""
+    """Write a note that belongs in the first sentences."""
     asked, known = found.asked, note.values
     if note.kind == "nearly_clamped":
         return "It nearly clamps the structure to its base."
@@ -240,7 +240,7 @@ def _nearly_clamped(found: Found, build: Build) -> bool:
 
 
 def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
-    """Give the result of twice the largest amplitude, if it is clearly more than twice as much."""
+    """Give the result at twice the largest amplitude, if it is clearly more than doubled."""
     asked = found.asked
     if not asked.excitations or asked.cases or asked.measure.mean:
         return None
@@ -316,7 +316,7 @@ def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
 
 
 def _accelerates(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
-    """State the acceleration of the structure, unless the answer is about it anyway."""
+    """State the acceleration of the structure, unless the measure is already an acceleration."""
     asked, g = found.asked, acceleration_g(found)
     told = any("acceleration" in name for name in (asked.measure.name, *asked.limits))
     if g is not None and not told and damper == kind_of(found.build):
@@ -372,7 +372,7 @@ def _with_friction(found: Found) -> str:
 
 
 def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:
-    """Give the second best, and its loss."""
+    """Give the second best, and how much worse it is."""
     asked = found.asked
     for name, limit in asked.limits.items():
         reached = found.stated.reached[name]
