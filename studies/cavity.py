@@ -57,8 +57,7 @@ LEVEL = Cavity()
 
 
 def left_open(definition: Mapping[str, Any]) -> list[str]:
-    """Describe the default values of the cavity that a definition assumes because it gives no ratio, axis or quantity.
-    """
+    """Describe the default values of the cavity that a definition assumes because it gives no ratio, axis or quantity."""
     given = {**definition, **(definition.get("axes") or {})}
     physical = definition.get("physical") or {}
     return [

@@ -208,8 +208,7 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find features that cannot be combined with friction or gravity of the particle, and features that require them.
-    """
+    """Find features that cannot be combined with friction or gravity of the particle, and features that require them."""
     before, metrics = before_of({**document, "particle": True}), document.get("metrics")
     for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
         needs = isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing

@@ -304,7 +304,7 @@ class Study(Choice):
         if self.forced:
             settings["excitation"] = self.excitation
         if before := [name for name in BEFORE if name in self.coordinates]:
-            settings["before"] = before  # studies with different dimensions share no points
+            settings["before"] = before  # points of other dimensions are other points
         if self.over_amplitudes and self.physical is not None:
             # the ratios of force, clearance and base amplitude
             given = self.physical.values()

@@ -301,7 +301,7 @@ def _constant_alone(raw: Mapping[str, Any], particle: bool) -> Fault:
     one = isinstance(amplitude, int | float) and not isinstance(amplitude, bool)
     shown = f"as in `{AMPLITUDE}: [{amplitude:g}]`" if one else f"as in `{AMPLITUDE}: [0.0001]`"
     missing = [f"`{name}`" for name in RATIOS_OF if name not in raw]
-    advice = f"write the amplitude at the natural frequency as a list, even a single one, {shown}"
+    advice = f"write the amplitude at the natural frequency as a list, also where it is one, {shown}"
     if not particle:
         advice += ", and `friction_force_n` as a list"
     elif missing:

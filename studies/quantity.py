@@ -100,7 +100,7 @@ RESTITUTION = Quantity(
     "coefficient of restitution e",
     0.0,
     1.0,
-    "0: the particle does not rebound; 1: the impact loses no energy",
+    "0 is a wall that keeps the particle, 1 loses nothing",
 )
 MASS_RATIO = Quantity("mass_ratio", "mass ratio β = m/M", 0.0, 1e12, "give particle mass over primary mass")
 CLEARANCE_RATIO = Quantity(
@@ -141,7 +141,7 @@ GRAVITY_RATIO = Quantity(
     "gravity along the cavity G = g·sin α/(ω_n²·Z), towards negative u",
     0.0,
     1e12,
-    "give 0 for a level cavity",
+    "give 0 for a cavity that lies",
 )
 RATIOS: dict[str, Quantity] = {
     q.name: q

@@ -59,7 +59,9 @@ class Judging:
     band: Range | None = asked(None, "Consider only frequency ratios in this band.", form="LO,HI")
     exclude_locked: bool = asked(
         False,
-        "Exclude designs in which friction locks the mass to its base near resonance: at the considered frequency ratio nearest 1 and, if the base amplitude varies, at every amplitude. Designs locked only at other frequencies stay.",
+        "Exclude designs in which friction locks the mass to its base near resonance: at the considered "
+        "frequency ratio nearest 1 and, if the base amplitude varies, at every amplitude. Designs locked "
+        "only at other frequencies stay.",
     )
     max_impact_speed: float | None = asked(
         None,
@@ -104,7 +106,8 @@ class Ranking(Listed):
     )
     metric: str | None = asked(
         None,
-        "Result whose worst case ranks the dampers; by default peak_relative_displacement_m for a ground-motion "
+        "Result whose worst case ranks the dampers; by default peak_relative_displacement_m for a "
+        "ground-motion "
         "suite, and amplitude_m over base amplitudes.",
         allowed=EVERY_VARIABLE,
     )
@@ -361,7 +364,8 @@ class Simulated:
     )
     particle_friction_ratio: float = asked(
         0.0,
-        "Friction of the particle in its cavity, κ = μ_i g/(ω_n²·Z): the largest acceleration at which the particle still moves with the cavity, over Z·ω_n².",
+        "Friction of the particle in its cavity, κ = μ_i g/(ω_n²·Z): the largest acceleration at which the "
+        "particle still moves with the cavity, over Z·ω_n².",
         least=0.0,
         most=PARTICLE_FRICTION_RATIO.highest,
         # a separate option, apart from those of the other ratios

@@ -80,7 +80,10 @@ def _faults_of_tags(tags: Any) -> list[Fault]:
         found = f"{len(tags)} tags" if isinstance(tags, list | tuple) else describe(tags)
         return [
             Fault(
-                "tags", found, f"a list of at most {MOST_TAGS} tags", "keep the tags by which you search for it"
+                "tags",
+                found,
+                f"a list of at most {MOST_TAGS} tags",
+                "keep the tags by which you search for it",
             )
         ]
     return [fault for tag in different.values() for fault in faults_of_tag("tags", tag)]

@@ -45,8 +45,7 @@ def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterat
 
 
 def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find faults between a force in newtons and the rest of a study. The study's amplitude was derived from the force.
-    """
+    """Find faults between a force in newtons and the rest of a study. The study's amplitude was derived from the force."""
     physical = document.get("physical")
     if not isinstance(physical, dict):
         return
@@ -58,7 +57,7 @@ def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
     field = f"physical.{FORCE}"
     found = describe(physical[FORCE])
     if document.get("excitation") != "force":
-        told = "{field} is the amplitude of a force on the structure, but this study shakes the base."
+        told = "{field} is the amplitude of a force on the structure, and the study is of a shaken base."
         yield Fault(field, found, "nothing without `excitation: force`", "add `excitation: force`", told)
         return
     for name in _OF_STIFFNESS:
@@ -68,7 +67,7 @@ def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
             yield Fault(f"physical.{name}", given, "one number", "give one", told)
     made, written = _made(document), physical.get(AMPLITUDE)
     if made is not None and not _same(made, written):
-        told = f"{{field}} is not the static displacement from `{field}` makes; one of them determines it."
+        told = f"{{field}} is not the static displacement that `{field}` makes; one of them determines it."
         advice = "leave it out"
         yield Fault(f"physical.{AMPLITUDE}", describe(written), "nothing beside a force", advice, told)
 

@@ -12,7 +12,8 @@ from damperlab.studies.vocabulary import Objective
 FREQUENCY = "frequency_ratio"
 
 WHY = (
-    "A particle that stays on the wall shifts the resonance, so judge a design over a band before building it."
+    "A particle that stays on the wall shifts the resonance, so judge a design over a band before building "
+    "it."
 )
 
 

@@ -325,7 +325,8 @@ def _details(found: Mapping[str, Any], failed: int) -> Iterator[str]:
     """Say how a curve was fitted, and how many failed runs it counts."""
     if "median_scale" in found:
         yield (
-            f"The dispersion of ln scale is {found['dispersion']:.3g} (lognormal, fitted by maximum likelihood to one scale per record)."
+            f"The dispersion of ln scale is {found['dispersion']:.3g} (lognormal, fitted by maximum "
+            "likelihood to one scale per record)."
         )
     if failed:
         count = "count as exceeding" if failed > 1 else "counts as exceeding"

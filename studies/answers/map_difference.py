@@ -194,8 +194,7 @@ def _apart(
 
 
 def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """Name the dimensions along which the maps are taken at different values; only in units, if both forms are given.
-    """
+    """Name the dimensions along which the maps are taken at different values; only in units, if both forms are given."""
     names = [str(name) for name in first.coords if first[name].ndim == 0]
     pairs = {name: (first[name].item(), second[name].item()) for name in names}
     apart = [

@@ -68,7 +68,9 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             return f"No other cell of the grid {_better(known)}; its place is known only to: {_steps(known, phrases)}."
         case "place_within_errors":
             return (
-                f"No cell of the grid {_better(known)}; the value of the optimum is known, and its place as closely as the errors distinguish neighbours: {_steps(known, phrases)}. A smaller `steady.tolerance` locates it better."
+                f"No cell of the grid {_better(known)}; the value of the optimum is known, and its place as "
+                f"closely as the errors distinguish neighbours: {_steps(known, phrases)}. A smaller "
+                "`steady.tolerance` locates it better."
             )
         case "budget":
             return f"The budget of {known['points']:,} points is spent before the optimum is known."

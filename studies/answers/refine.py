@@ -151,8 +151,7 @@ def refine_optimum(
 def _with_friction(
     answer: Refinement, rubbing: Study, cubes: Iterable[xr.Dataset], judging: Judging
 ) -> Refinement:
-    """Add the largest particle friction at which a known optimum keeps its value, or else the study that determines it.
-    """
+    """Add the largest particle friction at which a known optimum keeps its value, or else the study that determines it."""
     axes = rubbing.coordinates.items()
     for cube in cubes:
         if all(np.array_equal(cube[name], axis) for name, axis in axes):

@@ -433,8 +433,7 @@ def _response(found: Found, build: Build) -> Response:
 
 
 def _closed_form(found: Found, absorber: Absorber) -> Response:
-    """Give the response of the nominal structure with a tuned mass damper, or without a damper; empty without a band.
-    """
+    """Give the response of the nominal structure with a tuned mass damper, or without a damper; empty without a band."""
     if not found.asked.excitations:
         return {}
     r = np.linspace(

@@ -106,8 +106,7 @@ class Build:
         return amplitude.excitation.base_m(self._reference_m(amplitude), self.nominal(frequency_ratio))
 
     def rate(self, asked: Specification) -> float:
-        """Give ω_n of this structure [rad/s]; for a specification in ratios, relative to that of the nominal structure.
-        """
+        """Give ω_n of this structure [rad/s]; for a specification in ratios, relative to that of the nominal structure."""
         nominal = asked.structure.angular_frequency if asked.in_units else 1.0
         return nominal * (1.0 + self.frequency_off)
 

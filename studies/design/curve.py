@@ -59,8 +59,7 @@ class Curve:
         return band_mean(self.r, values, self.errors).value if self.measure.mean else float(values.max())
 
     def errors_of(self, variable: str) -> NDArray[np.float64]:
-        """Standard error of a variable, shape (n,): that of the amplitude; an acceleration has the same relative error.
-        """
+        """Standard error of a variable, shape (n,): that of the amplitude; an acceleration has the same relative error."""
         errors: NDArray[np.float64] = np.nan_to_num(self["amplitude_error"])
         if variable not in ACCELERATIONS:
             return errors

@@ -201,7 +201,7 @@ def _starts(found: Found) -> Iterator[str]:
     if starts.beyond is None:
         reached = f"reaches a displacement of the structure up to {length(asked, starts.worst)}, {near}"
     elif starts.beyond:
-        reached = f"reaches up to {response(asked, starts.worst)}, {near}: at {starts.beyond} of these more than the value stated"
+        reached = f"reaches up to {response(asked, starts.worst)}, {near}: at {starts.beyond} of these more than stated"
     yield f"Started in {counted(starts.count, 'way')} at {at}, the damper as drawn {reached}."
     if starts.several:
         yield f"At {starts.several} of these ratios it has more than one response."
@@ -209,7 +209,9 @@ def _starts(found: Found) -> Iterator[str]:
 
 def _margins(found: Found) -> Iterator[str]:
     asked = found.asked
-    if not found.margins or isinf(found.stated.most):  # if the stated value is unbounded, no start can exceed it
+    if not found.margins or isinf(
+        found.stated.most
+    ):  # if the stated value is unbounded, no start can exceed it
         return
     holds = ["every limit holds"] if asked.limited_at_all else []
     if found.stated.violation > 0.0:

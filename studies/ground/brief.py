@@ -1,4 +1,4 @@
-"""A short comparison of dampers under one record: which moves least, and how certain that is."""
+"""A short comparison of dampers under one record: with which the structure moves least, and how certain this is."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,7 +7,7 @@ from damperlab.studies.brief import Brief, Damper
 from damperlab.studies.cavity import cavity_of
 
 SAME = 0.02
-"""Relative difference within which two dampers count as equal: then the one with fewer parts is recommended."""
+"""Relative difference within which two dampers count as equal; the one with fewer parts is then recommended."""
 FARTHEST_M = 12.0
 """Largest displacement of measured ground: Chi-Chi 1999 by about 10 m."""
 PEAK = "peak_relative_displacement_m"
@@ -22,7 +22,7 @@ DAMPERS: dict[str, Damper] = {
 
 
 def brief_of(answer: Mapping[str, Any]) -> Brief:
-    """Name the damper that moves least against its base under a record.
+    """Name the damper with which the structure moves least against its base under a record.
 
     Parameters
     ----------

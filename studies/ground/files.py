@@ -1,4 +1,4 @@
-"""Records from files: PEER's AT2, and two columns of time and acceleration. Every fault names its line."""
+"""Reads records from files: PEER's AT2, and two columns of time and acceleration. Every fault names its line."""
 
 import re
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ _BEGIN = re.compile(
 )
 """The line of an AT2 file with the number of samples and the step."""
 _NO_WORD = re.compile(rf"{_NUMBER}|[+-]?(?:nan|inf)|n/?a|null|none|-+|\*+", re.IGNORECASE)
-"""Allowed content of a numeric cell, including a missing value."""
+"""Contents of a cell that is a number or a missing value."""
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 
@@ -50,8 +50,8 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     name : str
         Name of the record; by default that in an AT2 file.
     units : {"g", "m/s2", "cm/s2"}, optional
-        Of the acceleration. Needed if the file does not state it: an AT2 file does in its third line, columns may in
-        their heading, as in ``time (s), acc (g)``. The file's own unit may be repeated but not contradicted.
+        Unit of the acceleration, needed if the file does not state it. An AT2 file states it in its third line, columns
+        may state it in their heading, as in ``time (s), acc (g)``. `units` must not contradict the file.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
         if number < begin or not (rows or numbers or sample):
             head.append((number, bare))
             continue
-        # in a line with commas, only these separate cells
+        # in a line with commas, only commas separate cells
         apart = [cell for cell in re.split(r"[;\t]|\s+", bare) if cell]
         whole = "," in bare and len(cells) == 4 and all(cell.lstrip("+-").isdigit() for cell in cells)
         if whole or ((begin or len(apart) == 2) and decimal_comma(apart)):
@@ -150,13 +150,13 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
 
 
 def _is_announcement(rows: Sequence[Row]) -> bool:
-    """Whether the first line has the number of samples, and their step."""
+    """Whether the first line holds the number of samples and their step."""
     if len(rows) < 2 or len(rows[0][1]) != 2 or not rows[0][1][0].isdigit():
         return False
     count, below = int(rows[0][1][0][:12]), [cells for _, cells in rows[1:]]
     if all(len(cells) == 1 for cells in below):
         return True
-    # times would continue after the first
+    # if the first number were a time, later times would continue from it
     return 1 < count > _float(below[0][0]) and count in (len(below), sum(map(len, below)))
 
 
@@ -183,9 +183,7 @@ def _check_width(rows: Sequence[Row]) -> None:
             continue
         advice = f"write the time before it, or {WRITE_STEP}"
         if len(cells) > 2:
-            advice = (
-                "keep the time and the one acceleration that you mean; where all are samples in a row, write "
-            )
+            advice = "keep the time and one acceleration; if all numbers are consecutive samples, write "
             advice += "the line `NPTS= <number>, DT= <step in s>` above them"
         found = counted(len(cells), "number")
         raise refused(_at(number), found, "two numbers, time in s and acceleration", advice)
@@ -213,8 +211,8 @@ def _between(rows: Sequence[Row], stated: float | None) -> float:
         advice = f"write the times with more digits, or {WRITE_STEP}"
         raise refused("time", f"times such as {written[-1]}", "a known time step", advice, TOO_FEW_DIGITS)
     if stated is None and step == 1.0:
-        told = "The first column counts by 1, and nothing says that it is in seconds: row numbers, it seems."
-        advice = f"write the heading as {COLUMNS} where they are seconds; otherwise {WRITE_STEP}"
+        told = "The first column counts by 1 and states no unit, so it probably holds row numbers."
+        advice = f"write the heading as {COLUMNS} if they are seconds; otherwise {WRITE_STEP}"
         raise refused("time", f"{written[0]}, {written[1]}, …", "a column of times", advice, told)
     return step
 

@@ -1,5 +1,5 @@
-"""The lines above the samples of a record: the quantities, their units, and the institution. A stated unit is never
-overruled.
+"""The lines above the samples of a record: the quantities, their units, and the institution. A unit that the file
+states is never overruled.
 """
 
 import re
@@ -23,7 +23,7 @@ _BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
 _FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
 _NO_SUFFIX = ("h", "v", "in")
-"""Units that usually mean a direction, as in `acc_h`."""
+"""Endings that look like units but usually mean a direction, as in `acc_h`."""
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
 _PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
@@ -31,21 +31,23 @@ _TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tem
 _OVER_TIME = "give the acceleration over time"
 _OTHERS = {
     "a spectral density": (r"\b[ap]sd\b|spectral density", f"{_OVER_TIME}, or generate one with `random_vibration`"),
-    "a response spectrum": (r"\bp?s[av]\b|spectr(?:um|a|al)\b|\bperiods?\b", f"{_OVER_TIME}: a spectrum leaves it open"),
+    "a response "
+    "spectrum": (r"\bp?s[av]\b|spectr(?:um|a|al)\b|\bperiods?\b", f"{_OVER_TIME}: a spectrum does not "
+                                                                  "determine it"),
     "a frequency": (r"\bfreq\w*|\bfourier\b|\bfft\b|\bfas\b", f"{_OVER_TIME}; `damperlab fit` reads a response over frequency"),
     "a velocity": (r"\bvel(?:ocity)?\b|\bspeed\b|^v$", "give the file of the acceleration, or differentiate this one"),
     "a displacement": (r"\bdisp(?:l(?:acement)?)?\b", "give the file of the acceleration, or differentiate this one twice"),
     "a list of peak values": (r"^pg[avd]\b", _OVER_TIME),
     "a count of samples": (r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$", WRITE_STEP),
 }  # fmt: skip
-"""Files that are no record: words that identify them, and the remedy."""
+"""Files that are not records: the words that identify them, and the remedy."""
 _FORMATS = (
-    ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal a count"),
+    ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal per count"),
     ("ESM", r"^EVENT_NAME:", "the values follow the heading, in its UNITS, SAMPLING_INTERVAL_S apart"),
     ("COSMOS", r"\(Format v\d+\.\d+ with \d+ text lines\)", "take the acceleration block, in its units"),
     ("SMC", r"^\s*\d\s+\w+\s+ACCELEROGRAM", "the values follow the comment lines, in cm/s²"),
 )
-"""Files of other institutions: their names, how they begin, and where they have the acceleration."""
+"""Files of other institutions: their names, how they begin, and where they state the acceleration."""
 
 
 def read_heading(
@@ -101,7 +103,7 @@ def read_heading(
 
 
 def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str]] | None, Sequence[Line]]:
-    """Find the line that names the columns, whose units may be in the next line; and give the other lines."""
+    """Find the line that names the columns; its units may be in the next line. Give the other lines too."""
     names, units = ([], [], *(_cells(line) for _, line in lines[-2:]))[-2:]
     if len(names) == len(units) == 2 and all(map(kind_of, units)):
         lines = [*lines[:-2], (lines[-1][0], f"{names[0]} ({units[0]}), {names[1]} ({units[1]})")]
@@ -116,7 +118,7 @@ def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str
 
 
 def _named(cell: str) -> bool:
-    """Whether a cell names a column of a record, or a known other quantity."""
+    """Whether a cell names a column of a record, or another known quantity."""
     words, units = _taken_apart(cell)
     return _is_time(cell) or bool(_ACCELERATION.search(words) or _other(words) or any(map(kind_of, units)))
 
@@ -136,13 +138,15 @@ def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
     if len(cells) != 2 or not _is_time(cells[0]):
         shown = listing(map(printable, cells))
         told = f"The heading names {shown}; a record has two columns, the time first."
-        advice = f"write the heading as {COLUMNS}, and # before a line that is none"
+        advice = f"write the heading as {COLUMNS}, and # before a line that is not a heading"
         raise refused(f"line {number}", shown, COLUMNS, advice, told)
     return [units for _, units in read]
 
 
 def _cells(line: str) -> list[str]:
-    """Split a heading into cells; a cell may contain blanks, so it is split at wide gaps and after brackets first."""
+    """Split a heading into cells. A cell may contain blanks, so the heading is first split at wide gaps and after
+    brackets.
+    """
     bare = line.lstrip("#%*!/ ")
     bare = bare.strip('"') if bare.count('"') == 2 else bare
     for parting in (";", "\t", ',(?=(?:[^"]*"[^"]*")*[^"]*$)', r"\s{2,}|(?<=[)\]])\s*(?=[^\s)\]])"):
@@ -188,7 +192,7 @@ def _stated(line: str) -> Iterator[str]:
 
 
 def _first_unit(text: str) -> str:
-    """Give the longest beginning of a text that is a unit; empty if there is none, or a factor follows."""
+    """Give the longest beginning of a text that is a unit; empty if there is none, or if a factor follows."""
     words = text.split(maxsplit=6)
     for count in range(min(6, len(words)), 0, -1):
         unit = " ".join(words[:count]).strip("(),.;")
@@ -204,13 +208,13 @@ def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[
         if kind_of(written) in _OTHERS:
             raise _no_record(kind_of(written), number, written)
         if usual(written) not in allowed:
-            told = f"Line {number} gives {quantity} in {shown}, which is not read; allowed are {listing(allowed)}."
+            told = f"Line {number} gives {quantity} in {shown}, which is not supported; allowed are {listing(allowed)}."
             advice = "convert the numbers to one of these, and write it in the heading"
             raise refused(place, shown, f"one of {listing(allowed)}", advice, told)
         if usual(written) != usual(stated[0][0]):
             found = f"{printable(stated[0][0])} in line {stated[0][1]}, but {shown} in {place}"
             told = f"The file gives {quantity} in two units: {found}."
-            raise refused(place, found, "one unit", "correct or remove the one that is wrong", told)
+            raise refused(place, found, "one unit", "correct or remove the wrong one", told)
     return usual(stated[0][0]) if stated else None
 
 
@@ -230,6 +234,6 @@ def check_format(lines: Sequence[str]) -> None:
     """Refuse the file of another institution by its name, and explain how to convert it into columns."""
     for name, begins, how in _FORMATS:
         if any(re.search(begins, line) for line in lines[:3]):
-            told = f"This is a file of {name}, which is not read."
+            told = f"This is a file of {name}, a format that is not supported."
             advice = f"write two columns `time (s), acceleration (cm/s2)` from it: {how}"
             raise refused("record", f"a file of {name}", "AT2, or two columns", advice, told)

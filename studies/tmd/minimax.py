@@ -1,4 +1,4 @@
-"""The absorber with the least peak on a damped structure, for which no closed form exists.
+"""The absorber with the smallest peak on a damped structure, for which no closed form exists.
 
 Two stages: a simplex from the least point of a grid, then Powell's hybrid method, which refines the result if two
 peaks are level. Both use units of the width of the resonance, √μ + ζ_s, so that a light absorber is tuned as

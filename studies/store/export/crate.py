@@ -18,7 +18,7 @@ _STUDY, _SOFTWARE = "#study", "#damperlab"
 
 
 def crate_beside(export: Path) -> str:
-    """Name the file that a crate beside an export describes; empty if there is none."""
+    """Name the file that the crate beside an export describes; empty if there is no such crate."""
     path = export.parent / FILE
     if not path.exists():
         return ""
@@ -35,7 +35,7 @@ def write_crate(cube: xr.Dataset, export: Path) -> Path:
     Parameters
     ----------
     cube : Dataset
-        The exported cube; names that must not be published are left out.
+        The exported cube; the names of users and hosts are left out.
     export : Path
         The file.
 

@@ -66,7 +66,7 @@ def test_a_range_of_a_decade_is_searched_in_its_logarithm() -> None:
 @pytest.mark.parametrize(
     ("structure", "fit", "said"),
     [
-        (PROTOTYPE, {}, "Nothing is to be estimated."),
+        (PROTOTYPE, {}, "There is no parameter to estimate."),
         (PROTOTYPE, {"restitutoin": None}, "Did you mean `restitution`?"),
         (PROTOTYPE, {"mass_kg": (1.0, 2.0)}, "mass_kg cannot be estimated"),
         (PROTOTYPE, {"restitution": (0.5, 2.0)}, "`fit.restitution` must be a number from 0 to 1, not 2.0."),

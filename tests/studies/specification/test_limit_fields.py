@@ -108,7 +108,7 @@ def test_limits_are_in_what_the_specification_is_in() -> None:
 
 
 def test_a_ratio_of_the_damper_that_no_value_keeps_is_refused_in_ratios() -> None:
-    with pytest.raises(StudyFaults, match=r"excludes every clearance_ratio asked for, which begins at 1 "):
+    with pytest.raises(StudyFaults, match=r"excludes every allowed clearance_ratio; the smallest is 1 "):
         parse_specification(RATIOS | {"limits": {"cavity_length_ratio": 1.5}})
 
 
