@@ -135,7 +135,8 @@ class Settings(BaseSettings):
     job_options: str = Field(
         "",
         pattern=r"^[^\r\n]*$",
-        description="More options of the batch system for every job, as in --partition=short --account=lab.",
+        description="Further options of the batch system for every job, as in --partition=short "
+        "--account=lab.",
     )
     warm: bool = Field(
         True, description="Compile missing kernels of the usual scenes in the background from the start."

@@ -1,8 +1,8 @@
-"""Transition at an event of a particle with friction: slip of the two bodies, determined together.
+"""Transition at an event for a particle with friction: the slip of the two bodies is determined together.
 
-If both have the same velocity, the force between them is the one at which u'' = p''. The larger the force, the
-smaller is u'' and the larger is p''. So the particle starts to slide if the largest friction, βκ, is insufficient; a
-pushing wall has no largest force to its side. The friction of the structure is determined for each trial force.
+If both have the same velocity, the force between them is the one at which u'' = p''. A larger force means a smaller u''
+and a larger p''. So the particle starts to slide if the largest friction, βκ, is insufficient; the push of a wall has
+no upper limit. The friction of the structure is determined for each trial force.
 """
 
 from damperlab.worker.jit import inlined
@@ -33,8 +33,10 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.sliding import direction_of, with_fall, without_fall
 from damperlab.worker.solver.state import Slide, State
 
-_SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
-_STILL = 1e-9  # share of the present accelerations below which that of a beginning slide is rounding
+_SPEED_ROUNDING = 1e-14  # relative size below which an outgoing speed is rounding
+_STILL = (
+    1e-9  # share of the present accelerations below which the acceleration of a beginning slide is rounding
+)
 
 
 @inlined
@@ -76,7 +78,7 @@ def _slide(state: State, direction: float, order: int) -> Slide | None:
 
 @inlined
 def _sliding(state: State, w: float, slip: float, p_rate: float, direction: float) -> State:
-    """The same position with other velocities, the particle not carried."""
+    """The state with the same position and new velocities; the particle is not carried along."""
     slide = _slide(state, direction, 0)
     return State(state.v, w, slip, state.wall, state.gap, p_rate, 0.0, 0, 0, state.dwell, slide)
 
