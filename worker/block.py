@@ -133,9 +133,7 @@ def _solve_rows(
     settings = _settings(study)
     if isinstance(study.start, Continuation) and study.start.direction == "down":
         chosen = chosen[np.lexsort((-chosen, chosen // frequencies))]
-    last: tuple[int, float | Forced, State] | None = (
-        None  # row, frequency and final state of the previous point
-    )
+    last: tuple[int, float | Forced, State] | None = None  # row, frequency and end of the previous point
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
         row = i // frequencies

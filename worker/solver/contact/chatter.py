@@ -8,7 +8,9 @@ from damperlab.worker.solver.scene import Scene
 
 # A chatter is completed before its last impact: the bodies join with their common momentum, which the omitted impacts
 # would not change. The error is of the order of (remaining time)³. Times are shares of a panel.
-_CHATTER_LEFT = 5e-6  # remaining time at which a chatter is completed if the wall pushes all the while and nothing else happens:
+_CHATTER_LEFT = (
+    5e-6  # remaining time at which it is completed if the wall pushes all the while and nothing else happens
+)
 _STEADY_PUSH = (
     1e-3  # largest relative change of the wall's acceleration, while the mass does not come to rest
 )

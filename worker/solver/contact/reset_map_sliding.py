@@ -34,9 +34,7 @@ from damperlab.worker.solver.sliding import direction_of, with_fall, without_fal
 from damperlab.worker.solver.state import Slide, State
 
 _SPEED_ROUNDING = 1e-14  # relative size below which an outgoing speed is rounding
-_STILL = (
-    1e-9  # share of the present accelerations below which the acceleration of a beginning slide is rounding
-)
+_STILL = 1e-9  # share of the present accelerations below which that of a starting slide is rounding
 
 
 @inlined

@@ -32,9 +32,7 @@ from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
 
-_NEAR = (
-    1e-6  # share of a span in which a root is searched first, and the factor by which this share then grows
-)
+_NEAR = 1e-6  # share of a span in which a root is searched first, and the factor by which it grows
 _WIDER = 16.0
 
 
