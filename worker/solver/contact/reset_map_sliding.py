@@ -83,7 +83,7 @@ def _sliding(state: State, w: float, slip: float, p_rate: float, direction: floa
 
 @inlined
 def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: Slide | None) -> State:
-    """The same motion, with the known continuation."""
+    """The state with slip, contact and sliding as determined after the event."""
     return State(
         state.v,
         state.w,
@@ -101,13 +101,15 @@ def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: S
 
 @inlined
 def _pull(state: State, direction: float, particle: Particle, friction: float) -> float:
-    """Force of a sliding particle on the mass, against u, for a direction: the one that causes its acceleration p''."""
+    """Force on the mass, against u, of a particle that slides in a direction: the reaction to the force that causes
+    p''.
+    """
     return particle.mass_ratio * with_fall(friction * direction, state.slide, particle)
 
 
 @inlined
 def _onset(v: float, inertia: float, phase: Phase, scene: Scene, slips: bool) -> float:
-    """Direction in which a mass at rest on the base slips, 0 if friction holds it and it is not known to slip."""
+    """Direction in which a mass at rest on the base slips; 0 if friction holds it and it is not known to slip."""
     if scene.friction is None:
         return 0.0
     force = force_to_hold(scene.base, phase, v, inertia)
@@ -159,7 +161,7 @@ def _together(
     Parameters
     ----------
     state : State
-        With the particle's velocity; its slip counts if the mass moves.
+        State in which the particle's velocity is used; its slip is used if the mass moves.
     loose : float
         Direction in which the particle is known to start sliding; 0 if it is to be determined.
     slips : bool
@@ -212,7 +214,7 @@ def _impact(
     leaving = particle.restitution * approach
     after = _at_wall(state, wall, state.w + jump, p_rate, scene)
     rounding = _SPEED_ROUNDING * (abs(u_rate) + abs(p_rate) + abs(phase.rate))
-    # on its way back to the wall friction pushes the particle towards it
+    # on its way back to the wall, the particle is pushed towards it by friction
     _, acceleration = _response(after, _pull(state, wall, particle, friction), 1.0, phase, scene)
     closing = wall * without_fall(acceleration, state.slide, particle) - friction
     loss = impact_loss(approach, particle.restitution, particle.mass_ratio)
