@@ -78,7 +78,7 @@ def fit(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Known values, as a study; an axis is a range.",
+            help="File with the known values, in the form of a study; an axis is a range to estimate.",
         ),
     ] = None,
     no_particle: Annotated[
@@ -159,7 +159,7 @@ def fit(
 
 
 class _Way(NamedTuple):
-    """How a table of one kind is fitted, and its answer written."""
+    """How a table of one kind is fitted, and how its answer is written."""
 
     ask: Callable[..., Any]
     scenes: Callable[[Any], "list[Scene]"]

@@ -50,7 +50,7 @@ export const SURVEY = {
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change
  * @param {(study: Definition) => void} redraw
- * @param {GroundRecord[]} records those that the service has
+ * @param {GroundRecord[]} records those of the service
  */
 export function surveyFields(study, change, redraw, records) {
   const name = el("input", {
@@ -108,7 +108,7 @@ export function surveyFields(study, change, redraw, records) {
  *
  * @param {{records?: unknown}} study
  * @param {(path: string, value: unknown) => void} change
- * @param {GroundRecord[]} records those that the service has
+ * @param {GroundRecord[]} records those of the service
  * @param {string} [field] where faults of them are
  */
 export function recordsField(study, change, records, field = "records") {

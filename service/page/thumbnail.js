@@ -57,7 +57,7 @@ const seen = new IntersectionObserver((entries) => {
 /**
  * The picture of a study, empty until it has been seen and drawn.
  *
- * @param {StudyRecord} record as the list has it
+ * @param {StudyRecord} record as in the list
  * @returns {HTMLElement} a place of the picture's size that says why where there is nothing to draw
  */
 export function thumbnail(record) {

@@ -201,7 +201,7 @@ def read_ranges(ranges: Mapping[str, tuple[float, float] | None], faults: list[F
 def _range(name: str, span: tuple[float, float] | None) -> Free | Fault:
     field = f"fit.{name}"
     if span is None:
-        told = f"{{field}} needs a range to search, since {name} has no usual one."
+        told = f"{{field}} needs a range to search, since {name} has no default range."
         advice = f"write the lowest and the highest value, as in `fit: {{{name}: [LOW, HIGH]}}`"
         return Fault(field, NOTHING, "a range", advice, told)
     quantity = NAMED[name]

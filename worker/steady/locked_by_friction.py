@@ -18,7 +18,9 @@ from damperlab.worker.steady.section.recurrence import recurrence
 
 _CREEP = 1e-2  # excess displacement, over min(1, P r²), below which creep towards the locked set cannot overshoot it
 _TIE = 1e-12
-_REPEATS = 1e-9  # largest change of displacements, and of the particle's velocity, in a cycle that counts as repeating
+_REPEATS = (
+    1e-9  # largest change, in a cycle, of displacements and of the particle's velocity that counts as none
+)
 
 
 @inlined

@@ -101,7 +101,8 @@ async def _let_in(scheduler: str, security: Security) -> None:
             return
         if why and why != said:
             say(
-                f"{scheduler} does not accept this worker: {why}; it is asked again every {REFUSED_AGAIN_SECONDS:g} s"
+                f"{scheduler} does not accept this worker: {why}; it is asked again every "
+                f"{REFUSED_AGAIN_SECONDS:g} s"
             )
         said = why or said
         await asyncio.sleep(max(0.0, REFUSED_AGAIN_SECONDS - (time.monotonic() - began)))

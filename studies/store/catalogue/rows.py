@@ -147,7 +147,7 @@ def marks_of(
     marks = {mark.block: str(mark.generation) for mark in connection.execute(query)}
     for block in marks:
         if not (isinstance(block, int) and 0 <= block < row.blocks_total):
-            raise catalogue_damaged(row.id, f"a done-mark of a block {block} that does not exist,")
+            raise catalogue_damaged(row.id, f"a done-mark of a block {block} that does not exist")
     return marks
 
 
