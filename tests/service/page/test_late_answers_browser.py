@@ -151,7 +151,7 @@ def test_a_tab_that_was_left_does_not_take_the_address_back(
 @pytest.mark.parametrize(
     ("address", "text", "cost"),
     [
-        ("#/new", "The study as JSON", "What it will cost"),
+        ("#/new", "The study as JSON", "Expected cost"),
         ("#/designs/new?specification=prototype", "The specification as JSON", "Budget"),
     ],
 )
