@@ -50,7 +50,7 @@ export async function fitView(root, { query }) {
     json: "The question as JSON",
     path: "fits",
     submit: "Estimate",
-    cost: "What it may take",
+    cost: "Expected time",
     can: "be estimated",
     starts: STARTS,
     first: query.get("example") ?? STARTS[0].name,
