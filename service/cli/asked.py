@@ -119,7 +119,7 @@ def names_a_design(
             typer.Option(
                 metavar="NAME=VALUE",
                 help=listed
-                or "Another spelling of these numbers, as in --at restitution=0.5. May be repeated.",
+                or "Another way to give these numbers, as in --at restitution=0.5. May be repeated.",
             ),
         ]
 

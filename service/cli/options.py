@@ -79,7 +79,7 @@ Cluster = Annotated[
         "--cluster",
         metavar="SYSTEM",
         rich_help_panel=PLACE,
-        help=f"Use jobs of {', '.join(get_args(BatchSystem))} as workers, at most --workers (16 by default).",
+        help=f"Use jobs of a batch system as workers, at most --workers (16 by default): {', '.join(get_args(BatchSystem))}.",
         show_default=False,
     ),
 ]
@@ -157,7 +157,7 @@ Contact = Annotated[
     ContactModel,
     typer.Option(
         metavar="MODEL",
-        help=f"Model of an impact, {', '.join(CONTACT_MODELS)}; the first by default.",
+        help=f"Model of an impact: {', '.join(CONTACT_MODELS)}; the first by default.",
         show_default=False,
     ),
 ]

@@ -65,7 +65,8 @@ def run(
     retry: Annotated[
         bool,
         typer.Option(
-            "--retry", help="Compute blocks again that failed as a whole, for example because a worker died."
+            "--retry",
+            help="Compute again the blocks that failed as a whole, for example because a worker died.",
         ),
     ] = False,
     as_json: AsJson = False,

@@ -25,9 +25,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
         case "one_frequency":
             only = "was computed" if known["computed"] else "counts here"
             at = phrases.equal(FREQUENCY, known[FREQUENCY], ".10g")
-            return (
-                f"Only {at} {only}, so nothing is recommended: a damper quiet there may resonate at another frequency."
-            )
+            return f"Only {at} {only}, so nothing is recommended: a damper quiet there may resonate at another frequency."
         case "hidden_peak":
             return _hidden_peak(known, phrases)
         case "cut_off":
