@@ -42,9 +42,10 @@ def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int
     Returns
     -------
     step : float
-        In the unit of the times. If rounding makes the steps unequal: the only whole number of samples per second (or
-        per unit) that agrees with all of them; else a whole number in ten seconds, or a step of whole milliseconds. NaN
-        if none agrees, or several do. If a sample breaks the steps: the usual step before it.
+        In the unit of the times. Rounding may make the steps unequal. Then it is the step of the only whole number of
+        samples per second (or per unit) that agrees with all times; else of a whole number in ten seconds, or whole
+        milliseconds. It is NaN if none agrees, or several do. If a sample breaks the steps, it is the usual step before
+        that sample.
     wrong : int or None
         First sample that breaks the equal steps; None if there is none.
     """

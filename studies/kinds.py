@@ -178,7 +178,7 @@ def shown_axes(
     x, y : str, optional
         The named axes.
     taken : collection of str
-        Dimensions that the question uses otherwise.
+        Dimensions that the question uses for another purpose.
     """
     favourites = [name for name in kind_of(sizes).axes if name in sizes]
     free = [name for name in favourites if name not in {*taken, x, y}]

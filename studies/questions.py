@@ -65,14 +65,17 @@ class Judging:
     )
     max_impact_speed: float | None = asked(
         None,
-        "Exclude designs with impacts faster than this speed, in units of Z·ω_n. For a limit in m/s, give a range of "
+        "Exclude designs with impacts faster than this speed, in units of Z·ω_n. For a limit in m/s, give a "
+        "range of "
         "impact_speed_max_m_per_s.",
         least=0,
     )
     ranges: Ranges = asked(
         NONE,
-        "Keep only designs with a dimension or a result, for example stick_fraction, in this range; a result must lie in "
-        "it at every considered frequency. The impact speed of a response without impacts counts as 0. A response that "
+        "Keep only designs with a dimension or a result, for example stick_fraction, in this range; a "
+        "result must lie in "
+        "it at every considered frequency. The impact speed of a response without impacts counts as 0. A "
+        "response that "
         "does not repeat has no Floquet multiplier, and no range of it includes such a response.",
         form="NAME=LO,HI",
         options=("--within",),

@@ -86,8 +86,8 @@ class Attractors:
         )
         if unsettled := sum(one.response.status == Status.MAX_CYCLES for one in self.met):
             last = (
-                f" Of {unsettled} of them the run had not settled when it reached its limit on cycles or events: it may be on "
-                "its way to another of them."
+                f" The run of {unsettled} of them had not settled when it reached its limit on cycles or "
+                "events: it may still end in another of them."
             )
         return f"{drawn} starts lead to {len(self.met)} responses: {shares}.{last}"
 

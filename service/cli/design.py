@@ -33,7 +33,8 @@ def design(
         str,
         typer.Argument(
             metavar="SPEC",
-            help="A .json or .yaml file with the specification, or the name of a built-in one, for example prototype.",
+            help="A .json or .yaml file with the specification, or the name of a built-in one, for example "
+            "prototype.",
         ),
     ],
     output: Annotated[

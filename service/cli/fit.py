@@ -98,7 +98,8 @@ def fit(
         str | None,
         typer.Option(
             metavar="SHARE",
-            help="Standard deviation of the measurement, for example 5%; by default from the table, or from the scatter.",
+            help="Standard deviation of the measurement, for example 5%; by default from the table, or from "
+            "the scatter.",
         ),
     ] = None,
     confidence: Annotated[float, typer.Option(metavar="SHARE", help="Confidence of the intervals.")] = 0.95,

@@ -79,7 +79,8 @@ Cluster = Annotated[
         "--cluster",
         metavar="SYSTEM",
         rich_help_panel=PLACE,
-        help=f"Use jobs of a batch system as workers, at most --workers (16 by default): {', '.join(get_args(BatchSystem))}.",
+        help="Use jobs of a batch system as workers, at most --workers (16 by default): "
+        f"{', '.join(get_args(BatchSystem))}.",
         show_default=False,
     ),
 ]

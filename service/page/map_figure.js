@@ -18,7 +18,7 @@ const LOCKED = 1;
  */
 const WHERE = { max: " where it is largest", min: " where it is smallest" };
 const FAILED_FROM = 2;
-/** Most values of an axis that are all written along it. */
+/** Largest number of values for which every value is written along the axis. */
 const FEW = 8;
 /** Fewest points along either axis for contour lines; between fewer, lines would be invented. */
 const CONTOUR_POINTS = 6;

@@ -121,10 +121,10 @@ def compared_response(
                 f"{phrases.number(metric, a[place])} against {phrases.value(metric, b[place])}."
             )
         if unknown.any():
-            words += f" At {counted(int(unknown.sum()), 'frequency ratio')} the errors are not known, so nothing is said there."
+            words += f" At {counted(int(unknown.sum()), 'frequency ratio')} the errors are not known, so there is no comparison there."
         if not both.all():
             lacking = counted(int((~both).sum()), "frequency ratio")
-            words += f" At {lacking} one of the two has no value, so nothing is said there."
+            words += f" At {lacking} one of the two has no value, so there is no comparison there."
         return words
 
     def words(phrases: Phrases) -> dict[str, Any]:

@@ -390,7 +390,7 @@ def _brief(
     elif scales.size == 1:
         enough = enough_records(found["quantile_share"])
         if found["records"] < enough:
-            following = f"{enough} records or seeds, which bound the quantile; several scales, for a curve."
+            following = f"{enough} records or seeds, to bound the quantile, and several scales, for a curve."
     elif not settled:
         wider = f", scales up to {2 * scales.max():g}" if found["never"] else ""
         following = (

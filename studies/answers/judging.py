@@ -171,7 +171,7 @@ def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np
 
 
 def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
-    """Say which results are required of designs, as ratios and, if the study is given in units, in them too."""
+    """Say which results are required of designs, as ratios and, if the study is given in units, also in units."""
 
     def spelled(name: str, *ends: float) -> str:
         over = f" {OVER[name]}" if name in OVER_MORE_THAN_Z else ""

@@ -90,9 +90,10 @@ def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Dimensions `amplitude` and `frequency_ratio`: `value` and `ratio`, NaN where nothing was computed, since
-        every amplitude has additional frequencies around its own peak. Over `amplitude` alone `worst`,
-        `worst_ratio`, `worst_frequency_ratio` and whether it is `asked` for.
+        Dimensions `amplitude` and `frequency_ratio`: `value` and `ratio`, NaN where nothing was computed, since every
+        amplitude has additional frequencies around its own peak. The variables `worst`, `worst_ratio`,
+        `worst_frequency_ratio` and `asked` have the dimension `amplitude` alone; `asked` is true for amplitudes of the
+        specification.
     """
     r = sorted({each for row in rows for each in row["frequency_ratio"]})
     grids: dict[str, Any] = {}

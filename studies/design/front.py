@@ -1,5 +1,5 @@
 """Response over the mass of the particle: the best damper found for each of several masses, with all other quantities
-chosen anew.
+chosen again.
 
 The search for a mass starts from the best damper of the neighbouring mass, and moves one step of one quantity as
 long as this is better. So each is only the best of the dampers examined, as drawn. The tuned mass damper of the same

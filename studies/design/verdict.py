@@ -128,17 +128,17 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
     stays = f"keeps the {judged} within"
     if isinstance(best, float):
         bare = response(asked, rounded_up(best, 3), 3)
-        return f"Build no damper: without one the {judged} stays within {bare}, and none that was looked at does better."
+        return f"Build no damper: without one the {judged} stays within {bare}, and none that was examined does better."
     if isinstance(best, Beside):
         reach = response(asked, rounded_up(best.value, 3), 3)
         if best.exceeded:
             nearest = f"Nearest is a tuned mass damper: {_tuned(asked, best)}; it {stays} {reach}."
-            return f"No damper that was looked at keeps every limit. {nearest}"
+            return f"No damper that was examined keeps every limit. {nearest}"
         return f"Use a tuned mass damper: {_tuned(asked, best)}, {stays} {reach} ({_detuned(asked, best)})."
     score = found.stated if best is None else best.score
     build = found.build if best is None else best.build
     if isinf(score.value):
-        return f"Nothing bounds the {judged}: it grows without bound with every damper that was looked at."
+        return f"Nothing bounds the {judged}: it grows without bound with every damper that was examined."
     reach = _reach(asked, score.value, score.most)
     if build.friction_force_n and locked(found, build):
         return _locked(found, build, reach)
@@ -146,7 +146,7 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
         word = "The given damper" if score.violation == 0.0 else "The given damper exceeds a limit: it"
         return f"{word} ({damper_words(asked, build)}) {stays} {reach}."
     if score.violation > 0.0:
-        return f"No damper that was looked at keeps every limit. Nearest: {damper_words(asked, build)}; it {stays} {reach}."
+        return f"No damper that was examined keeps every limit. Nearest: {damper_words(asked, build)}; it {stays} {reach}."
     if damper == "friction_alone":
         force = quantity(asked, "friction_force_n", build.friction_force_n, 3)
         return f"No particle needed: a friction force of {force} alone {stays} {reach}."

@@ -73,7 +73,7 @@ def _agreement(fitted: Fitted) -> Iterator[str]:
 def _scatters(by: str) -> str:
     return (
         "No standard deviation was given, so chi-square cannot test the model. The measurement scatters "
-        "about the fit by {by}, and the intervals follow from that."
+        f"about the fit by {by}, and the intervals follow from that."
     )
 
 
@@ -221,5 +221,5 @@ def _correlated(fitted: FittedHistory) -> Iterator[str]:
     if fitted.correlated > CORRELATED:
         yield (
             "The residuals are correlated from sample to sample: the noise is not white, or the model is "
-            "not quite right. Intervals are up to {fitted.correlated:.2g} times as wide for it."
+            f"not quite right. Intervals are up to {fitted.correlated:.2g} times as wide for it."
         )

@@ -126,7 +126,7 @@ class Choice:
     Parameters
     ----------
     start, stop : float
-        A range, in the unit of its name; equal for a given quantity.
+        Ends of the range, in the unit of the name; they are equal if the quantity is given.
     values : tuple of float
         The only values allowed, ascending; empty for a range.
     names : tuple of str

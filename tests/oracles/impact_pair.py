@@ -1,7 +1,7 @@
 """Symmetric motion of a particle impact damper with two impacts per excitation cycle.
 
 S. F. Masri and T. K. Caughey, On the stability of the impact damper, J. Appl. Mech. 33 (1966); C. N. Bapat and S.
-Sankar, Single unit impact damper in free and forced vibration, J. Sound and Vibration 99 (1985). Derived anew for base
+Sankar, Single unit impact damper in free and forced vibration, J. Sound and Vibration 99 (1985). Derived again for base
 excitation: u is absolute, with u'' + 2 zeta u' + u = s + 2 zeta s', s = sin(r tau).
 """
 

@@ -83,7 +83,7 @@ def columns(cube: xr.Dataset) -> Iterator[dict[str, np.ndarray]]:
     Yields
     ------
     dict of ndarray, each (n,)
-        The coordinates, those in units, the variables, those in units: as `column_attributes`.
+        Columns in the order of `column_attributes`: coordinates, coordinates in units, variables, variables in units.
     """
     names = [str(name) for name in cube.data_vars]
     first = cube[names[0]]
