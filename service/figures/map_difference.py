@@ -49,7 +49,7 @@ def draw_difference(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> 
     titled = (
         (panels[0], "; ".join(filter(None, (names[0], own_place))), norm, COLOURS),
         (panels[1], "; ".join(filter(None, (names[1], its_place))), norm, COLOURS),
-        (apart, "The first less the second", Normalize(-(largest or 1.0), largest or 1.0), DIVERGING),
+        (apart, "The first minus the second", Normalize(-(largest or 1.0), largest or 1.0), DIVERGING),
     )
     with styled({"axes.spines.top": True, "axes.spines.right": True}):
         figure = Figure(figsize=(12.6, 4.6), layout="constrained")

@@ -18,7 +18,7 @@ const FRAGMENT = 0.5;
 const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
 
 /**
- * The design that a study leads to: if the damper of the best design does nothing, the best one whose damper acts.
+ * The design to recommend: the best one, or the best one whose damper acts if that of the best does nothing.
  *
  * @param {Pick<Ranking, "designs" | "best_with_impacts">} ranked the service's ranking
  * @returns {{best: Ranked | null, idle: Ranked | null}} `idle` is the best of all designs if that is another

@@ -101,9 +101,9 @@ def figure_10(solve: Solve, quick: bool) -> Section:
     levels = {f"Δs = {compression[name].value:g} mm": peak.value for name, peak in peaks.items()}
     section.figures["figure-10.png"] = draw_friction_law(axis, curves, levels)
     section.verdict = (
-        f"They disagree: the spring's law gives {law:.3g} times the friction of 3 mm at 4 mm, the measured peaks "
+        f"They disagree: by the spring's law the friction of 4 mm is {law:.3g} times that of 3 mm, by the measured peaks "
         + listing(f"{one['hybrid'] / one['compared']:.3g}" for one in found.values())
-        + "."
+        + " times."
     )
     section.words = [
         f"With F_N = k_s Δs the friction of 4 mm is {law:.4g} times that of 3 mm: γ_F = {ratio * law:g}, "

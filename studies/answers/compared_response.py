@@ -121,7 +121,7 @@ def compared_response(
                 f"{phrases.number(metric, a[place])} against {phrases.value(metric, b[place])}."
             )
         if unknown.any():
-            words += f" At {counted(int(unknown.sum()), 'frequency ratio')} the errors are not known, so there is no comparison there."
+            words += f" At {counted(int(unknown.sum()), 'frequency ratio')} an error is unknown, so nothing is compared there."
         if not both.all():
             lacking = counted(int((~both).sum()), "frequency ratio")
             words += f" At {lacking} one of the two has no value, so there is no comparison there."

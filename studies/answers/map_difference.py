@@ -148,7 +148,7 @@ def _where(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
     size = np.maximum(np.abs(answer[metric].values), np.abs(answer["other"].values))
     distinct = known & (np.abs(values) > ROUNDING * size)
     if not distinct.any():
-        return f"The first less the second is 0 at every one of {counted(int(known.sum()), 'point')}."
+        return f"The first minus the second is 0 at every one of {counted(int(known.sum()), 'point')}."
     sentences = []
     for word, sign in (("lower", -1.0), ("higher", 1.0)):
         there = distinct & (sign * values > 0)

@@ -13,7 +13,7 @@ from damperlab.studies.ground.question import read_record_reference
 from damperlab.studies.ground.shelf import Shelf
 
 Entry = tuple[str, str, object]
-"""An entry of a list: its place, the place that faults of its reader name, and the record as written."""
+"""An entry of a list: its place, the place that is named in faults of its reader, and the record as written."""
 _KEYS = ("id", "sha256", "step_s", "samples", *GENERATED)
 
 

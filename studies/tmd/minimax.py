@@ -111,7 +111,7 @@ def _unlevel(x: Floats, problem: _Problem) -> Floats:
         raise ArithmeticError
     a, b = _slopes(problem, heights, float(places[0]))
     c, d = _slopes(problem, heights, float(places[2]))
-    # over the height, and angle instead of area: both of order one for any absorber
+    # divided by the height, and with the angle instead of the area: both are of order one for any absorber
     angle = (a * d - b * c) / (math.hypot(a, b) * math.hypot(c, d))
     return np.array([math.log(values[0] / values[2]), angle])
 

@@ -76,7 +76,7 @@ def fall_of(slide: Slide | None, particle: Particle) -> float:
 def with_pull(force: float, state: State, particle: Particle | None) -> float:
     """Add the force of the particle to a force on the mass against u, over k Z; unchanged without friction and gravity.
 
-    The mass gives a particle that is not carried its acceleration p'', but does not bear its weight.
+    If the particle is not carried, the mass gives it its acceleration p'', but does not bear its weight.
     """
     if particle is not None:
         if particle.friction is not None and state.riding == 0.0:
