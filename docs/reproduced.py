@@ -13,7 +13,7 @@ from damperlab.service.reproduction.report import in_markdown
 
 PAGE = ROOT / "docs" / "reproduction.md"
 KEY = "docs/reproduction.md"
-RECOMPUTED = ("figures 10 and 9", "table 4", "the paper beside itself")
+RECOMPUTED = ("figures 10 and 9", "table 4", "the paper compared with itself")
 """Sections that take seconds: a test computes them anew and compares every number."""
 INTRODUCTION = (
     "`damperlab check paper -o DIR` writes this report, and draws the figures next to it. It compares "

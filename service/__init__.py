@@ -1,1 +1,1 @@
-"""The doors: HTTP, the command line and figures."""
+"""The interfaces: HTTP, the command line, the Python client, the web page, and figures."""

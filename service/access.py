@@ -17,7 +17,7 @@ _SAFE = re.compile(r"[A-Za-z0-9._-]{1,64}")
 
 
 class AccessLog:
-    """ASGI middleware: gives each request an id (the client's own, if harmless) and logs how it ended."""
+    """ASGI middleware: gives each request an id, that of the client if it is harmless, and logs how the request ended."""
 
     def __init__(self, app: ASGIApp, traffic: Traffic) -> None:
         self.app = app
@@ -55,7 +55,7 @@ class AccessLog:
             _log.info(
                 "%s %s %s in %.1f ms [%s]",
                 scope["method"],
-                # The path as it was sent, still quoted: no line break of a client gets into the log.
+                # The path as it was sent, still quoted, so that no line break of a client gets into the log.
                 scope.get("raw_path", b"").decode("ascii", errors="backslashreplace"),
                 status or "unanswered",
                 1e3 * seconds,

@@ -40,7 +40,7 @@ def gives(kind: Any, description: str = "The answer", **headers: str) -> Schema:
 
 
 def declare(*kinds: Any) -> None:
-    """Give types separate schemas, to which others refer; likewise those of a union."""
+    """Give types, and the types in a union, their own schemas, to which other schemas refer."""
     for kind in kinds:
         if isinstance(kind, type | TypeAliasType) and _declared.setdefault(name_of(kind), kind) is not kind:
             raise ValueError(f"two types of answers have one name: {name_of(kind)}")
@@ -59,7 +59,7 @@ def declared_schemas() -> dict[str, Schema]:
 def schema_of(kind: Any) -> Schema:
     """Make the schema of a type, without titles and docstrings.
 
-    It refers to types that routes declare, and contains all others.
+    It refers to the schemas of types that routes declare, and contains those of all other types.
     """
     found = TypeAdapter(list[kind]).json_schema(mode="serialization")
     parts, own = found.get("$defs", {}), found["items"]
@@ -74,7 +74,7 @@ def _undocumented(part: Schema) -> Schema:
 
 
 def _whole(schema: Any, parts: Schema) -> Any:
-    """Replace references by their parts, and join alternatives that are plain types into one list."""
+    """Replace references by what they refer to, and join alternatives that are plain types into one list."""
     if isinstance(schema, list):
         return [_whole(each, parts) for each in schema]
     if not isinstance(schema, dict):

@@ -74,7 +74,7 @@ from damperlab.worker.cores import core_count
 from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 16
-"""Most concurrent submissions, which share a transaction; the remaining threads answer questions."""
+"""Most concurrent submissions, which share a transaction; the remaining threads serve other requests."""
 EXPORTS = 2
 """Most concurrent exports of one caller."""
 COMPILING = 8
@@ -82,14 +82,14 @@ COMPILING = 8
 DRAIN_SECONDS = 10
 """Longest wait of a shutdown for running answers, before it stops the studies."""
 SHUTDOWN_SECONDS = 85
-"""Time until the process ends in any case: after the answers, the studies and a margin."""
+"""Time after which the process ends in any case: it allows for the answers, the studies and a margin."""
 
 _log = logging.getLogger("damperlab.edge")
 
 DESCRIPTION = (
     "Parameter studies of a hybrid vibration damper: particle impact and Coulomb friction. A study is "
-    "submitted, computed in blocks on a cluster, and asked for maps, curves and best designs, while it runs "
-    "and afterwards."
+    "submitted and computed in blocks on a cluster. It can be queried for maps, curves and best designs "
+    "while it runs and afterwards."
 )
 
 
@@ -252,7 +252,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 def _prepare() -> None:
-    """Import the modules for computing, apart from those of questions."""
+    """Import the modules for computing ahead of requests; those of questions are loaded separately."""
     import damperlab.service.work.functions  # noqa: F401
 
 
@@ -268,7 +268,7 @@ class _Server(uvicorn.Server):
                 try:
                     connection.overdue(now)
                 except Exception:
-                    # no connection may end the service, as an exception that leaves this loop would
+                    # an exception that leaves this loop would end the service
                     _log.exception("a connection could not be ended in order")
                     connection.transport.abort()
         return await super().on_tick(counter)
@@ -309,11 +309,11 @@ def serve(settings: Settings) -> None:
         server_header=False,
         http=Connection,
         h11_max_incomplete_event_size=HEAD_LIMIT_BYTES,
-        # the caller is identified by the connection, not by a header
+        # the caller is identified by the connection alone, not by a header
         proxy_headers=False,
         ws="none",
         lifespan="on",
-        # longer than clients usually keep one: a connection that ends as it is reused loses a request
+        # longer than clients usually keep a connection, because one that ends as it is reused loses a request
         timeout_keep_alive=65,
         ssl_certfile=settings.tls_certificate,
         ssl_keyfile=settings.tls_key,

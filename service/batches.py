@@ -21,7 +21,7 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 MOST_VALUES = 1_000_000
-"""Most values along all axes of a list's studies, which are in memory together."""
+"""Most values along all axes of a list's studies together, because all are in memory at once."""
 
 
 class SubmittedList(TypedDict):
@@ -50,13 +50,11 @@ def submit_list(
     service : Service
         The service.
     documents : list
-        The studies as read from JSON or YAML.
-    reuse : bool
-        Whether points of earlier studies may be reused.
+        The studies as read from JSON or YAML. reuse : bool Whether points of earlier studies may be reused.
     key : str, optional
-        Refused: a list is identified by its definitions.
+        It is refused, because a list is identified by its definitions.
     priority : int
-        Owner of every study.
+        Priority of every study.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Request bodies: bounded reading, and only in a known format and encoding."""
+"""Reads request bodies, up to a limit and only in known formats and encodings."""
 
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
@@ -26,7 +26,7 @@ class ComputeQuery(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     dry_run: bool = Field(
-        False, description="Compute nothing; say whether the kernels are there or must be compiled first."
+        False, description="Compute nothing; say whether the kernels are compiled or must be compiled first."
     )
 
 
@@ -84,7 +84,7 @@ def media_type(request: Request, allowed: tuple[str, ...]) -> str:
         raise Problem(
             415,
             "unsupported-media-type",
-            "The body is in a format that is not understood here.",
+            "The body is in a format that this request does not accept.",
             faults,
             {"Accept": ", ".join(allowed)},
         )
@@ -119,7 +119,7 @@ EMPTY = (b"", b"{}", b"null")
 
 
 async def expected(request: Request) -> None:
-    """Refuse a body if the route takes none: it would be ignored silently."""
+    """Refuse a body if the route takes none, because it would be ignored silently."""
     takes_one = "requestBody" in (getattr(request.scope.get("route"), "openapi_extra", None) or {})
     sends_one = "transfer-encoding" in request.headers or request.headers.get("content-length", "0") != "0"
     if request.method in SAFE_METHODS or takes_one or not sends_one:

@@ -1,4 +1,4 @@
-"""The cluster shared by all studies of a service: opened when first needed, replaced when it is lost."""
+"""The cluster that all studies of a service share. It is opened when first needed, and replaced when it is lost."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -14,7 +14,7 @@ from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.cluster.jobs import hire
 
 MOST_JOBS = 16
-"""Default for most jobs of a batch system."""
+"""Default for the most jobs of a batch system."""
 
 
 def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], AbstractContextManager[Client]]:
@@ -25,7 +25,7 @@ def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], Abstr
     settings : Settings
         Settings of the service, or of a command.
     wanted : callable
-        Gives how many workers could be busy: the number to request from a batch system.
+        Gives how many workers could be busy, which is the number to request from a batch system.
     """
     if settings.cluster is None:
         return partial(connect, workers=settings.workers, scheduler=settings.scheduler)
@@ -42,7 +42,7 @@ def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], Abstr
 
 
 ClusterState = Literal["idle", "running", "lost"]
-"""Of a shared cluster."""
+"""State of a shared cluster."""
 
 
 class SharedCluster:
@@ -62,7 +62,7 @@ class SharedCluster:
 
     @property
     def state(self) -> ClusterState:
-        """Whether it is not needed yet, running, or has lost its scheduler."""
+        """Whether the cluster is not needed yet, is running, or has lost its scheduler."""
         client = self._client
         if client is None:
             return "idle"
@@ -70,7 +70,7 @@ class SharedCluster:
 
     @contextmanager
     def borrow(self) -> Iterator[Client]:
-        """Lend the client; the cluster remains after its return.
+        """Lend the client; the cluster stays open after its return.
 
         Raises
         ------

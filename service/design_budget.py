@@ -1,4 +1,4 @@
-"""Budget of a design: core minutes as points."""
+"""The budget of a design: converts core minutes into points."""
 
 from typing_extensions import TypedDict
 
@@ -9,9 +9,10 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 FEWEST, MOST = 100, 10_000_000
-"""Points of a budget."""
+"""Fewest and most points of a budget."""
 HERE_SECONDS = 2.0
-"""Expected work of one study up to which the searching process computes it itself: a cluster would take longer."""
+"""Expected work of a study up to which the searching process computes it itself, because a cluster would take longer.
+"""
 
 
 class DesignSize(TypedDict):
@@ -38,7 +39,7 @@ def size_document(asked: Specification, budget: int, understood: list[str]) -> D
 def budget_of(asked: Specification) -> int:
     """Convert the budget of a specification into points, by the expected time of its first look.
 
-    Points count and seconds do not, so that a design is the same on every machine.
+    The budget is in points instead of seconds, so that a design is the same on every machine.
     """
     if asked.budget_points is not None:
         return asked.budget_points

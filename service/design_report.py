@@ -106,7 +106,8 @@ def design_report(found: Found) -> str:
             "<h2>Under other amplitudes</h2>",
             drawing(
                 draw_amplitudes(found),
-                "The drawn damper under amplitudes of its range and beyond it; its force and clearance stay."
+                "The drawn damper under amplitudes of the range and beyond it; its force and clearance stay "
+                "the same."
                 + (
                     ""
                     if asked.measure.mean
@@ -135,7 +136,7 @@ def design_report(found: Found) -> str:
 
 
 def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
-    """List the structure, its excitation, and the measure: the basis of a signature."""
+    """List the structure, its excitation, and the measure, to which a signature refers."""
     asked = found.asked
     own = {"damping_ratio": f"{asked.structure.damping_ratio:.4g}"}
     if asked.in_units:
@@ -153,7 +154,7 @@ def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
         yield _named("excitation", records.name), under_records(records), ""
     largest = "" if asked.measure.mean else "largest "
     yield "judged by", f"{largest}{asked.measure.judged}", ""
-    yield "assumed", "the cavity lies level; the particle slides without friction of its own", ""
+    yield "assumed", "the cavity is level; the particle slides without friction", ""
     if asked.judge != "rest":
         yield "of several responses", JUDGES[asked.judge], ""
     yield "confidence", f"{asked.confidence:.3g}", ""
@@ -187,8 +188,8 @@ def _masses(found: Found) -> Iterable[str]:
     yield table("Mass against response", columns, rows)
     yield drawing(
         draw_front(found),
-        "The best damper found for each mass, as drawn: the other quantities were improved step by step from "
-        "the best of the neighbouring mass. The tuned mass damper is tuned without tolerances as well.",
+        "The best damper found for each mass, as drawn: the other quantities were improved step by step "
+        "from those of the neighbouring mass. The tuned mass damper is tuned without tolerances too.",
     )
 
 
@@ -223,8 +224,8 @@ def _starts(found: Found) -> Iterable[str]:
     yield table("More than one response", columns, rows)
     yield said(
         "The damper as drawn under the largest amplitude, at the frequencies where starts lead to different "
-        "responses; at most the three most frequent ones at each. The class is known of the first, and of the one "
-        "from rest.",
+        "responses; at most the three most frequent ones at each. The class is known for the most frequent "
+        "response and for the response from rest.",
         "quiet",
     )
 

@@ -57,9 +57,9 @@ if TYPE_CHECKING:
 LOOK_SECONDS = 0.25
 """Interval between checks of a study."""
 ROOM_SECONDS = 5.0
-"""Interval between attempts to enter studies while the limit of waiting or running ones is reached."""
+"""Interval between attempts to enter studies while the limit of waiting and running studies is reached."""
 TRY_AGAIN = 75
-"""Exit status if the store was temporarily unusable, and nothing is wrong with the design."""
+"""Exit status if the store was temporarily unusable, but the design has no fault."""
 
 _log = logging.getLogger("damperlab.designs")
 
@@ -69,7 +69,7 @@ class _Over(Exception):
 
 
 class _Stop(Event):
-    """Set by SIGTERM: the present study is stopped cleanly; all else that is stored is found again."""
+    """Set by SIGTERM. The present study is stopped cleanly; everything stored so far is used again later."""
 
     computing = False
     withdrawn = False
@@ -80,7 +80,7 @@ class _Stop(Event):
         return self.withdrawn or super().is_set()
 
     def ask(self, *_: object) -> None:
-        """Stop; for `signal.signal`."""
+        """Request the stop; a handler for `signal.signal`."""
         self.set()
         if not self.computing:
             sys.exit(0)
@@ -100,7 +100,7 @@ def run_design(settings: Settings, design_id: str, wake: "Connection[object, obj
     design_id : str
         The whole id.
     wake : Connection
-        Called when studies have been entered, so that the service checks for them immediately.
+        Connection that is written to when studies were entered, so that the service checks for them immediately.
     """
     stop = _Stop()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the service handles Ctrl-C, and ends this process
@@ -125,7 +125,7 @@ def run_design(settings: Settings, design_id: str, wake: "Connection[object, obj
 
 
 def _no_cluster() -> "AbstractContextManager[Client]":
-    raise AssertionError("a study that is computed in this process asks for no cluster")
+    raise AssertionError("a study that is computed in this process never opens a cluster")
 
 
 def _bound_memory(memory_bytes: int) -> None:
@@ -140,7 +140,7 @@ class _Search:
     Parameters
     ----------
     settings, shelf, store
-        Of the service: where the design and its studies are.
+        Settings and stores of the service, which hold the design and its studies.
     kept : Kept
         The design.
     wake : Connection
@@ -161,7 +161,7 @@ class _Search:
         submitter.set(self.kept.owner)
         self._started = now() if self.kept.round is None else self.kept.round.started
         self._asked = parse_specification(self.kept.specification, self.settings.records)
-        if self.kept.round is None:  # it counts as running from now on, even while all is stored
+        if self.kept.round is None:  # it counts as running from now on, even while all its studies are stored
             self.shelf.follow(self.kept.id, Round("the first look", 0, 0, 0, (), None, self._started))
         rounds = designing(self._asked, self.kept.budget_points)
         number = 1
@@ -173,7 +173,7 @@ class _Search:
         except StopIteration as end:
             found: Found = end.value
         if not self.shelf.ended(self.kept.id):
-            # the service imports this module to start a search, and draws nothing: matplotlib is imported only for a
+            # the service imports this module to start a search but draws nothing, so matplotlib is imported only for a
             # figure
             from damperlab.service.design_report import keep_answer
 
@@ -200,9 +200,9 @@ class _Search:
         return [self._cube(self._ended(record.id)) for record in records]
 
     def _is_small(self, study: "AnyStudy") -> bool:
-        """Whether to compute a study in this process: a cluster of this machine would take longer.
+        """Whether to compute a study in this process, because a cluster of this machine would take longer.
 
-        A cluster with other machines computes all of a design, so that no answer combines results of different
+        A cluster with other machines computes all studies of a design, so that no answer combines results of different
         machines.
         """
         elsewhere = self.settings.scheduler is not None or self.settings.cluster is not None
@@ -211,7 +211,7 @@ class _Search:
         return make_plan(study, seconds_per_point).seconds <= HERE_SECONDS
 
     def _compute_together(self, ids: list[str]) -> None:
-        """Compute waiting studies of one block, on every core; unusual ones are left to `_compute`."""
+        """Compute waiting studies of one block on every core; unusual studies are left to `_compute`."""
         for start in range(0, len(ids), AT_ONCE):
             self._require_wanted()
             self.stop.computing = True
@@ -221,7 +221,7 @@ class _Search:
                 raise _Over
 
     def _compute(self, study_id: str) -> None:
-        """Compute a waiting study, unless the service has started it meanwhile; its record has the outcome."""
+        """Compute a waiting study, unless the service has started it meanwhile; its record then holds the outcome."""
 
         def look(_: object) -> None:
             try:
@@ -273,7 +273,7 @@ class _Search:
                 if not waited:
                     self._follow(ask, number, str(refused))
                 waited = True
-                self._tell()  # entered studies make room as they end
+                self._tell()  # entered studies make room when they end
                 self._pause(ROOM_SECONDS)
         if waited:
             self._follow(ask, number)
@@ -283,7 +283,7 @@ class _Search:
         return [known[study.digest] for study in ask.studies]
 
     def _enter(self, new: list[Submission]) -> tuple[list[Record], TooManyUnfinished | None]:
-        """Enter the first of some studies, as many as there is room for, and give the reason against more."""
+        """Enter as many studies as there is room for, in their order, and give the reason against more."""
         count, refused = len(new), None
         while count:
             try:

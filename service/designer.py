@@ -1,4 +1,4 @@
-"""Waiting designs are searched, a few in parallel, each in a separate process; none is lost by a restart or crash."""
+"""Searches waiting designs, a few in parallel, each in a separate process. No design is lost by a restart or crash."""
 
 import logging
 import multiprocessing
@@ -20,9 +20,9 @@ from damperlab.worker.run.background import Background
 LOOK_SECONDS = 2.0
 """Interval between checks for designs of other processes."""
 AGAIN_SECONDS = 5.0
-"""Time before a design is tried again whose process could not use the store, or was ended."""
+"""Time after which a design is tried again if its process could not use the store or was ended."""
 MOST_DEATHS = 3
-"""Most times in a row that the process of a design may be killed before the design fails."""
+"""A design fails if its process is killed this many times in a row."""
 STOP_SECONDS = 10.0
 
 _log = logging.getLogger("damperlab.designs")
@@ -37,8 +37,8 @@ class _Run:
 class Designer:
     """Searches the designs of a data directory, oldest first.
 
-    A design is resumed because it has not ended, whichever process worked on it before. Its requests are stored
-    already, up to the interruption.
+    A design that has not ended is resumed, whichever process worked on it before. The studies that it requested before
+    the interruption are stored.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Designer:
         self._deaths: dict[str, int] = {}
         self.background = Background("designs", self._start_runs, LOOK_SECONDS)
         """The thread that checks for designs."""
-        # a process starts with a fresh interpreter: this one has threads, and the catalogue's connections
+        # a process starts with a fresh interpreter, because this one has threads and connections to the catalogue
         self._processes = multiprocessing.get_context("spawn")
 
     def start(self) -> None:
@@ -69,7 +69,7 @@ class Designer:
         self.background.start()
 
     def wake(self) -> None:
-        """Check for designs now: one was submitted."""
+        """Check for designs now, because one was submitted."""
         self.background.wake()
 
     def cancel(self, kept: Kept) -> Kept:
@@ -78,7 +78,7 @@ class Designer:
         Returns
         -------
         Kept
-            Its state afterwards; unchanged, if the design had ended before.
+            Its state afterwards, which is unchanged if the design had already ended.
         """
         if self.shelf.end(kept.id, "cancelled"):
             with self._lock:
@@ -105,7 +105,7 @@ class Designer:
             runs = list(self._runs.values())
         for run in runs:
             run.process.terminate()
-        give_up = time.monotonic() + STOP_SECONDS  # one time limit for all: a shutdown has its own
+        give_up = time.monotonic() + STOP_SECONDS  # all share one time limit, because a shutdown has its own
         for run in runs:
             run.thread.join(max(0.0, give_up - time.monotonic()))
         for run in runs:
@@ -161,7 +161,7 @@ class Designer:
         return process
 
     def _note_end(self, design_id: str, status: int | None) -> None:
-        """Handle the end of a process: the design has ended too, or is tried again."""
+        """Handle the end of a process: the design has ended as well, or is tried again."""
         if self.background.closing or self.shelf.ended(design_id):
             self._deaths.pop(design_id, None)
             return

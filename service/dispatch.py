@@ -1,4 +1,4 @@
-"""Waiting studies run on the cluster, a few in parallel; none is lost by a restart or crash."""
+"""Runs waiting studies on the cluster, a few in parallel. No study is lost by a restart or crash."""
 
 import logging
 import threading
@@ -28,9 +28,9 @@ WAIT_SECONDS = 20.0
 reason.
 """
 CLEAN_SECONDS = 3600.0
-"""Interval between checks for useless files."""
+"""Interval between checks for files that are no longer used."""
 AGAIN_SECONDS = 5.0
-"""Time before a study is tried again whose cluster failed."""
+"""Time after which a study is tried again if its cluster failed."""
 COMPANY = 4
 """Most small waiting studies that are run together."""
 STOP_SECONDS = 60.0
@@ -46,18 +46,18 @@ class _Run:
 
 
 class Dispatcher:
-    """Runs the queued studies of a store: the highest priority first; within a priority submitters take turns, each
-    with the oldest study.
+    """Runs the queued studies of a store, the highest priority first. Within a priority, submitters are served in turn,
+    each with their oldest study.
 
-    The catalogue is the queue: a study is run because of its state, whichever process queued it or died with it. A
-    claim in the catalogue keeps two services from running one study.
+    The catalogue is the queue: a study is run because of its state, whichever process queued it or died while running
+    it. A claim in the catalogue keeps two services from running one study.
 
     Parameters
     ----------
     store : Store
-        Studies and cubes for requests: it waits for the write lock no longer than a request may.
+        Store for requests; it waits for the write lock no longer than a request may.
     runs : Store
-        The same for the runners, which rather wait longer than compute a block again.
+        Store for the runners, which wait longer rather than compute a block again.
     cluster : SharedCluster
         The cluster.
     at_once : int
@@ -72,16 +72,16 @@ class Dispatcher:
         self._runners_store = runs
         self._at_once = at_once
         self._lock = threading.Lock()
-        # replaced and never changed, so that readers need no lock
+        # replaced instead of changed, so that readers need no lock
         self._runs: Mapping[str, _Run] = {}
         self._progress: dict[str, Progress] = {}
         self._retries = 0
         self._not_before: dict[str, float] = {}
         # small studies that could not be run together
         self._alone: set[str] = set()
-        # submitters with their latest start, as a counter: the one who has waited longest is next
+        # each submitter's latest start, as a counter; the one who has waited longest is next
         self._turns: dict[str | None, int] = {}
-        # at first for interrupted deletions
+        # set at the start because of interrupted deletions
         self._leaving: list[threading.Thread] = []
         self._untidy = threading.Event()
         self._untidy.set()
@@ -100,7 +100,9 @@ class Dispatcher:
         return sorted(self._runs)
 
     def workload(self) -> tuple[dict[str, int], int, int]:
-        """Give workers by standing (from the study with most), blocks at workers, and repeated blocks so far."""
+        """Give the workers by standing (from the study with the most), the blocks at workers, and the blocks repeated
+        so far.
+        """
         with self._lock:
             now = list(self._progress.values())
             retries = self._retries + sum(each.retries for each in now)
@@ -126,7 +128,7 @@ class Dispatcher:
         self._cleaning.start(at_once=False)
 
     def wake(self) -> None:
-        """Check for work now: a study was queued."""
+        """Check for work now, because a study was queued."""
         self._dispatching.wake()
 
     def cancel(self, record: Record) -> Record:
@@ -140,14 +142,14 @@ class Dispatcher:
         Returns
         -------
         Record
-            Its state afterwards; unchanged, if the study had ended before.
+            Its state afterwards, which is unchanged if the study had already ended.
         """
         cancelled = self._store.set_state(
             record.id, "cancelled", only_from=("queued", "running"), at_once=False
         )
         self._tidy()
-        # A run that starts from now on finds the study cancelled. One that was resumed meanwhile is stopped in vain:
-        # it leaves the study queued, and the next run continues.
+        # A run that starts from now on finds the study cancelled. If the study was resumed meanwhile, stopping its run
+        # leaves it queued, and the next run continues.
         with self._lock:
             run = self._runs.get(record.id)
         if cancelled.state == "cancelled" and run is not None:
@@ -175,8 +177,8 @@ class Dispatcher:
     def delete(self, record: Record, keep_seconds: float = 0.0) -> None:
         """Delete a study that has ended or waits; it can be restored for the given time.
 
-        It is gone when this returns. Its files are removed in the background, also after a restart, once its runner
-        has stopped.
+        The study is gone when this returns. Its files are removed in the background once its runner has stopped, even
+        after a restart.
 
         Raises
         ------
@@ -191,7 +193,7 @@ class Dispatcher:
         self._tidy()
 
     def _tidy(self) -> None:
-        """Write and remove in the background everything that no request waits for."""
+        """Write and remove, in the background, what no request waits for."""
         self._untidy.set()
         self._removing.wake()
 
@@ -200,7 +202,7 @@ class Dispatcher:
         for background in self.backgrounds:
             background.tell_to_close()
         self._dispatching.close()
-        # not until all files are removed: the next start finds the rest
+        # this does not wait until all files are removed; the next start finds the rest
         self._removing.close(LOOK_SECONDS)
         self._cleaning.close(LOOK_SECONDS)
         with self._lock:
@@ -229,9 +231,9 @@ class Dispatcher:
         with self._lock:
             leaving, self._leaving = self._leaving, []
         try:
-            for thread in leaving:  # so that it does not write removed files
+            for thread in leaving:  # so that the runner does not write to removed files
                 thread.join(STOP_SECONDS)
-            # first the removals, which free room that the marks may need
+            # removals come first, since they free space that the marks may need
             self._runners_store.bury(stop=lambda: self._removing.closing)
             self._runners_store.keep_late_marks(stop=lambda: self._removing.closing)
         except (StoreFault, OSError) as error:
@@ -244,9 +246,9 @@ class Dispatcher:
     def _start_runs(self) -> None:
         waiting = self._waiting()
         while waiting:
-            # within a priority the list is oldest first, and stays so for each submitter
+            # within a priority the list is oldest first, and this order is kept for each submitter
             waiting.sort(key=lambda one: (-one.priority, self._turns.get(one.owner, 0)))
-            # a batch of small ones, if the first is one of them and there are others
+            # a batch of small studies, if the first one is small and there are others
             small = [one.id for one in waiting if one.small and one.id not in self._alone][:MOST]
             together = len(small) >= COMPANY and small[0] == waiting[0].id
             ids = small if together else [waiting[0].id]
@@ -260,7 +262,7 @@ class Dispatcher:
             waiting = [one for one in waiting if one.id not in taken]
 
     def _begin(self, ids: list[str], owner: str | None, together: bool) -> None:
-        """Start a thread for some studies; it checks itself whether one was cancelled since."""
+        """Start a thread for some studies; the thread checks whether one was cancelled meanwhile."""
         stop = threading.Event()
         work, about = (self._run_batch, ids) if together else (self._run, ids[0])
         thread = threading.Thread(target=work, args=(about, stop), name=f"study-{ids[0]}", daemon=True)
@@ -282,7 +284,7 @@ class Dispatcher:
             here = set(self._runs)
             now = time.monotonic()
             self._not_before = {key: until for key, until in self._not_before.items() if until > now}
-        # postponed ones, or ones that are just starting, may be the oldest
+        # the oldest may be postponed or just starting
         most = 2 * MOST + len(here) + len(self._not_before)
         found = self._store.unclaimed(owner_is_dead, most)
         return [one for one in found if one.id not in here and one.id not in self._not_before]
@@ -317,7 +319,7 @@ class Dispatcher:
                 lambda progress: self._follow(study_id, progress),
                 stop,
                 only_from=("queued", "running"),
-                # a cancelled study is so in the catalogue; any other stopped one waits for its next turn
+                # the catalogue shows whether a study was cancelled; any other stopped study waits for its next turn
                 stopped_as="queued",
                 outage_as="queued",
                 wait_seconds=WAIT_SECONDS,
@@ -336,13 +338,14 @@ class Dispatcher:
             self._put_off(study_id, str(error))
         except (StudyBusy, StudyNotFound) as error:
             _log.info("study %s is left alone: %s", study_id, error)
-            with self._lock:  # clocks that differ may show it as free immediately
+            with self._lock:  # because clocks differ, it may seem free immediately
                 self._not_before[study_id] = time.monotonic() + AGAIN_SECONDS
         except (StoreFault, OSError) as error:
-            # The catalogue cannot be written, or a connection broke: the study is continued from its present state.
+            # The catalogue cannot be written, or a connection broke. The study is continued later from its present
+            # state.
             self._put_off(study_id, str(error))
         except BaseException as error:
-            # A defect, or a cluster that does not start: this study fails, and the others continue.
+            # There is a defect, or the cluster does not start. This study fails, and the others continue.
             _log.exception("study %s failed", study_id)
             self._put_down(study_id, f"{type(error).__name__}: {error}")
         finally:

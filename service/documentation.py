@@ -1,4 +1,4 @@
-"""The documentation site, if `make docs` has built it: its files, and a policy that allows each page its own
+"""The documentation site, if `make docs` has built it: sends its files, with a policy that allows each page its own
 scripts.
 """
 
@@ -23,7 +23,9 @@ _POLICY = (
     "default-src 'none'; script-src 'self'{scripts}; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
     "font-src 'self'; connect-src 'self'; worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""Scripts from its own files, and inline ones by their hashes; its equations have style attributes."""
+"""The policy allows scripts from the site's own files, inline scripts by their hashes, and style attributes, which
+equations have.
+"""
 
 
 def built() -> Path | None:
@@ -45,7 +47,7 @@ class Documentation(StaticFiles):
         super().__init__(directory=folder, html=True)
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """Send the file at a path; a missing one gives a problem document, as everywhere."""
+        """Send the file at a path; for a missing file, send a problem document, as everywhere."""
         response = await super().get_response(path, scope)
         if response.status_code == 404:
             raise HTTPException(404)
@@ -54,7 +56,7 @@ class Documentation(StaticFiles):
     def file_response(
         self, full_path: PathLike, stat_result: os.stat_result, scope: Scope, status_code: int = 200
     ) -> Response:
-        """Send a file; a page of HTML has its own policy, also in an answer that it has not changed."""
+        """Send a file. A page of HTML gets its own policy, even in the answer that it has not changed."""
         response = super().file_response(full_path, stat_result, scope, status_code)
         response.headers["Cache-Control"] = "no-cache"
         if str(full_path).endswith(".html"):

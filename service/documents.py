@@ -9,7 +9,7 @@ import numpy as np
 from starlette.responses import JSONResponse
 
 AT_ONCE = 10_000
-"""Numbers written in one step: the interpreter does nothing else meanwhile, for some milliseconds."""
+"""Numbers written in one step, in which the interpreter does nothing else for some milliseconds."""
 
 
 _ENCODER = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
@@ -56,7 +56,7 @@ def _listed(array: np.ndarray) -> list[Any]:
 
 
 def _pieces(value: Any) -> Iterator[str]:
-    """Write JSON piece by piece: a single step would stop every other thread."""
+    """Write JSON piece by piece, because a single step would stop every other thread."""
     if _size(value) <= AT_ONCE:
         yield _ENCODER.encode(value)
     elif isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Answers about earthquakes, for all interfaces: a comparison with its units, bounded in cost."""
+"""Answers about earthquakes for all interfaces: a comparison with its units and a bounded cost."""
 
 from typing import Annotated, NotRequired
 
@@ -12,11 +12,11 @@ from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.comparison import Comparison, compare, structure_of
 
 MOST_WINDOWS = 3_000_000
-"""Most panels that one comparison may integrate, over all starts: some seconds."""
+"""Most panels that a comparison may integrate over all starts; they take some seconds."""
 
 
 class WithPaper(Comparison):
-    """A comparison with the paper's own."""
+    """A comparison together with the paper's own."""
 
     brief: InShort
     paper_table_a1: Annotated[dict[str, dict[str, Measured]], Says(propertyNames={"enum": list(CASES)})]

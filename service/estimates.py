@@ -1,6 +1,6 @@
-"""Cost of a study, and state of the needed kernels, as documents for HTTP and --json.
+"""The cost of a study and the state of the kernels that it needs, as documents for HTTP and --json.
 
-They use the solver, so they load the compiler; questions to the store alone load none.
+They use the solver and so load the compiler; questions to the store alone do not.
 """
 
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ from damperlab.worker.scenes import Scene, scenes
 from damperlab.worker.warm import missing
 
 DOUBT, DOUBT_KNOWING = 4.0, 2.5
-"""Factor by which the time of a study may differ either way from the expected one: by the cost model alone, and
-after a study of its family. It covered 27 and 31 of 32 drawn at random (560 points of any hybrid scene, the earlier
-one of 180).
+"""Factors by which the time of a study may be longer or shorter than expected: with the cost model alone, and after a
+study of its family. They covered 27 and 31 of 32 random studies (560 points of any hybrid scene, after a study of 180
+points).
 """
 
 

@@ -1,4 +1,4 @@
-"""Progress of a study as server-sent events: one at every change, and a last one when it has ended."""
+"""The progress of a study as server-sent events: one at every change, and a last one when the study has ended."""
 
 from collections.abc import AsyncIterator
 
@@ -34,7 +34,9 @@ _SHOWN = (
 
 
 def event_id(record: Record) -> str:
-    """Identify the client's last event: events are cumulative, so the last one gives its complete knowledge."""
+    """Identify the last event that a client has received. Events are cumulative, so it gives all that the client has
+    received.
+    """
     return f"{record.blocks_done}-{record.points_failed}-{record.phase}-{record.phase_done or 0}"
 
 
@@ -48,7 +50,7 @@ async def progress(service: Service, record: Record, last_seen: str | None) -> A
     record : Record
         The study as it is now.
     last_seen : str, optional
-        The ``Last-Event-ID`` of a reconnecting client, to which known events are not repeated.
+        The ``Last-Event-ID`` of a reconnecting client, to which earlier events are not repeated.
 
     Yields
     ------

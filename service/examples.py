@@ -16,9 +16,11 @@ from damperlab.studies.specification.schema import specification_schema
 from damperlab.studies.text import MOST_STUDIES
 
 EDGE = (400, 408, 421, 422, 431, 503)
-"""Possible answers to any request: no HTTP, too slow, an unknown host, parameters, a long head, no data."""
+"""Error statuses that any request may get: no HTTP, too slow, an unknown host, invalid parameters, a long head, no
+data.
+"""
 WITH_KEY = (401, 403, 429)
-"""And to any request that needs a key: no key, wrong scope, too often."""
+"""Further ones for any request that needs a key: no key, a wrong scope, too many requests."""
 
 _LINEAR_YAML = """\
 name: no-damper
@@ -86,7 +88,7 @@ SIMULATE_BODY: dict[str, Any] = {
 
 RECORD_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A PEER AT2 file, two columns of time and acceleration, or what to generate.",
+    "description": "A PEER AT2 file, two columns of time and acceleration, or a record to generate.",
     "content": {
         "text/plain": {
             "schema": {"type": "string"},
@@ -186,7 +188,7 @@ SPECIFICATION_BODY: dict[str, Any] = {
 
 COMPARISON_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A record, and the values that differ from the paper's prototype. Physical units: kg, Hz, m, N.",
+    "description": "A record, and the values that differ from the paper's prototype, in kg, Hz, m and N.",
     "content": {
         "application/json": {
             "schema": {"$ref": "#/components/schemas/EarthquakeComparison"},
@@ -243,8 +245,8 @@ FIT_BODY: dict[str, Any] = {
 def complete(document: dict[str, Any]) -> None:
     """Correct the framework's OpenAPI document in place.
 
-    Bodies are read and answers built by hand, so their schemas are added by hand; the actual form of a validation
-    error replaces the framework's. The common answers are added to all operations.
+    Our own code reads bodies and builds answers, so their schemas are added here. The actual form of a validation error
+    replaces that of the framework, and the common answers are added to all operations.
     """
     schemas = document.setdefault("components", {}).setdefault("schemas", {})
     for name in ("HTTPValidationError", "ValidationError"):
@@ -270,7 +272,7 @@ def complete(document: dict[str, Any]) -> None:
         "key": {
             "type": "http",
             "scheme": "bearer",
-            "description": "A key that `damperlab admin keys create` made.",
+            "description": "A key made by `damperlab admin keys create`.",
         },
         "session": {"type": "apiKey", "in": "cookie", "name": COOKIE},
     }
@@ -291,7 +293,7 @@ def _complete_operation(path: str, method: str, operation: dict[str, Any]) -> No
     if method not in SAFE_METHODS:
         statuses += (403, 415)
     elif "application/json" in responses.get("200", {}).get("content", {}):
-        responses["304"] = {"description": "If-None-Match names what the answer still is"}
+        responses["304"] = {"description": "the answer is still the one that If-None-Match names"}
     for status, response in documented(*statuses).items():
         responses.setdefault(str(status), response)
     operation["responses"] = dict(sorted(responses.items()))

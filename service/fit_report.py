@@ -1,4 +1,4 @@
-"""A fit as a document: for programs, and as a page to keep or to print."""
+"""A fit as a document for programs, and as a page to keep or to print."""
 
 import json
 from collections.abc import Sequence
@@ -137,7 +137,7 @@ def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.fl
 
 
 def _heading(name: str) -> str:
-    """Name a parameter at the head of a row, with the unit of its values: lengths are in millimetres."""
+    """Name a parameter at the head of a row, with the unit of its values; lengths are in millimetres."""
     return f"{name.removesuffix('_m').replace('_', ' ')} [mm]" if unit_of(name) == "m" else name
 
 

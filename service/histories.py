@@ -27,25 +27,25 @@ def histories_of(asked: Earthquake) -> dict[str, dict[str, NDArray[np.float64]]]
 
 
 def history_scenes(asked: Earthquake) -> list[Scene]:
-    """Scenes of these histories."""
+    """Scenes that these histories need."""
     return [scene._replace(purpose="record-history") for scene in scenes_of(asked)]
 
 
 def sampled(asked: Earthquake, most: int) -> dict[str, dict[str, Any]]:
-    """Give the histories with at most so many samples each.
+    """Give the histories with at most `most` samples each.
 
     Parameters
     ----------
     asked : Earthquake
         The comparison.
     most : int
-        Samples of one case, at least 2. All are given if there are no more; else some at even positions, and those
-        of the largest and smallest displacement against the base, so that peaks stay.
+        Most samples of a case, at least 2. If there are more, evenly spaced ones are given, together with those of the
+        largest and smallest displacement against the base, so that peaks stay.
 
     Returns
     -------
     dict
-        By case the columns, as `ground_history` names them. ``thinned`` says whether some were left out, and
+        For each case the columns, with the names of `ground_history`. ``thinned`` says whether some were left out, and
         ``spectrum`` is the displacement against the base over frequency.
     """
     found: dict[str, dict[str, Any]] = {}

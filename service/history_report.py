@@ -18,7 +18,7 @@ from damperlab.studies.shapes import Count, Number, Numbers, Says
 
 
 class FittedHistoryDocument(FitDocument):
-    """What a fit of a time history gives."""
+    """The result of a fit of a time history."""
 
     stretch_s: Number
     rows_counted: Count
@@ -30,8 +30,8 @@ class FittedHistoryDocument(FitDocument):
     study: Annotated[
         dict[str, Any] | None,
         Says(
-            description="The prototype as a study around its natural frequency; null if nothing determines "
-            "the motion of its base."
+            description="The prototype as a study around its natural frequency; null if the motion of its "
+            "base is undetermined."
         ),
     ]
 
@@ -73,8 +73,8 @@ def history_report(fitted: FittedHistory) -> str:
     title = f"{fitted.question.measured.name}, fitted"
     counted = f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} histories computed."
     caption = (
-        "The measured displacement, that with the estimated parameters, and the residuals in standard "
-        "deviations; the shaded part does not count."
+        "The measured displacement, the displacement with the estimated parameters, and the residuals in "
+        "standard deviations; the shaded part was not used."
     )
     parts = [
         f"<h1>{escape(title)}</h1>",

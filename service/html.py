@@ -30,7 +30,7 @@ pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .8rem; }
 
 
 SHORT = 12
-"""Letters up to which a cell of a table stays on one line."""
+"""A cell of a table with up to this number of letters stays on one line."""
 
 
 def page(title: str, parts: Iterable[str]) -> str:
@@ -53,7 +53,7 @@ def page(title: str, parts: Iterable[str]) -> str:
 
 
 def said(text: str, kind: str = "") -> str:
-    """Write a paragraph of plain text with names in backticks; `quiet` marks a remark."""
+    """Write a paragraph of plain text, in which names are in backticks; `quiet` marks a remark."""
     named = re.sub("`([^`]+)`", r"<code>\1</code>", escape(text))
     return f"<p{f' class={kind}' if kind else ''}>{named}</p>"
 
@@ -77,11 +77,11 @@ def drawing(figure: "Figure", caption: str) -> str:
 
     drawn = io.BytesIO()
     for axes in figure.axes:
-        axes.set_title("", loc="left")  # the caption has it, in the units of the study
-    # letters as outlines: fonts on other machines have other widths
+        axes.set_title("", loc="left")  # the caption states it in the units of the study
+    # letters are drawn as outlines, because fonts on other machines have other widths
     with styled({"svg.fonttype": "path"}):
         figure.savefig(drawn, format="svg", metadata={"Date": None})
-    # as a separate image, so that ids of two drawings cannot collide
+    # embedded as a separate image, so that ids of two drawings cannot collide
     data = base64.b64encode(drawn.getvalue()).decode()
     text = escape(caption)
     return f'<figure><img alt="{text}" src="data:image/svg+xml;base64,{data}"><figcaption>{text}</figcaption></figure>'

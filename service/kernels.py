@@ -1,4 +1,4 @@
-"""Kernels of a running service: compiled in separate processes, so that requests are answered meanwhile."""
+"""Compiles the kernels of a running service in separate processes, so that requests are answered meanwhile."""
 
 import logging
 import threading
@@ -33,7 +33,7 @@ class Kernels:
         self._thread = threading.Thread(target=self._warm, name="kernels", daemon=True)
 
     def compiled(self) -> tuple[int, float]:
-        """Give how many scenes were compiled here since the start, and the seconds for it, without queues."""
+        """Give the number of scenes compiled here since the start, and the seconds this took, without queues."""
         with self._lock:
             return self._compiled, self._seconds
 

@@ -1,4 +1,4 @@
-"""The service's log: lines for people, or one JSON object per line for log collectors."""
+"""The service's log: readable lines, or one JSON object per line for log collectors."""
 
 import json
 import logging
@@ -15,7 +15,7 @@ _STUDY = re.compile(r"\bstudy ([0-9a-f]{12}(?:-\d+)?)\b")
 
 
 class JsonLines(logging.Formatter):
-    """Formats a record as one JSON object, with separate keys for the ids in its sentence."""
+    """Formats a record as one JSON object, in which the ids in its sentence also have their own keys."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Give one line."""

@@ -19,9 +19,9 @@ HARMONICS = 8
 NATURAL = 4
 """Highest frequency in a spectrum under a record, over that of the structure."""
 HELD = 1e-9
-"""Share of the largest speed: a slower structure is held by friction."""
+"""Share of the largest speed below which a structure counts as held by friction."""
 AT_WALL = 1e-9
-"""Share of the clearance: a particle closer to a wall rests against it."""
+"""Share of the clearance below which a particle counts as resting against a wall."""
 
 
 def forces_on(history: Mapping[str, Column], design: Design) -> dict[str, Column]:
@@ -30,15 +30,15 @@ def forces_on(history: Mapping[str, Column], design: Design) -> dict[str, Column
     Parameters
     ----------
     history : mapping of ndarray
-        Columns of a motion, as `damperlab.worker.point.Simulation` has them.
+        Columns of a motion, as in `damperlab.worker.point.Simulation`.
     design : Design
         The design point.
 
     Returns
     -------
     dict of ndarray
-        ``spring``, ``damping``, ``friction``, and ``excitation``, which is 0 on a shaken base. Friction that locks a
-        structure moves it with its base. An instantaneous impact has no finite force.
+        ``spring``, ``damping``, ``friction``, and ``excitation``, which is 0 on a shaken base. If friction locks the
+        structure, it is the force that moves the structure with its base. An instantaneous impact has no finite force.
     """
     u, v, v_rate = history["u"], history["v"], history["v_rate"]
     phase = design.frequency_ratio * (history["time"] - history["time"][0])
@@ -67,7 +67,7 @@ def harmonics_of(history: Mapping[str, Column], frequency_ratio: float) -> dict[
     Returns
     -------
     dict of ndarray
-        ``multiple``, from the lowest that fits in equal steps, and ``amplitude`` over Z.
+        ``multiple``, in equal steps from the lowest that fits, and ``amplitude`` over Z.
     """
     time = history["time"]
     cycle = 2.0 * math.pi / frequency_ratio
@@ -96,6 +96,6 @@ def drift_spectrum(history: Mapping[str, Column], natural_frequency_hz: float) -
 
 
 def _amplitudes(time: Column, values: Column, span: float, count: int) -> Column:
-    """Give the discrete Fourier transform at even steps, with straight lines between samples."""
+    """Give the discrete Fourier transform at equal time steps, with straight lines between samples."""
     even = np.interp(time[0] + span * np.arange(count) / count, time, values)
     return np.asarray(2.0 * np.abs(np.fft.rfft(even)) / count)

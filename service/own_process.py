@@ -1,4 +1,4 @@
-"""Resources of this process, under the names that monitors use for other programs."""
+"""Resources of this process, under the names that monitors also use for other programs."""
 
 import os
 import resource
@@ -15,8 +15,8 @@ def own_process() -> dict[str, tuple[str, str, float]]:
     Returns
     -------
     dict
-        By name the kind (counter or gauge), the meaning and the value; memory and files only if the system provides
-        them.
+        For each name the kind (counter or gauge), the meaning and the value. Memory and files are given only if the
+        system provides them.
     """
     used = resource.getrusage(resource.RUSAGE_SELF)
     found = {

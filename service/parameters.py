@@ -1,4 +1,4 @@
-"""Questions over HTTP: query parameters, made from the fields of their values."""
+"""Questions over HTTP: makes query parameters from the fields of their inputs."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -26,7 +26,7 @@ LONGEST = 2000
 
 
 async def once(request: Request) -> None:
-    """Refuse repeated parameters, and any parameter if the route takes none: it would be ignored silently."""
+    """Refuse repeated parameters and, if the route takes none, any parameter, because it would be ignored silently."""
     if request.query_params and request.url.path.startswith("/api/") and not _takes_any(request):
         raise StudyFaults(
             Fault(
@@ -64,8 +64,8 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
         Dataclasses whose fields `damperlab.studies.field.asked` defines. Their names are unique, except that a field
         takes precedence over a dimension.
     dimensions : sequence of str
-        Dimensions that may be named; by default of every kind of study. Those of a harmonic study in SI units go
-        with them.
+        Dimensions that may be named; by default of every kind of study. Those of a harmonic study in SI units are
+        added.
 
     Returns
     -------
@@ -144,7 +144,7 @@ def described(field: Field) -> str:
 
 def _single(field: Field) -> Any:
     """Define the parameter of one field."""
-    # the question checks the words; this checks that there is one, because an empty list would mean the default
+    # the question checks the words; here only an empty list is refused, because it would mean the default
     text: Any = Annotated[
         str, Described(min_length=1), WithJsonSchema({"type": "string", "enum": list(field.allowed)})
     ]
@@ -163,7 +163,7 @@ def _single(field: Field) -> Any:
     more = {name: limit for name, limit in limits.items() if limit is not None}
     if field.example:
         more["examples"] = [field.example]
-    # distinguishes a missing list from one without a name
+    # distinguishes a missing list from an empty one
     optional = default is None
     if field.needed:
         optional, default = False, ...
@@ -173,13 +173,13 @@ def _single(field: Field) -> Any:
 
 
 def _names(field: Field, taken: Iterable[str]) -> Iterator[str]:
-    """Give the names for which a field has values, without those that are separate parameters."""
+    """Give the names for which a field takes values, without those that are separate parameters."""
     names = RANGED if field.core == Ranges else EVERY_AXIS
     return (name for name in names if name not in taken)
 
 
 def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
-    """Define a parameter for each name for which a field has values."""
+    """Define a parameter for each name for which a field takes values."""
     ranged = field.core == Ranges
     also = {name: AliasChoices(name, alias) for alias, name in ALIASES.items()}
     found: dict[str, Any] = {}
@@ -201,7 +201,7 @@ def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
         else:
             meaning = f"{words}; the grid point nearest to it is taken."
             if name in LONG_NAMES:
-                meaning += " A harmonic study has it only where it is given in SI units."
+                meaning += " A harmonic study has it only if it is given in SI units."
             found[name] = (
                 float | None,
                 Described(None, allow_inf_nan=False, description=meaning, validation_alias=also.get(name)),

@@ -18,7 +18,7 @@ def require_printer() -> Any:
     """
     try:
         with warnings.catch_warnings():
-            # it prints without HarfBuzz's library of subsets, which it will require some day
+            # it prints without HarfBuzz's library of subsets, which a later version will require
             warnings.simplefilter("ignore", DeprecationWarning)
             import weasyprint
     except (ImportError, OSError) as error:

@@ -45,7 +45,7 @@ RETRY_SECONDS = 10
 """Time after which a client may repeat a request that the service could not serve now."""
 
 MOST_FAULTS = 10
-"""Most faults of an address in a message: each is compared with every known name."""
+"""Most faults of an address in a message, because each is compared with every known name."""
 
 PROBLEM_SCHEMA: dict[str, Any] = {
     "type": "object",
@@ -85,7 +85,7 @@ class Problem(Exception):
     kind : str
         Short name by which programs distinguish problems; ``type`` is ``urn:damperlab:problem:<kind>``.
     detail : str
-        One or two sentences for people: the event and the remedy.
+        One or two sentences: what happened, and the remedy.
     faults : iterable of Fault
         One entry for each fault of the request.
     headers : mapping, optional
@@ -113,7 +113,7 @@ class Problem(Exception):
 
 
 def lacking(names: Iterable[str], allowed: Iterable[str]) -> Problem:
-    """Refuse an address that leaves dimensions open; `allowed` are those of the study."""
+    """Refuse an address that leaves dimensions open; `allowed` are the dimensions of the study."""
     faults = [Fault(name, NOTHING, f"one of {listing(allowed)}", "add it") for name in names]
     return Problem(422, "invalid-parameters", "The address of the request has faults.", faults)
 
@@ -152,7 +152,7 @@ def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
             meant = nearest(str(place[-1]), known)
             advice = f"did you mean {meant}?" if meant else "leave it out"
             told = f"{{field}} is not a parameter of this question{f'; its parameters are {listing(known)}' if known else ''}."
-            return Fault(field, "an unknown name", listing(known) or "no names at all", advice, told)
+            return Fault(field, "an unknown name", listing(known) or "no parameters at all", advice, told)
         case "missing":
             return Fault(field, NOTHING, "a value", "add it", "{field} is missing.")
     return value_fault(field, entry)
@@ -196,16 +196,16 @@ def _query(request: Request, error: Exception) -> Response:
 STORE_UNAVAILABLE = "store-unavailable"
 _STORE_PROBLEMS: dict[type[StoreFault], tuple[int, str, str]] = {
     StudyNotFound: (404, "study-not-found", "There is no such study."),
-    StudyBusy: (409, "study-busy", "The study is being worked on."),
+    StudyBusy: (409, "study-busy", "A process works on the study."),
     KeyTaken: (422, "key-taken", "The key belongs to another definition."),
     RevisionGone: (
         410,
         "revision-gone",
         "This revision is no longer available: the study has changed since.",
     ),
-    NothingToDo: (409, "nothing-to-do", "There is nothing that this could change."),
+    NothingToDo: (409, "nothing-to-do", "The request would change nothing."),
     TooManyUnfinished: (429, "too-many-studies", "Too many studies wait or run."),
-    QuotaReached: (507, "quota-reached", "The study would take too much."),
+    QuotaReached: (507, "quota-reached", "The study would exceed a quota."),
     RecordDamaged: (503, "record-damaged", "A record cannot be read."),
     RecordNotFound: (404, "record-not-found", "There is no such record."),
     RecordKept: (409, "record-kept", "This record stays."),
@@ -227,7 +227,7 @@ def store_problem(request: Request, error: Exception) -> Response:
     error = _deleted_meanwhile(request) or error
     status, kind, detail = next(
         (told for known, told in _STORE_PROBLEMS.items() if isinstance(error, known)),
-        # not the request's fault: the disk is full, or its folder is read-only
+        # the request is not at fault: the disk is full, or the folder is read-only
         (503, STORE_UNAVAILABLE, "The service cannot use its data."),
     )
     again = {"Retry-After": str(RETRY_SECONDS)} if kind in _TRY_AGAIN else {}
@@ -235,7 +235,7 @@ def store_problem(request: Request, error: Exception) -> Response:
 
 
 def _deleted_meanwhile(request: Request) -> StudyNotFound | None:
-    """If a study was deleted while its results were read, say so."""
+    """Report that a study was deleted while its results were read; None if it was not."""
     study_id = request.path_params.get("study_id")
     if study_id is None:
         return None
@@ -270,8 +270,8 @@ def _http(request: Request, error: Exception) -> Response:
         return Response(status_code=error.status_code, headers=error.headers)
     phrase = HTTPStatus(error.status_code).phrase
     detail = {
-        404: f"There is nothing at {printable(request.url.path)}; /openapi.json lists what there is.",
-        405: f"{request.method} is not possible here; the Allow header lists what is.",
+        404: f"There is nothing at {printable(request.url.path)}; /openapi.json lists all addresses.",
+        405: f"{request.method} is not possible here; the Allow header lists the possible methods.",
     }.get(error.status_code, str(error.detail))
     kind = phrase.lower().replace(" ", "-")
     headers = {"Allow": ", ".join(_methods(request))} if error.status_code == 405 else error.headers
@@ -279,7 +279,7 @@ def _http(request: Request, error: Exception) -> Response:
 
 
 def _methods(request: Request) -> list[str]:
-    """Methods of a path; the framework names only those of the first matching route."""
+    """Methods of a path. The framework names only those of the first matching route."""
     found = {
         method.upper()
         for path, operations in request.app.openapi()["paths"].items()
@@ -290,7 +290,7 @@ def _methods(request: Request) -> list[str]:
 
 
 def _gone(request: Request, error: Exception) -> Response:
-    # Nobody reads this answer: the client left before its body was complete.
+    # Nobody reads this answer, because the client left before its body was complete.
     return Response(status_code=400)
 
 
@@ -309,5 +309,5 @@ def _bug(request: Request, error: Exception) -> Response:
 
 def defect(request: Request) -> Response:
     """Answer a request that met a defect of the service."""
-    detail = "The service failed on this request, which is a defect in it. Please report the request id."
+    detail = "The service failed on this request because of a defect. Please report the request id."
     return respond(request, Problem(500, "defect", detail))

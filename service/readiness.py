@@ -1,4 +1,4 @@
-"""Whether the service can serve, as of the last check, so that a request waits for no store, disk or lock."""
+"""Whether the service can serve, as of the last check, so that a request need not wait for a store, disk or lock."""
 
 import os
 import time
@@ -18,10 +18,10 @@ from damperlab.worker.run.background import Background
 LOOK_SECONDS = 1.0
 """Interval between checks of the store and its folders."""
 STALE_SECONDS = 5.0
-"""An older check is ignored: the store or the disk hangs."""
+"""Age above which a check means that the store or the disk hangs."""
 PROBE = ".ready"
-"""The file that is written and removed to test whether a folder is writable."""
-_PROBE_BYTES = 8192  # more than a file system stores without a block of the disk
+"""Name of the file that is written and removed to test whether a folder is writable."""
+_PROBE_BYTES = 8192  # more bytes than a file system stores without using a block of the disk
 
 
 @dataclass(frozen=True)
@@ -31,19 +31,18 @@ class _Seen:
 
 
 class Readiness:
-    """Checks repeatedly whether the catalogue answers, and whether the folders are those of the start and writable.
+    """Checks repeatedly whether the catalogue answers, and whether the folders are writable and still those of the
+    start.
 
     Parameters
     ----------
     store : Store
-        The service's.
-    backgrounds : sequence of Background
-        Threads that must be running.
+        Store of the service. backgrounds : sequence of Background Threads that must be running.
     """
 
     def __init__(self, store: Store, backgrounds: Sequence[Background]) -> None:
         self.background = Background("readiness", self._look, LOOK_SECONDS)
-        """The checking thread."""
+        """The thread that checks."""
         self._store = store
         self._backgrounds = (*backgrounds, self.background)
         places = [store.data_dir]
@@ -76,7 +75,7 @@ class Readiness:
     def _folder_fault(self) -> Fault | None:
         gone = disk_gone(self._store.shelf)
         if gone is not None:
-            advice = "mount it, or put the folder back"
+            advice = "mount it, or restore the folder"
             return Fault(self._store.shelf.address, gone, "the folder that was opened", advice, f"{gone}.")
         for place, known in self._places.items():
             try:
@@ -85,12 +84,12 @@ class Readiness:
                     _write(place / PROBE)
             except OSError as error:
                 allowed = "a folder that can be written"
-                advice = "make room, or put the folder and its permissions back"
+                advice = "make room, or restore the folder and its permissions"
                 told = f"{place} cannot be written: {error.strerror or error}."
                 return Fault(str(place), str(error), allowed, advice, told)
             if found != known:
                 told = f"{place} is not the folder that was opened."
-                advice = "put the first one back, or restart the service"
+                advice = "restore the first folder, or restart the service"
                 return Fault(str(place), "another folder", "the folder that was opened", advice, told)
         return None
 
@@ -120,6 +119,6 @@ def _down(name: str, trouble: str) -> Fault:
         f"thread {name}",
         trouble,
         "a thread that works",
-        "it is tried again by itself; where it stays down, read the log and restart the service",
+        "it is restarted automatically; if it stays down, read the log and restart the service",
         f"The thread {name} is down: {trouble.rstrip('.')}.",
     )

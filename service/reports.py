@@ -1,4 +1,4 @@
-"""The accuracy report of a data directory: the latest one."""
+"""The latest accuracy report of a data directory."""
 
 import json
 import os
@@ -30,7 +30,7 @@ class AboutReport(TypedDict):
 
 
 class AccuracyReports(TypedDict):
-    """The reports that there are."""
+    """The available reports."""
 
     reports: list[AboutReport]
 
@@ -61,7 +61,7 @@ def keep_report(data_dir: Path, report: dict[str, Any]) -> Path:
 
 
 def last_report(data_dir: Path) -> dict[str, Any] | None:
-    """The latest report; None if there is none, or the file is no report."""
+    """The latest report; None if there is none, or the file is not a report."""
     try:
         report = json.loads((data_dir / NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -13,7 +13,7 @@ from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.vocabulary import DEFAULTS
 
 TYPES: dict[Any, str] = {int: "integer", float: "number"}
-"""JSON type for that of a field; text without an entry."""
+"""JSON type for the type of a field; types without an entry are texts."""
 
 
 def _contact(*models: str) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def simulation_schema() -> dict[str, Any]:
             "particle": {
                 "type": "boolean",
                 "default": True,
-                "description": "false: a scene without one; else clearance_ratio is needed",
+                "description": "false for a scene without a particle; otherwise clearance_ratio is required",
             },
             "contact": _contact("Instant", "Dwell", "Compliant"),
             **_fields(Simulated, history=HISTORY_CYCLES, samples=SAMPLES),
@@ -73,7 +73,8 @@ def comparison_schema() -> dict[str, Any]:
             **_fields(Compared),
             "record": {
                 "default": Compared.record,
-                "description": "Id of a record, an earthquake's name, or what to generate.",
+                "description": "Id of a record, an earthquake's name, or the definition of a record to "
+                "generate.",
                 "anyOf": [
                     {"type": "string"},
                     *(

@@ -1,4 +1,4 @@
-"""Early detection of damage: all stored data are read and compared, slowly, as long as the service runs."""
+"""Detects damage early: all stored data are read and checked, slowly, as long as the service runs."""
 
 import logging
 
@@ -9,7 +9,7 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
 
 PAUSE_SECONDS = 0.5
-"""Pause between two blocks: reading one takes milliseconds, so the load is negligible."""
+"""Pause between two blocks. Reading a block takes milliseconds, so the load is negligible."""
 ROUND_SECONDS = 3600.0
 """Pause between two rounds."""
 
@@ -17,7 +17,7 @@ _log = logging.getLogger("damperlab.scrub")
 
 
 class _Closing(Exception):
-    """The service ends."""
+    """Raised when the service ends."""
 
 
 class Scrub:
@@ -33,11 +33,11 @@ class Scrub:
 
     def __init__(self, store: Store, pause_seconds: float = PAUSE_SECONDS) -> None:
         self.found: dict[str, list[str]] = {}
-        """Findings of the last round for each study, by its id; the catalogue's own under "catalogue"."""
+        """Findings of the last round for each study, by its id; findings about the catalogue are under "catalogue"."""
         self._store = store
         self._pause_seconds = pause_seconds
         self.background = Background("scrub", self._round, ROUND_SECONDS)
-        """The thread that looks."""
+        """The thread that checks."""
 
     def start(self) -> None:
         """Start the first round."""
@@ -60,7 +60,7 @@ class Scrub:
                     except (_Closing, StoreFault, OSError):
                         raise
                     except Exception as error:
-                        # a study that cannot be compared does not prevent the others
+                        # a study that cannot be checked does not prevent the checks of others
                         self.background.note(error)
             cursor = page.cursor
             if cursor is None:
@@ -75,7 +75,7 @@ class Scrub:
                 record.revision,
                 record.provenance,
             ):
-                return  # a process worked on it meanwhile: the findings may belong to two moments
+                return  # a process worked on it meanwhile, so the findings may mix two moments
         except StudyNotFound:
             return
         told = [

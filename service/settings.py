@@ -41,7 +41,7 @@ class Settings(BaseSettings):
         extra="forbid",
         frozen=True,
         env_ignore_empty=True,
-        # removes a limit that has a default
+        # the value that removes a limit with a default
         env_parse_none_str="none",
     )
 
@@ -55,8 +55,9 @@ class Settings(BaseSettings):
     )
     store: str | None = Field(
         None,
-        description="s3://bucket/prefix for the cubes; by default where the catalogue has them, at first in the data "
-        "folder. The server and the keys come from AWS_ENDPOINT_URL, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, …",
+        description="s3://bucket/prefix for the cubes; by default at the location stored in the catalogue, "
+        "at first the data folder. The server and the keys come from AWS_ENDPOINT_URL, "
+        "AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, …",
     )
     quota_bytes: ByteSize | None = Field(
         None, ge=0, description="Most bytes that studies may take before compression, as in 50GB."
@@ -89,7 +90,7 @@ class Settings(BaseSettings):
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one and logs it.")
     access: Literal["auto", "keys", "open"] = Field(
         "auto",
-        description="Who may send requests: `keys`, callers with a key; `open`, everybody; `auto`, `open` on "
+        description="Who may send requests. `keys`: callers with a key; `open`: everyone; `auto`: `open` on "
         "loopback and `keys` elsewhere.",
     )
     hosts: Annotated[tuple[str, ...], NoDecode] = Field(
@@ -101,20 +102,23 @@ class Settings(BaseSettings):
     )
     proxy_user_header: str | None = Field(
         None,
-        description="Header in which a trusted proxy names the user that it has let in, as in X-Forwarded-User.",
+        description="Header in which a trusted proxy names the authenticated user, as in X-Forwarded-User.",
     )
     proxy_scope: Scope = Field("submit", description="Scope of such a user.")
     docs_dir: Path | None = Field(
         default_factory=built,
-        description="Folder of the documentation site, which the page links to; where `make docs` builds it by default. "
-        "none for no links.",
+        description="Folder of the documentation site, to which the page links; by default the output of "
+        "`make docs`. none for no links.",
     )
     tls_certificate: Path | None = Field(
         None, description="File of the certificate chain, in PEM; serves TLS."
     )
     tls_key: Path | None = Field(None, description="File of its private key, in PEM.")
     workers: int | None = Field(
-        None, ge=1, le=1024, description="Worker processes of the embedded cluster; with `cluster` most jobs."
+        None,
+        ge=1,
+        le=1024,
+        description="Worker processes of the embedded cluster; with `cluster`, the most jobs.",
     )
     scheduler: str | None = Field(
         None, description="Address of a Dask scheduler to use in place of an embedded cluster."
@@ -135,10 +139,11 @@ class Settings(BaseSettings):
     job_options: str = Field(
         "",
         pattern=r"^[^\r\n]*$",
-        description="More options of the batch system for every job, as in --partition=short --account=lab.",
+        description="Further options of the batch system for every job, as in --partition=short "
+        "--account=lab.",
     )
     warm: bool = Field(
-        True, description="Compile missing kernels of the usual scenes in the background from the start."
+        True, description="Compile missing kernels of the usual scenes in the background at the start."
     )
     studies_at_once: int = Field(
         2, ge=1, le=64, description="Number of studies that run at the same time; they share one cluster."
@@ -147,13 +152,13 @@ class Settings(BaseSettings):
         2,
         ge=1,
         le=64,
-        description="Number of designs that are searched at the same time, each in a process of its own.",
+        description="Number of designs that are searched at the same time, each in a separate process.",
     )
     catalogue_wait_seconds: float = Field(
         10.0,
         gt=0.0,
         le=60.0,
-        description="How long a request waits for the catalogue's write lock, in seconds.",
+        description="Longest wait of a request for the catalogue's write lock, in seconds.",
     )
     body_limit_bytes: int = Field(4 * 1024 * 1024, ge=1024, description="Largest request body, in bytes.")
     simulate_cycles_limit: int = Field(100_000, ge=1, description="Most excitation cycles of one simulation.")
@@ -161,36 +166,41 @@ class Settings(BaseSettings):
     work_seconds: float = Field(
         90.0,
         gt=0.0,
-        description="Time of a processor that a point, a comparison or an upload may take, in seconds.",
+        description="Most processor time of a point, a comparison or an upload, in seconds.",
     )
     work_wait_seconds: float = Field(
-        1800.0, gt=0.0, description="How long a request waits for that time of a processor, in seconds."
+        1800.0, gt=0.0, description="Longest wait of a request for that processor time, in seconds."
     )
     work_memory_bytes: ByteSize = Field(
-        ByteSize(4 << 30), ge=1 << 29, description="Most memory of a process that computes one, as in 4GiB."
+        ByteSize(4 << 30),
+        ge=1 << 29,
+        description="Most memory of a process that computes for a request, as in 4GiB.",
     )
     question_points_apart: int = Field(
         50_000,
         ge=0,
-        description="Questions to studies of at least this many points are answered in such a process too.",
+        description="Questions to studies of at least this many points are answered in a separate process "
+        "too.",
     )
     streams_per_caller: int = Field(
-        100, ge=1, description="Most streams of events that one key has open; without keys, one address."
+        100, ge=1, description="Most open streams of events of one key or, without keys, of one address."
     )
     exports_per_caller: int = Field(
-        32, ge=1, description="Most exports that one key has under way; without keys, one address."
+        32, ge=1, description="Most simultaneous exports of one key or, without keys, of one address."
     )
     connections_limit: int = Field(1000, ge=1, description="Largest number of simultaneous connections.")
     address_connections_limit: int = Field(
         250,
         ge=1,
-        description="Largest number of them from one address, except trusted proxies; a further one closes "
-        "the one that has been idle longest.",
+        description="Largest number of connections from one address, except trusted proxies; a further one "
+        "closes the connection that has been idle longest.",
     )
     head_timeout_seconds: float = Field(
-        10.0, gt=0.0, description="How long the head of a request may take, in seconds."
+        10.0, gt=0.0, description="Longest time for receiving the head of a request, in seconds."
     )
-    body_timeout_seconds: float = Field(60.0, gt=0.0, description="How long its body may take, in seconds.")
+    body_timeout_seconds: float = Field(
+        60.0, gt=0.0, description="Longest time for receiving the body of a request, in seconds."
+    )
     cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
         (),
         description="Web origins that may call from a browser, separated by commas; none by default.",
@@ -199,13 +209,13 @@ class Settings(BaseSettings):
         "info", description="Lowest severity that is logged."
     )
     log_format: Literal["text", "json"] = Field(
-        "text", description="How it is logged: lines for people, or one JSON object per line."
+        "text", description="Form of the log: readable lines, or one JSON object per line."
     )
 
     @field_validator("data_dir")
     @classmethod
     def _absolute(cls, value: Path) -> Path:
-        # Workers may have another working directory than the service: a relative path would mean two folders.
+        # The working directories of workers and service may differ, so a relative path would mean two folders.
         return value.expanduser().absolute()
 
     @field_validator("hosts", "trusted_proxies", "cors_origins", mode="before")
@@ -256,12 +266,12 @@ class Settings(BaseSettings):
         if self.cluster is not None and self.scheduler is not None:
             raise ValueError(
                 f"found cluster {self.cluster!r} and scheduler {self.scheduler!r}; allowed: one of the two. "
-                "A batch system's jobs work for a scheduler of their own, so leave `scheduler` out"
+                "A batch system's jobs work for their own scheduler, so leave `scheduler` out"
             )
         if self.workers is not None and self.scheduler is not None:
             raise ValueError(
                 f"found {self.workers} workers and scheduler {self.scheduler!r}; allowed: one of the two. "
-                "A scheduler has workers of its own, so leave `workers` out"
+                "A scheduler has its own workers, so leave `workers` out"
             )
         return self
 

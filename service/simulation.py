@@ -1,4 +1,4 @@
-"""One design point on request: read from a document, bounded in cost, and written as a document."""
+"""One design point on request: reads a document, bounds the cost, and writes the answer as a document."""
 
 import math
 from collections.abc import Mapping
@@ -46,13 +46,13 @@ FIELDS = {each.name: each for each in fields_of(Simulated)}
 KEYS = (*DIMENSIONS, "particle", "contact", *FIELDS)
 
 STEADY_CYCLES = 4000
-"""Excitation cycles after which an unsteady response is returned unchanged."""
+"""Excitation cycles after which a response is returned even if it is not steady."""
 HISTORY_PERIODS = 1000
-"""Natural periods that a time history may cover: it is sampled in Python, some tens of samples each."""
+"""Most natural periods of a time history, since it is sampled in Python with some tens of samples per period."""
 HISTORY_CYCLES = 10
 SAMPLES = 1000
 SETTLED = 0.01
-"""Remaining share of a disturbance at which a response counts as settled."""
+"""A response counts as settled when this share of a disturbance remains."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Asked:
     method : {"event", "rk4"}
         The solver.
     starts, seed : int
-        Initial states whose responses are compared, rest first; 0 for none. Seed of their draw.
+        Number of initial states whose responses are compared, rest first, or 0 for none; and the seed of their draw.
     followed : bool
         Whether to count the events of a cycle of the steady response: see `damperlab.worker.simulate.simulate`.
     """
@@ -96,7 +96,8 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         As read from JSON: the ratios by name, ``particle``, ``contact``, ``excitation``, ``cycles``, ``history``, ``samples``,
         ``method``, ``starts``, ``seed``.
     cycles_limit : int
-        Most excitation cycles, for r ≥ 1; for a slower excitation, whose cycles cost more, natural periods.
+        Most excitation cycles, for r ≥ 1; for a slower excitation, whose cycles cost more, the limit is in natural
+        periods.
     samples_limit : int
         Most samples of the time history.
 
@@ -253,7 +254,8 @@ class SimulatedDocument(TypedDict):
             Columns,
             Says(
                 propertyNames={"enum": list(FORCES)},
-                description="On the structure over k·Z, at the samples of the history; none of an instantaneous impact.",
+                description="Forces on the structure over k·Z, at the samples of the history; without those "
+                "of instantaneous impacts.",
             ),
         ]
     ]
@@ -262,7 +264,8 @@ class SimulatedDocument(TypedDict):
             Columns,
             Says(
                 propertyNames={"enum": ["multiple", "amplitude"]},
-                description="Amplitudes of u over Z at multiples of the excitation's frequency, over its whole cycles.",
+                description="Amplitudes of u over Z at multiples of the excitation's frequency, over its "
+                "complete cycles.",
             ),
         ]
     ]
@@ -296,8 +299,8 @@ def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
     found = simulation_document(answer, asked.samples)
     if asked.cycles is not None and answer.metrics["status"] == Status.MAX_CYCLES:
         found["status"] = (
-            f"The values are over the {counted(answer.cycles, 'cycle')} from rest that were asked for, and not those of a "
-            "steady response."
+            f"The values are over the {counted(answer.cycles, 'cycle')} from rest that were requested, not "
+            "over a steady response."
         )
     if asked.starts:
         found["attractors"] = attractors_document(
@@ -340,7 +343,7 @@ def simulation_document(answer: Simulation, samples: int) -> SimulatedDocument:
 def settles_after(metrics: Mapping[str, float]) -> float | None:
     """Give the cycles in which a small disturbance falls to `SETTLED`, from the Floquet multiplier.
 
-    None if there is no multiplier, and if it is 0: a disturbance then vanishes after a period.
+    None if there is no multiplier, or if it is 0, since a disturbance then vanishes after a period.
     """
     multiplier = metrics.get("floquet_multiplier", math.nan)
     if not 0.0 < multiplier < 1.0:
@@ -372,7 +375,7 @@ def attractors_document(found: Attractors, rubbing: bool) -> Met:
 
 
 def decimated(history: Mapping[str, NDArray[np.float64]], samples: int) -> dict[str, NDArray[np.float64]]:
-    """Thin out a time history, keeping the extrema of u: every n-th sample would miss the peaks.
+    """Thin out a time history but keep the extrema of u, since every n-th sample would miss the peaks.
 
     Parameters
     ----------
@@ -384,7 +387,7 @@ def decimated(history: Mapping[str, NDArray[np.float64]], samples: int) -> dict[
     Returns
     -------
     dict of ndarray
-        The columns at the smallest and the largest u of each of samples/2 equal stretches, in time's order.
+        The columns at the smallest and the largest u of each of samples/2 equal stretches, in order of time.
     """
     if not history:
         return {}
@@ -407,7 +410,7 @@ def _read_count(raw: object, name: str) -> int:
 
 
 def _caught(faults: list[Fault], read: Any, raw: object, field: str, instead: Any) -> Any:
-    """Read a value; collect its faults and continue, so that every fault is reported."""
+    """Read a value, and collect its faults, so that every fault of the document is reported."""
     try:
         return read(raw, field)
     except StudyFaults as error:

@@ -1,4 +1,4 @@
-"""State shared by all requests of one running service."""
+"""State that all requests of a running service share."""
 
 import threading
 from dataclasses import dataclass, field
@@ -40,13 +40,13 @@ class Service:
     dispatcher : Dispatcher
         Runs the queued studies.
     work : Work
-        Computes for requests, in processes.
+        Computes for requests in separate processes.
     exports : Work
         Writes exports, without delaying questions.
     compiling : CapacityLimiter
         Limits the requests that wait for kernels, so that threads remain for the queries.
     submissions : CapacityLimiter
-        Limits those that wait for the write lock, for the same reason.
+        Limits the requests that wait for the write lock, for the same reason.
     kernels : Kernels
         Compiles kernels that requests need.
     designer : Designer
@@ -54,7 +54,7 @@ class Service:
     scrub : Scrub
         Compares stored data.
     closing : Event
-        Set at the shutdown of the service: streams end.
+        Set at the shutdown of the service, which ends streams.
     """
 
     settings: Settings
@@ -81,7 +81,7 @@ class Service:
 
     @cached_property
     def looks(self) -> Shared[Record]:
-        """Reads records, in separate threads without other waits."""
+        """Reads records in threads that wait for nothing else."""
         return Shared(self.store.find)
 
 
@@ -113,9 +113,9 @@ def _exact_study(
 ) -> Record:
     record = service.store.find(study_id)
     if record.id != study_id:
-        # The beginning of an id or a name is enough for reading, but a typing error must not delete a study.
+        # For reading, the beginning of an id or a name suffices; but a typing error must not delete a study.
         advice = f"write {record.id} if you mean {record.name}"
-        told = f"A study is changed by its complete id alone, and {printable(study_id)} is not one."
+        told = f"To change a study, its complete id is required, and {printable(study_id)} is not one."
         raise StudyNotFound(Fault("study", describe(study_id), "a whole id", advice, told))
     require_own(caller, record)
     return record
@@ -125,7 +125,7 @@ TheStudy = Annotated[Record, Depends(_study)]
 """The record of the study in the path, as a parameter of a route; 404 if there is none."""
 
 TheExactStudy = Annotated[Record, Depends(_exact_study)]
-"""The same for routes that change the study: it needs the complete id, and the owner or an admin."""
+"""The record of the study, for routes that change it. They require the complete id, and the owner or an admin."""
 
 
 DesignId = Annotated[
@@ -149,7 +149,7 @@ def _exact_design(
     kept = service.designer.shelf.find(design_id)
     if kept.id != design_id:
         advice = f"write {kept.id} if you mean {kept.name}"
-        told = f"A design is changed by its complete id alone, and {printable(design_id)} is not one."
+        told = f"To change a design, its complete id is required, and {printable(design_id)} is not one."
         raise DesignNotFound(Fault("design", describe(design_id), "a whole id", advice, told))
     require_owner(caller, kept.owner, "design")
     return kept
@@ -159,4 +159,4 @@ TheDesign = Annotated[Kept, Depends(_design)]
 """The design in the path, as a parameter of a route; 404 if there is none."""
 
 TheExactDesign = Annotated[Kept, Depends(_exact_design)]
-"""The same for routes that change it: it needs the complete id, and the owner or an admin."""
+"""The design, for routes that change it. They require the complete id, and the owner or an admin."""

@@ -31,7 +31,7 @@ from damperlab.studies.units import InUnits, coordinates_in_units, place_in_unit
 
 TOP = 5
 MAPS = 3
-"""Most maps: of the first three axes, in pairs."""
+"""Most maps: those of the first three axes, in pairs."""
 _SUFFIX = re.compile(r"_(m|n|kg|hz)$")
 
 
@@ -46,7 +46,7 @@ def study_report(record: Record, cube: xr.Dataset) -> str:
     Returns
     -------
     str
-        HTML; figures are in it as SVG. A study in SI units is described in them.
+        HTML with figures as SVG. A study in SI units is described in these.
     """
     title = escape(record.name or record.id)
     worst_case = kind_of(cube.sizes) is not HARMONIC
@@ -107,7 +107,7 @@ def _row(
     row: Mapping[str, Any],
     columns: Iterable[tuple[str, str]],
 ) -> list[str]:
-    """Write one design; an error that is rounding is a word."""
+    """Write one design as a row; an error that is only rounding is replaced by a word."""
     return [
         ROUNDING_WORD
         if column == "error" and is_rounding(row["value"], row["error"])
@@ -167,7 +167,7 @@ def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
     if best is None:
         return
     at = {name: best[name] for name in dimensions_of(cube) if name != "frequency_ratio"}
-    yield "<h2>The design beside a tuned mass damper</h2>"
+    yield "<h2>The design compared with a tuned mass damper</h2>"
     units = _units(cube)
     shown = units["amplitude_ratio"].name if "amplitude_ratio" in units else "amplitude_ratio"
     curve = frequency_response(cube, Selection(metric=shown, at=at))
@@ -242,7 +242,7 @@ def _cost(record: Record, cube: xr.Dataset, worst_case: bool) -> Iterable[str]:
             limited = float(found["max_cycles_share"].values @ number)
             worst = max(found["error_high"].values.tolist(), default=float("nan"))
             rows += [
-                ("relative error that nine points in ten do not exceed, slowest bin", f"{worst:.2g}"),
+                ("relative error that nine of ten points do not exceed, in the slowest bin", f"{worst:.2g}"),
                 ("points that reached the cycle limit", f"{limited:.0f} of {int(number.sum()):,}"),
             ]
     yield table("Cost", ("What", "How much"), rows)

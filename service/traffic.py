@@ -1,4 +1,4 @@
-"""Number, status and duration of requests: counted by the access log for the metrics."""
+"""Number, status and duration of requests, counted by the access log for the metrics."""
 
 import threading
 from bisect import bisect_left
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 METHODS = frozenset(("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"))
-"""Methods counted by name; a client may send any word."""
+"""Methods counted by name; others, since a client may send any word, are counted together."""
 BOUNDS = (0.005, 0.025, 0.1, 0.5, 2.5, 10.0, 60.0)
 """Upper bounds of the classes of durations [s]; the last class has none."""
 NO_ROUTE = "none"
@@ -21,7 +21,7 @@ class Durations:
     Parameters
     ----------
     within : tuple of int
-        Numbers within each of `BOUNDS`, and the total number.
+        Number of durations up to each of `BOUNDS`, and the total number.
     seconds : float
         Total duration.
     """

@@ -6,7 +6,7 @@ from typing import Any
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 AMPLITUDE = "base_amplitude_m"
-"""The dimension that only such a study has."""
+"""The additional dimension of such a study: the base amplitude."""
 
 RATIOS_OF: dict[str, str] = {"clearance_m": "clearance_ratio", "friction_force_n": "friction_ratio"}
 """The quantity that a damper keeps, and the ratio that falls as the base amplitude grows."""
@@ -36,7 +36,7 @@ DAMPER = ("restitution", "mass_ratio", "clearance_m", "friction_force_n")
 
 
 def is_axis(raw: object) -> bool:
-    """Whether an entry of a physical block is more than a number: a list, or a range."""
+    """Whether an entry of a physical block is an axis, written as a list or a range, and not one number."""
     return raw is not None and not isinstance(raw, int | float | str)
 
 
@@ -65,9 +65,10 @@ def base_amplitudes(amplitude_m: Any, frequency_ratio: Any, constant: str | None
     Parameters
     ----------
     amplitude_m, frequency_ratio : float or array
-        Along the dimensions: the amplitude at the natural frequency, and the frequency over that.
+        Amplitude at the natural frequency [m], and excitation frequency over the natural frequency.
     constant : str or None
-        A key of `CONSTANT`: a velocity V makes Z = V/ω, an acceleration A makes Z = A/ω². None: a displacement.
+        A key of `CONSTANT`: a constant velocity V gives Z = V/ω, a constant acceleration A gives Z = A/ω². None for a
+        constant displacement.
     """
     return amplitude_m if constant is None else amplitude_m / frequency_ratio ** CONSTANT[constant]
 

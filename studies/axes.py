@@ -217,7 +217,7 @@ def _read_range(raw: dict[Any, Any], quantity: Quantity, field: str) -> Range:
 
 
 _COUNTS = ("step", "steps", "n", "count", "points", "number", "nums")
-"""Names that other programs use for the number of values of a range, or instead of it."""
+"""Keys that other programs use for the number of values of a range or for its step."""
 
 
 def _unknown_of_range(field: str, key: object, raw: dict[Any, Any]) -> Fault:

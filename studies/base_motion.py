@@ -13,7 +13,9 @@ KEYS = {"base_velocity_m_per_s": "velocity", "base_acceleration_m_per_s2": "acce
 
 
 def named_after_motion(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Say how a study writes a velocity or an acceleration of the base; drop faults that follow from the key."""
+    """Advise how a study writes a constant velocity or acceleration of the base; drop the faults that follow from this
+    key.
+    """
     physical = raw.get("physical")
     written = [key for key in KEYS if isinstance(physical, dict) and key in physical]
     if not isinstance(physical, dict) or not written:
@@ -58,7 +60,7 @@ def _as_constant(fault: Fault, key: str, physical: Mapping[str, Any], particle: 
 
 
 def _amplitude(level: object, frequency_hz: object, power: int) -> str | None:
-    """Give the amplitudes at the natural frequency as a document has them; None if the two numbers do not determine
+    """Give the amplitudes at the natural frequency as a document writes them; None if the two numbers do not determine
     them.
     """
     levels = level if isinstance(level, list | tuple) else [level]

@@ -10,13 +10,14 @@ from typing_extensions import TypedDict
 from damperlab.studies.shapes import Says, Sentences, Table
 
 Damper = Literal["hybrid", "friction_alone", "particle_alone", "tuned_mass_damper", "no_damper"]
-"""The uses of a verdict."""
+"""The dampers that a verdict may recommend."""
 Severity = Literal["danger", "caution", "hint"]
-"""Effects of a note: it changes what is built, it changes the number, or it says where to look further."""
+"""Effect of a note: it changes what to build, changes the stated number, or says where to look further."""
 DoubtKind = Literal[
     "one_frequency", "hidden_peak", "cut_off", "end_of_range", "neighbourhood_unknown", "rugged", "error"
 ]
-"""Kinds of doubt, the gravest first; those after `hidden_peak` concern only the optimum, not the best with impacts.
+"""Kinds of doubt, the gravest first. Those after `hidden_peak` concern only the optimum, not the best design with
+impacts.
 """
 DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 MOST_SENTENCES, MOST_ROWS = 3, 6

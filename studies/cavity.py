@@ -18,9 +18,7 @@ class Cavity:
     Parameters
     ----------
     particle_friction_coefficient : float
-        μ_i of sliding friction between particle and cavity.
-    tilt_deg : float
-        α: 0 lies, 90 stands.
+        μ_i of sliding friction between particle and cavity. tilt_deg : float α: 0 lies, 90 stands.
     """
 
     particle_friction_coefficient: float = 0.0
@@ -60,7 +58,7 @@ LEVEL = Cavity()
 
 
 def left_open(definition: Mapping[str, Any]) -> list[str]:
-    """Describe in words what a definition assumes of the cavity: what it gives as no ratio, axis or quantity."""
+    """Describe the default values of the cavity that a definition assumes because it gives no ratio, axis or quantity."""
     given = {**definition, **(definition.get("axes") or {})}
     physical = definition.get("physical") or {}
     return [
@@ -73,6 +71,6 @@ def left_open(definition: Mapping[str, Any]) -> list[str]:
 def cavity_of(values: Mapping[str, float | None]) -> Cavity:
     """Give the cavity of a document's numbers.
 
-    A missing number is 0. A number beyond its bound by the rounding of a tolerance is set to the bound.
+    A missing number is 0. A number that exceeds its bound only because a tolerance was rounded is set to the bound.
     """
     return Cavity(*(min(values.get(each.name) or 0.0, each.highest) for each in OF_CAVITY))

@@ -149,7 +149,7 @@ class Rk4Solver(Choice):
 
 
 class Ensemble(Choice):
-    """Start from rest and from `n` − 1 drawn states; store the response that most of them lead to.
+    """Start from rest and from `n` − 1 random states; store the response that most of them lead to.
 
     The draw depends only on the seed and on the point's own coordinates; see `damperlab.worker.steady.ensemble`.
     """
@@ -160,7 +160,9 @@ class Ensemble(Choice):
 
 
 class Continuation(Choice):
-    """Start each frequency from the end of the response at the one below (`up`) or above (`down`), the first from rest."""
+    """Start each frequency from the final state of the response at the next lower (`up`) or higher (`down`) one; the
+    first starts from rest.
+    """
 
     kind: Literal["continuation"]
     direction: Literal["up", "down"] = "up"
@@ -169,10 +171,10 @@ class Continuation(Choice):
 def _choice(
     key: str, tags: tuple[str, ...], settings: tuple[str, ...] = ()
 ) -> tuple[Discriminator, BeforeValidator]:
-    """Return the two annotations that pick one model of several by the text under `key`.
+    """Return the two annotations that select one of several models by the text under `key`.
 
-    The first of `tags` is the default. A choice without settings is written as a mapping. If `settings` gives the
-    keys of the others, its bare name is allowed too.
+    The first of `tags` is the default. A choice is written as a mapping. One without settings may also be written as
+    its bare name, if `settings` lists the keys of the others.
     """
     plain = bool(settings)
 
@@ -206,7 +208,7 @@ def _choice(
 def _without_key(
     raw: dict[Any, Any], key: str, tags: tuple[str, ...], settings: tuple[str, ...]
 ) -> list[Fault]:
-    """Report that a mapping does not name its choice, and which of its keys belong to none."""
+    """Report that a mapping does not name its choice, and report its keys that belong to no choice."""
     meant = next((tag for tag in tags if tag in raw), None)
     advice = f"write `{key}: {meant}`, with its settings beside it" if meant else f"add `{key}`"
     unknown = [one for one in raw if one not in settings]

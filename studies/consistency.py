@@ -25,17 +25,19 @@ from damperlab.studies.variables import (
 from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 
 BESIDE_AXES = ("damping_ratio", *BEFORE)
-"""Dimensions that a study gives at its top level, not among its axes."""
+"""Dimensions that a study states at its top level, not under `axes`."""
 
 MAX_POINTS = 1_000_000_000
 """Design points of one study."""
 
 LEAST_COMPLIANT = 1e-6
-"""Smallest e of a compliant wall: below it the rates of the dashpot differ by more than double precision resolves."""
+"""Smallest e of a compliant wall. Below it the two decay rates of the contact differ by more than double precision
+resolves.
+"""
 
 
 def compliant_fault(restitution: float, field: str) -> Fault | None:
-    """Find faults of the smallest e for compliant walls: 0 would take infinite damping."""
+    """Find the fault of an e that is too small for compliant walls; e = 0 would require infinite damping."""
     if restitution >= LEAST_COMPLIANT:
         return None
     allowed = f"a number from {LEAST_COMPLIANT:g} to 1 with compliant contact"
@@ -54,8 +56,7 @@ NOT_WITH_RUBBING = {
     "amplitudes": ("several base amplitudes", "give the coefficient or the tilt as one number in `physical`"),
     "ratios": ("a specification in ratios", "give the structure and its excitation in units"),
 }
-"""Features that cannot be combined with friction of a particle or gravity along its cavity, and the advice for each.
-"""
+"""Features that cannot be combined with friction of a particle or gravity along its cavity, and the advice for each."""
 
 
 def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterator[Fault]:
@@ -66,7 +67,7 @@ def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterat
     field, found : str
         The field that gives the friction or the tilt, and its value.
     beside : mapping of bool
-        Whether the document has the feature, by the names of `NOT_WITH_RUBBING`.
+        For each name in `NOT_WITH_RUBBING`, whether the document has that feature.
     """
     for name in (name for name, stands in beside.items() if stands):
         words, advice = NOT_WITH_RUBBING[name]
@@ -95,7 +96,7 @@ def cavity_faults(
 
 
 def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
-    """Name the dimensions that a document neither gives nor derives from physical quantities, and that its scene has."""
+    """Name the dimensions of the scene that a document neither gives nor derives from physical quantities."""
     axes, physical = document.get("axes") or {}, document.get("physical") or {}
     particle = document.get("particle", True) is not False
     made = {each.ratio for each in derivations(physical, particle=True)}
@@ -207,7 +208,7 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Features that exclude a particle with friction or gravity, and features that require one."""
+    """Find features that cannot be combined with friction or gravity of the particle, and features that require them."""
     before, metrics = before_of({**document, "particle": True}), document.get("metrics")
     for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
         needs = isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing
@@ -253,7 +254,9 @@ def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[F
 
 
 def _kept_as_ratio(given: Mapping[str, Any], physical: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
-    """Over base amplitudes a damper keeps a force and a length: a ratio would change the damper with the base."""
+    """Over base amplitudes a damper keeps its force and its clearance: a constant ratio would mean a different damper
+    at each amplitude.
+    """
     for source, ratio in RATIOS_OF.items():
         if source in physical or (ratio in OF_PARTICLE and not particle):
             continue
@@ -276,7 +279,7 @@ def _required(name: str) -> Fault:
 
 
 def _size(raw: object) -> int:
-    """Return how many values an axis as written has; 1 if it is too faulty to tell."""
+    """Return the number of values of an axis as written; 1 if its faults leave the number open."""
     if isinstance(raw, list | tuple):
         return max(len(raw), 1)
     num = raw.get("num") if isinstance(raw, dict) else None

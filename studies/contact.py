@@ -1,4 +1,4 @@
-"""A contact model alone, for documents that are not studies."""
+"""Reads a contact model alone, for documents that are not studies."""
 
 from pydantic import ValidationError
 

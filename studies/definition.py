@@ -200,13 +200,13 @@ class Study(Choice):
             faults.extend([fault] if fault else [])
         if study is None or faults:
             raise StudyFaults(faults)
-        # stored like a cached property: it is not part of the definition, and equal studies may differ in it
+        # stored like a cached property, since it is not part of the definition: equal studies may differ in it
         study.__dict__["assumed"] = assumed(given)
         return study
 
     @cached_property
     def assumed(self) -> tuple[str, ...]:
-        """The dimensions that the document leaves out, and that have their defaults."""
+        """The dimensions that the document leaves out; they have their default values."""
         return ()
 
     @cached_property
@@ -260,7 +260,7 @@ class Study(Choice):
 
     @property
     def identities(self) -> Coordinates:
-        """The coordinates: equal ratios are equal points."""
+        """The coordinates; points with equal ratios are equal."""
         return self.coordinates
 
     @property
@@ -270,7 +270,9 @@ class Study(Choice):
 
     @property
     def whole_rows(self) -> bool:
-        """Whether a response is continued from frequency to frequency, so that a block holds them all."""
+        """Whether each response continues from that at the previous frequency, so that a block must hold all
+        frequencies.
+        """
         return isinstance(self.start, Continuation)
 
     @property

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from damperlab.studies.definition import Study
 
 _SCHEME = b"damperlab study 1"
-"""Change it when the same study is computed or stored differently, so that old answers do not pass for new ones."""
+"""Change it when the same study is computed or stored differently, so that old answers are not taken for new ones."""
 
 
 def study_digest(study: "Study") -> str:

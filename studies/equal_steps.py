@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNEVEN = 0.02
-"""Largest difference of a time from equal steps, over a step. Times with few digits may differ by more."""
-TOO_FEW_DIGITS = "The times have too few digits: they leave open how far apart the samples are."
+"""Largest allowed difference of a time from equal steps, over the step. Times with few digits may differ by more."""
+TOO_FEW_DIGITS = "The times have too few digits: the step between the samples cannot be determined."
 """The sentence for a step that is NaN."""
 KNOWN = 1e-3
-"""Largest relative uncertainty of a step that is no whole number of samples a second."""
+"""Largest relative uncertainty of a step if no whole number of samples per second agrees with the times."""
 MOST_LIKELY = 3.0
-"""Most whole numbers of samples a second that are tried."""
+"""Most whole numbers of samples per second that are tried."""
 LEAST_ROUNDED = 3
-"""Fewest steps that rounding lengthens or shortens: fewer may as well be missing samples."""
+"""Fewest unequal steps that are attributed to rounding; fewer could equally be missing samples."""
 
 
 def resolution_of(written: Iterable[str]) -> float:
@@ -42,11 +42,12 @@ def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int
     Returns
     -------
     step : float
-        In the unit of the times. If rounding makes the steps unequal, take the only whole number of samples a second
-        (or per unit) that agrees with all of them. Else take a whole number in ten seconds, or a whole number of
-        milliseconds. NaN if none agrees, or several do. The usual step before a sample that does not follow.
+        In the unit of the times. Rounding may make the steps unequal. Then it is the step of the only whole number of
+        samples per second (or per unit) that agrees with all times; else of a whole number in ten seconds, or whole
+        milliseconds. It is NaN if none agrees, or several do. If a sample breaks the steps, it is the usual step before
+        that sample.
     wrong : int or None
-        First sample that does not follow the others; None if all steps are equal.
+        First sample that breaks the equal steps; None if there is none.
     """
     counts = np.arange(time.size)
     steps = np.diff(time)

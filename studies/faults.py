@@ -181,7 +181,7 @@ MEANT: dict[str, tuple[str, ...]] = {
     "excitation_frequency_hz": ("frequency_hz", "frequency_ratio"),
     **{ratio: (quantity,) for ratio, quantity in MADE_BY.items()},
 }
-"""Names from other programs, with the equivalent here; the nearest spelling would be wrong."""
+"""Names from other programs and their equivalents here, for which the nearest spelling would be wrong."""
 
 
 UNITS = {"m": "m", "n": "N", "kg": "kg", "hz": "Hz", "s": "s", "deg": "degrees"}
@@ -198,7 +198,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def write_nearest(word: object, known: Iterable[str], otherwise: str = "choose one of these") -> str:
-    """Advise a known word that is near; without a near one, give no word."""
+    """Advise a known word with similar spelling; empty if there is none."""
     near = nearest(word, known) if isinstance(word, str) else None
     return f"write {near}" if near else otherwise
 
@@ -214,7 +214,7 @@ def listing(names: Iterable[str]) -> str:
 
 
 def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Container[Any] = ()) -> Fault:
-    """Return the fault of an unknown key, with the near name if there is one.
+    """Return the fault of an unknown key, and suggest a similar name if there is one.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ Ranges = Mapping[str, Range]
 """Ranges by the name of a dimension or of a result."""
 
 At = Mapping[str, float | str]
-"""Values of dimensions by name; a record is a text."""
+"""Values of dimensions by name; the value of a record is its name."""
 
 Door = Literal["http", "command", "client"]
 DOORS: tuple[Door, ...] = get_args(Door)
@@ -35,7 +35,7 @@ class Field:
     Parameters
     ----------
     help : str
-        Its meaning, in sentences; with the unit and the default if the type does not show them.
+        Its meaning, in sentences. They name the unit and the default if the type does not show them.
     least, above, most : float, optional
         Limits of a number; `above` itself is excluded.
     allowed : tuple of str
@@ -51,7 +51,7 @@ class Field:
     options : tuple of str
         Its spellings on the command line; a list repeats the option.
     doors : tuple of str
-        The interfaces that offer it; an interface that handles it itself needs no field.
+        The interfaces that offer the field; an interface that handles the value itself is left out.
     studies : bool
         Whether it names other studies, whose results are part of the answer.
     default : object
@@ -91,7 +91,7 @@ class Field:
 
     @property
     def is_named(self) -> bool:
-        """Whether it holds values by name: of dimensions, or ranges of them."""
+        """Whether it holds values, or ranges of values, by the names of dimensions."""
         return get_origin(self.core) is get_origin(Ranges)
 
     @property
@@ -101,7 +101,7 @@ class Field:
 
     @property
     def is_repeated(self) -> bool:
-        """Whether an option is repeated for each value; else one text has them, as in ``A,B``."""
+        """Whether the option is repeated for each value; else one text lists the values, as in ``A,B``."""
         return self.is_list and "," not in self.form
 
     @property
@@ -121,7 +121,7 @@ def asked(default: Any, help: str, **more: Any) -> Any:
         As in `Field`.
     """
     about = {"field": Field(help, default=default, **more)}
-    if isinstance(default, Mapping):  # no default that a dataclass can take directly
+    if isinstance(default, Mapping):  # a dataclass cannot take a mutable default directly
         return field(default_factory=lambda: default, metadata=about)
     return field(default=default, metadata=about)
 

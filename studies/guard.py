@@ -22,7 +22,7 @@ OTHER: dict[Kind, tuple[Kind, str]] = {
     "study": ("specification", "damperlab design"),
     "specification": ("study", "damperlab run"),
 }
-"""The other kind of document that may be given by mistake, and the command that takes it."""
+"""For each kind of document, the other kind that may be given by mistake, and the command that takes it."""
 
 
 class Repeated(dict[str, Any]):
@@ -65,7 +65,8 @@ def repeated_keys(document: object) -> list[Fault]:
 
 
 def refuse_the_other(document: object, wanted: Kind) -> None:
-    """Refuse a specification given as a study, or the other way round, in one fault that names the right command.
+    """Refuse a specification given as a study, or a study given as a specification, in one fault that names the right
+    command.
 
     Raises
     ------

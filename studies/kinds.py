@@ -1,4 +1,4 @@
-"""The kinds of study: one table of all their differences in questions and storage.
+"""The kinds of study: one table of their differences in questions and storage.
 
 The worker decides how a point is computed, by the class of the definition.
 """
@@ -34,13 +34,14 @@ class Kind:
     designs : tuple of str
         The dimensions that a designer chooses; the others are conditions.
     uncontrolled : str
-        The dimension that no designer controls; an unspecified result is the worst over it.
+        The dimension that no designer controls; if a question does not fix it, the answer is the worst over it.
     worst : str
-        The sentence for such a result; with ``{count}`` of the uncontrolled dimension and ``{band}`` of frequencies.
+        The sentence that describes such a worst value. ``{count}`` stands for the number of values of the uncontrolled
+        dimension, ``{band}`` for the range of frequencies.
     also : tuple of str
-        Further uncontrolled dimensions; by default a map shows the worst over them too.
+        Further dimensions that no designer controls; by default a map shows the worst over them too.
     axes : tuple of str
-        Default order of dimensions for the axes of a map; those of the other kind follow.
+        Dimensions in the order in which a map takes its axes by default; dimensions of the other kind follow.
     ranking : frozenset of str
         Fields of `Judging` and `Ranking` that apply to it.
     instead : str
@@ -149,7 +150,7 @@ def kind_of_definition(definition: Mapping[str, Any]) -> Kind:
 
 
 def before_of(definition: Mapping[str, Any]) -> tuple[str, ...]:
-    """Name the additional leading dimensions of a harmonic study, from its definition."""
+    """Name the additional leading dimensions of the cube of a harmonic study, from its definition."""
     physical = definition.get("physical")
     given = physical if isinstance(physical, Mapping) else {}
     if definition.get("particle", True) is False:
@@ -177,11 +178,11 @@ def shown_axes(
     x, y : str, optional
         The named axes.
     taken : collection of str
-        Dimensions that the question uses otherwise.
+        Dimensions that the question uses for another purpose.
     """
     favourites = [name for name in kind_of(sizes).axes if name in sizes]
     free = [name for name in favourites if name not in {*taken, x, y}]
     free.sort(key=lambda name: sizes[name] == 1)
-    # if none is left the question is refused for naming a dimension twice
+    # if none is left, the question is refused because it names a dimension twice
     free += favourites
     return x or free.pop(0), y or free.pop(0)

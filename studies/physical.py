@@ -47,7 +47,7 @@ PARTICLE_MASS = _si("particle_mass_kg", "mass m of the particle [kg]", 0.0)
 STANDARD_GRAVITY = 9.80665
 """g [m/s²]."""
 RADIAN = math.pi / 180.0
-"""A degree."""
+"""One degree, in radians."""
 
 QUANTITIES = (
     MASS,
@@ -126,13 +126,13 @@ class Physical(Choice):
         return over_amplitudes(dict(self), particle)
 
     def ratios_at(self, points: Values, particle: bool) -> dict[str, NDArray[np.float64]]:
-        """Return the ratios of dampers at base amplitudes.
+        """Return the ratios of dampers at given base amplitudes.
 
         Parameters
         ----------
         points : mapping of ndarray
-            `clearance_m`, `friction_force_n`, `base_amplitude_m`, and `frequency_ratio` if something other than the
-            displacement of the base is constant; arrays that broadcast.
+            `clearance_m`, `friction_force_n`, `base_amplitude_m`, and `frequency_ratio` if `constant` is given; arrays
+            that broadcast.
         particle : bool
             Whether the scene has one.
 
@@ -199,7 +199,7 @@ def _weight(of: Values) -> NDArray[np.float64]:
 
 
 def lying(of: Values) -> float | NDArray[np.float64]:
-    """Give the component of its weight that presses the particle on the floor of its cavity."""
+    """Give the share of the particle's weight that presses on the floor of its cavity."""
     if "tilt_deg" not in of:
         return 1.0
     return np.where(of["tilt_deg"] == 90.0, 0.0, cos(RADIAN * of["tilt_deg"]))
@@ -295,7 +295,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
 
 
 def _constant_alone(raw: Mapping[str, Any], particle: bool) -> Fault:
-    """Say how a study over base amplitudes is written; one amplitude is a list too."""
+    """Advise how to write a study over base amplitudes: even a single amplitude is a list."""
     constant = raw["constant"]
     amplitude = raw.get(AMPLITUDE)
     one = isinstance(amplitude, int | float) and not isinstance(amplitude, bool)
@@ -345,7 +345,9 @@ def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]
 
 
 def _corners(physical: Physical, source: str, band: NDArray[np.float64]) -> Values:
-    """Return the quantities at the ends of a damper's axis, of the base amplitudes and of the band, 8 values each."""
+    """Return the quantities at all 8 combinations of the ends of a damper's axis, of the base amplitudes and of the
+    band.
+    """
     given = physical.values()
     own, amplitude, r = (
         ends.ravel()

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from damperlab.studies.kind import AnyStudy
 
 Cost = Callable[[AnyStudy, dict[str, NDArray[Any]]], NDArray[np.float64]]
-"""From a study and the coordinates of N points, each (N,), to positive seconds per point, (N,)."""
+"""Function from a study and the coordinates of N points, each of shape (N,), to the positive seconds per point, (N,).
+"""
 
 BLOCK_SECONDS = 2.0
 """Expected time of a block of a long study: long compared with scheduling and storing, short for a person."""
@@ -24,7 +25,7 @@ SLOWEST_BLOCK_SECONDS = 10.0
 """Expected time of a block in the slowest part of a study."""
 
 BALANCED_BLOCKS = 32
-"""Fewest blocks of a study of a few seconds or more: then the last one leaves few workers idle."""
+"""Fewest blocks of a study of a few seconds or more; with so many, the last block leaves few workers idle."""
 
 MAX_BLOCK_POINTS = 65_536
 MAX_BLOCKS = 50_000
@@ -42,7 +43,8 @@ _FEWEST_SAMPLES = 3
 _SAMPLED = 16
 """Points of a block at which the cost is sampled: its middle may be the resonance."""
 _MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 2
-"""Most points at which the cost of a plan is computed, and the fewest in each of its blocks, which take precedence.
+"""Most points at which the cost of a plan is computed, and fewest points in each block. The second limit takes
+precedence.
 """
 _BLOCKS_AT_ONCE = 1024
 
@@ -203,7 +205,7 @@ def make_plan(study: AnyStudy, cost: Cost) -> Plan:
 
 
 def plan_with_chunk(study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> Plan:
-    """Return the plan of a study with a known block shape, as of an existing cube.
+    """Return the plan of a study with a known block shape, for example of an existing cube.
 
     Raises
     ------
@@ -238,7 +240,7 @@ def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
     picked = []
     for name, values in study.coordinates.items():
         count = min(len(values), _SAMPLES.get(name, _FEWEST_SAMPLES))
-        # Centres of equal parts: the ends of an axis represent a smaller part of it than its inside.
+        # Sampled are centres of equal parts, because the ends of an axis represent a smaller part of it.
         picked.append(values[((np.arange(count) + 0.5) * len(values) / count).astype(np.int64)])
     mesh = np.meshgrid(*picked, indexing="ij")
     points = {name: axis.ravel() for name, axis in zip(study.coordinates, mesh, strict=True)}
@@ -247,7 +249,8 @@ def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
 
 
 def _lattice(count: int, dimensions: int) -> NDArray[np.float64]:
-    """Return places in a unit box, (count, dimensions): evenly along the last dimension, spread over all others.
+    """Return points in a unit box, (count, dimensions): equally spaced along the last dimension, spread over all
+    others.
 
     The others are multiples of powers of the number g with g^d = g + 1, whose fractions fill a box of d dimensions evenly
     (the generalised golden ratio).

@@ -1,9 +1,9 @@
 """Arithmetic that has the same bits on every processor.
 
-On processors with AVX-512 numpy uses its own code for exponentials, logarithms, sines and powers. It passes products
-of matrices to OpenBLAS, which has different code for each family of processors. The last bits differ. In the end so
-would a record from a seed, or a fit, whose search through chaotic responses depends on them. Here the C library
-computes each value. A product of arrays with the same layout is summed in one order, for any row.
+On processors with AVX-512 numpy uses its own code for exponentials, logarithms, sines and powers. It passes products of
+matrices to OpenBLAS, which has different code for each family of processors. The last bits differ. Records generated
+from a seed would differ too, and so would a fit, whose search through chaotic responses amplifies them. Here the C
+library computes each value, and the products of every row are summed in the same order.
 """
 
 import math

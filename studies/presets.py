@@ -1,5 +1,5 @@
-"""The contact times that the paper measured, by name. Each has two readings: as printed, and in real time, if the 20x
-slow motion was overlooked.
+"""The contact times that the paper measured, by name. Each has two readings: as printed, or 20 times shorter if the
+paper overlooked that its film is in slow motion.
 """
 
 from dataclasses import dataclass
@@ -43,4 +43,4 @@ CONTACT_TIMES: dict[str, ContactTime] = {
     "paper_hard_real": ContactTime(_HARD_S / SLOW_MOTION, "2.3 ms, if 0.046 s was read off slow motion"),
     "paper_soft_real": ContactTime(_SOFT_S / SLOW_MOTION, "20.55 ms, if 0.411 s was read off slow motion"),
 }
-"""By the name that a study may give instead of a number; Table 1 of the paper."""
+"""Contact times by the name that a study may give instead of a number; from Table 1 of the paper."""

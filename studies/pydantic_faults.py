@@ -64,7 +64,7 @@ def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
 
 
 def _given(value: object) -> str:
-    """Describe a value; a number stays one if everything is text, as in an address or an option."""
+    """Describe a value. In an address or an option every value is text; a number there is described as a number."""
     return value.strip() if isinstance(value, str) and _NUMBER.fullmatch(value) else describe(value)
 
 

@@ -46,7 +46,7 @@ class Quantity:
         return self.meaning[self.meaning.rindex("[") + 1 : -1] if self.meaning.endswith("]") else ""
 
     def schema(self, default: float | None = None) -> dict[str, Any]:
-        """JSON schema of one such number; without a default if there is none, or if it is NaN."""
+        """JSON schema of one such number. It states no default if there is none, or if it is NaN."""
         found: dict[str, Any] = {"type": "number", "description": self.meaning, "minimum": self.lowest}
         found["exclusiveMaximum" if self.below else "maximum"] = self.highest
         if default is not None and not isnan(default):
@@ -63,7 +63,7 @@ class Quantity:
         Raises
         ------
         StudyFaults
-            If `raw` is no number (a boolean and a text are none), or out of bounds.
+            If `raw` is not a number (booleans and texts are not), or is out of bounds.
         """
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise StudyFaults([Fault(field, describe(raw), self.allowed, number_advice(raw, self.unit))])
@@ -110,8 +110,8 @@ CLEARANCE_RATIO = Quantity(
 FRICTION_RATIO = Quantity(
     "friction_ratio", "friction ratio γ_F = F_f/(kZ)", 0.0, 1e12, "give 0 for a scene without friction"
 )
-# Outside, one excitation cycle holds more than 10^4 natural periods, or the reverse: the response is quasi-static or
-# isolated, and the closed forms lose the accuracy of their smaller term.
+# Outside these bounds one period lasts more than 10^4 of the other: the response is quasi-static or isolated, and the
+# closed forms lose the accuracy of their smaller term.
 FREQUENCY_RATIO = Quantity(
     "frequency_ratio",
     "frequency ratio r = ω/ω_n",
@@ -128,7 +128,7 @@ PARTICLE_FRICTION = Quantity(
 )
 TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
 OF_CAVITY = (PARTICLE_FRICTION, TILT)
-"""The quantities of a cavity. Each determines one of the two ratios below, in this order."""
+"""The quantities of a cavity. Each determines one of the two ratios in `BEFORE`, in this order."""
 PARTICLE_FRICTION_RATIO = Quantity(
     "particle_friction_ratio",
     "friction of the particle κ = μ_i g/(ω_n²·Z)",
@@ -149,4 +149,4 @@ RATIOS: dict[str, Quantity] = {
 }
 """The six dimensions of a cube as quantities, in the cube's order."""
 QUANTITY_OF = RATIOS | {each.name: each for each in (PARTICLE_FRICTION_RATIO, GRAVITY_RATIO)}
-"""Every dimension that a cube may have."""
+"""Every dimension that a cube may have, as a quantity."""

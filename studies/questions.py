@@ -46,9 +46,9 @@ _WITH = ("--with",)
 
 @dataclass(frozen=True)
 class Judging:
-    """How designs are judged, and which of them.
+    """How designs are judged, and which designs.
 
-    The same fields for every ranking: of one study, of several, over base amplitudes, in a refinement.
+    Every ranking has these fields: of one study, of several, over base amplitudes, in a refinement.
     """
 
     objective: Objective | None = asked(
@@ -59,20 +59,24 @@ class Judging:
     band: Range | None = asked(None, "Consider only frequency ratios in this band.", form="LO,HI")
     exclude_locked: bool = asked(
         False,
-        "Exclude designs in which friction locks the mass to its base near resonance: at the considered frequency ratio "
-        "nearest 1, and where the base amplitude varies, at every amplitude. Designs locked only at other frequencies stay.",
+        "Exclude designs in which friction locks the mass to its base near resonance: at the considered "
+        "frequency ratio nearest 1 and, if the base amplitude varies, at every amplitude. Designs locked "
+        "only at other frequencies stay.",
     )
     max_impact_speed: float | None = asked(
         None,
-        "Exclude designs with impacts faster than this speed, in units of Z·ω_n; in m/s by a range of "
+        "Exclude designs with impacts faster than this speed, in units of Z·ω_n. For a limit in m/s, give a "
+        "range of "
         "impact_speed_max_m_per_s.",
         least=0,
     )
     ranges: Ranges = asked(
         NONE,
-        "Keep only designs whose dimension, or whose result at every considered frequency (such as stick_fraction), lies "
-        "in this range. The impact speed of a response without impacts counts as 0; a response that does not "
-        "repeat has no Floquet multiplier, so it lies in no range of it.",
+        "Keep only designs with a dimension or a result, for example stick_fraction, in this range; a "
+        "result must lie in "
+        "it at every considered frequency. The impact speed of a response without impacts counts as 0. A "
+        "response that "
+        "does not repeat has no Floquet multiplier, and no range of it includes such a response.",
         form="NAME=LO,HI",
         options=("--within",),
     )
@@ -87,7 +91,7 @@ class Listed:
 
 @dataclass(frozen=True)
 class Ranking(Listed):
-    """Additions to a ranking, and the studies that it covers."""
+    """Further fields of a ranking, and the follow-up studies that it includes."""
 
     pareto: tuple[str, ...] | None = asked(
         None,
@@ -105,7 +109,8 @@ class Ranking(Listed):
     )
     metric: str | None = asked(
         None,
-        "Result by whose worst case dampers are ranked; by default peak_relative_displacement_m for a ground-motion "
+        "Result whose worst case ranks the dampers; by default peak_relative_displacement_m for a "
+        "ground-motion "
         "suite, and amplitude_m over base amplitudes.",
         allowed=EVERY_VARIABLE,
     )
@@ -120,7 +125,7 @@ class Ranking(Listed):
 
 @dataclass(frozen=True)
 class Selection:
-    """The shown result of a study, and its place."""
+    """The result of a study that is shown, and the point or slice."""
 
     metric: str | None = asked(
         None,
@@ -133,7 +138,7 @@ class Selection:
 
 @dataclass(frozen=True)
 class Followed(Selection):
-    """The result along the frequency, and its design; a ground-motion suite has no such curve."""
+    """The result that is shown over the frequency, and the design. A ground-motion suite has no such curve."""
 
     metric: str | None = asked(
         None,
@@ -185,7 +190,7 @@ class Window:
     y_range: Range | None = asked(None, "Show only this range of the vertical axis.", doors=("http",))
     most: int | None = asked(
         None,
-        "Most values along x and along y: evenly spaced ones stay.",
+        "Most values along x and along y; of more, evenly spaced ones are shown.",
         least=2,
         most=2000,
         doors=("http",),
@@ -211,7 +216,7 @@ class Subtracted:
 
     minus: str | None = asked(
         None,
-        "A second study with the same axes, shown beside the first and subtracted from it.",
+        "A second study with the same axes, shown next to the first and subtracted from it.",
         form="ID",
         studies=True,
     )
@@ -286,7 +291,7 @@ class Search(Step):
 
 @dataclass(frozen=True)
 class Design:
-    """The compared design of a study, or another of its points."""
+    """The design of a study that is compared, or another of its points."""
 
     at: At = asked_at()
 
@@ -314,7 +319,7 @@ class Compared:
     record: str = asked(
         "loma-prieta",
         "Ground-motion record: the name of an earthquake, or the id of a record.",
-        # an argument of the command, which takes a file too
+        # the command takes it as an argument, which may also be a file
         doors=("http", "client"),
     )
     tmd_criterion: Criterion = asked("den_hartog", "How the tuned mass damper is tuned.", meanings=CRITERIA)
@@ -362,19 +367,19 @@ class Simulated:
     )
     particle_friction_ratio: float = asked(
         0.0,
-        "Friction of the particle in its cavity, κ = μ_i g/(ω_n²·Z): the largest acceleration at which it still moves along, "
-        "over Z·ω_n².",
+        "Friction of the particle in its cavity, κ = μ_i g/(ω_n²·Z): the largest acceleration at which the "
+        "particle still moves with the cavity, over Z·ω_n².",
         least=0.0,
         most=PARTICLE_FRICTION_RATIO.highest,
-        # an option of its own beside those of the other ratios
+        # a separate option, apart from those of the other ratios
         doors=("http", "client"),
     )
     gravity_ratio: float = asked(
         0.0,
-        "Gravity along the cavity, G = g·sin α/(ω_n²·Z), towards negative u: 0 for one that lies.",
+        "Gravity along the cavity, G = g·sin α/(ω_n²·Z), towards negative u: 0 for a level cavity.",
         least=0.0,
         most=GRAVITY_RATIO.highest,
-        # an option of its own beside those of the other ratios
+        # a separate option, apart from those of the other ratios
         doors=("http", "client"),
     )
     starts: int = asked(

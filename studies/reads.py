@@ -1,4 +1,4 @@
-"""An annotation that lets a model's field read its raw value through one of our functions."""
+"""An annotation by which a field of a model reads its raw value with one of our functions."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -20,7 +20,7 @@ TAG_WORDS = "up to 40 lower-case letters a to z, digits and hyphens, the first n
 
 @dataclass(frozen=True)
 class Remarks:
-    """Checked tags, note and name; None leaves the present one.
+    """Checked tags, note and name; None keeps the present value.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def read_remarks(document: object, known: Sequence[str] = KNOWN) -> Remarks:
     document : object
         ``tags``, a list of texts, and ``note`` and ``name``, a text each; all optional.
     known : sequence of str
-        The allowed ones.
+        The allowed keys.
 
     Raises
     ------
@@ -80,7 +80,10 @@ def _faults_of_tags(tags: Any) -> list[Fault]:
         found = f"{len(tags)} tags" if isinstance(tags, list | tuple) else describe(tags)
         return [
             Fault(
-                "tags", found, f"a list of at most {MOST_TAGS} tags", "keep those by which it is looked for"
+                "tags",
+                found,
+                f"a list of at most {MOST_TAGS} tags",
+                "keep the tags by which you search for it",
             )
         ]
     return [fault for tag in different.values() for fault in faults_of_tag("tags", tag)]

@@ -1,4 +1,4 @@
-"""Which errors are only rounding: decided here for the command line, the client and the page."""
+"""Decides which errors are only rounding, for the command line, the client and the page."""
 
 from collections.abc import Container, Hashable
 
@@ -12,7 +12,7 @@ VALUES_OF_ERROR = {
     "amplitude_error_m": ("amplitude_m",),
     "other_amplitude_error": ("other",),
 }
-"""The values that may have each column of errors."""
+"""For each column of errors, the values whose errors it may hold."""
 
 
 def value_of_error(name: str, names: Container[Hashable]) -> str | None:
@@ -28,6 +28,6 @@ def is_rounding(value: float, error: float) -> bool:
     Parameters
     ----------
     value, error : float
-        In one unit.
+        In the same unit.
     """
     return error <= ROUNDING * abs(value)

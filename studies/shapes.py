@@ -28,7 +28,7 @@ class Says:
 
 
 class Like:
-    """An annotation: the document has the form of another type than the code, for example of a dataclass.
+    """An annotation: in the document the value has the form of another type, for example of a dataclass.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ Numbers = list[Number]
 Plane = list[list[float | str | None]]
 """Rows of values, [y][x]."""
 Range = Annotated[Numbers, Says(minItems=2, maxItems=2)]
-Table = Annotated[dict[str, Any], Says(description="Beside one another, by name.")]
+Table = Annotated[dict[str, Any], Says(description="Side by side, by name.")]
 Sentences = list[str]
 
 
@@ -91,7 +91,7 @@ class OfStudy(TypedDict):
 class OfCube(OfStudy):
     """An answer from a cube, part of which may be missing yet."""
 
-    complete: Annotated[float, Says(minimum=0, maximum=1, description="Share that is computed.")]
+    complete: Annotated[float, Says(minimum=0, maximum=1, description="Share that has been computed.")]
     note: str
     columns: dict[str, Column]
 

@@ -32,7 +32,7 @@ def evenly_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
     Returns
     -------
     ndarray of float64, shape (num,)
-        The ends exact.
+        The values, with exact ends.
     """
     first, last = _decimal(start), _decimal(stop)
     step = (last - first) / max(1, num - 1)
@@ -59,7 +59,7 @@ def log_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
     Returns
     -------
     ndarray of float64, shape (num,)
-        The ends exact.
+        The values, with exact ends.
     """
     first, last = _decimal(start), _decimal(stop)
     precise = Context(prec=100)

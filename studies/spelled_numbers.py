@@ -29,7 +29,7 @@ def number_advice(raw: object, unit: str | None = None) -> str:
     Parameters
     ----------
     raw : object
-        What stands there.
+        The value found.
     unit : str, optional
         The unit of the key; empty for a ratio, None if unknown.
     """

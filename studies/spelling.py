@@ -1,5 +1,5 @@
-"""Quantities in SI units as written in a drawing, a report and a sentence: the only place that writes millimetres and
-grams.
+"""How quantities in SI units are written in drawings, reports and sentences. Only this module converts to millimetres
+and grams.
 """
 
 UNITS = {"_m": "m", "_n": "N", "_kg": "kg", "_hz": "Hz", "_s": "s", "_deg": "°"}
@@ -17,7 +17,7 @@ def spelled(value: float, unit: str, digits: int = 4) -> str:
 
 
 def unit_of(name: str) -> str:
-    """Give the unit of a quantity by its name; nothing for a ratio."""
+    """Give the unit of a quantity by its name; empty for a ratio."""
     return UNITS.get(name[name.rfind("_") :] if "_" in name else "", "")
 
 

@@ -45,7 +45,7 @@ def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterat
 
 
 def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find faults between a force in newtons and the rest of a study, whose amplitude was derived from it."""
+    """Find faults between a force in newtons and the rest of a study. The study's amplitude was derived from the force."""
     physical = document.get("physical")
     if not isinstance(physical, dict):
         return

@@ -24,7 +24,7 @@ MOST_STUDIES = 200
 """Most studies in one list."""
 
 MAX_YAML_VALUES = 6000
-"""Most texts, numbers, lists and mappings of a document in YAML; write a longer list as JSON, which is read a hundred
+"""Most texts, numbers, lists and mappings in a YAML document. Longer lists are written as JSON, which is read a hundred
 times as fast.
 """
 
@@ -36,7 +36,9 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\
 _INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
 _PLAIN_DIGITS = 400
-"""No float has more digits before its point, and reading an integer takes time as the square of its digits."""
+"""Most digits of a whole number: no float has more before its point, and reading an integer takes time proportional to
+the square of its digits.
+"""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -54,7 +56,7 @@ def read_file(path: Path | str, what: str) -> tuple[bytes, Format]:
     path : Path or str
         A ``.json``, ``.yaml`` or ``.yml`` file.
     what : str
-        The expected content, in a word: the field of the fault.
+        The expected content, in one word; it is also the field of the fault.
 
     Raises
     ------
@@ -94,12 +96,13 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
     written_in : {"json", "yaml"}
         Its format.
     guarded : bool
-        Whether `damperlab.studies.guard.guard` examines the document next: it names repeated keys with other faults.
+        Whether `damperlab.studies.guard.guard` examines the document next: the guard then reports repeated keys
+        together with other faults.
 
     Raises
     ------
     StudyFaults
-        If the text is too large, is no UTF-8, or breaks the rules of its format, with line and column; for every
+        If the text is too large, is not UTF-8, or breaks the rules of its format (with line and column), and for every
         repeated key.
     """
     document = _load(text, written_in)
@@ -109,8 +112,8 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
 
 
 def unknown_name(name: str, wanted: Kind, named: Iterable[str], others: Container[str]) -> StudyFaults:
-    """Report that a text names neither a file nor a built-in document; for one of the other kind, name the right
-    command.
+    """Report that a text names neither a file nor a built-in document. If it names a document of the other kind, name
+    the right command.
     """
     allowed = f"a .json, .yaml or .yml file, or one of {listing(named)}"
     told = f"{printable(name)} is neither a file nor a named {wanted}: name {allowed}."
@@ -151,7 +154,7 @@ def _refused(found: str, allowed: str, advice: str, told: str = "") -> StudyFaul
 
 
 def _load_json(text: str, studies: int) -> Any:
-    # Counting characters is cheap compared with parsing them, and the guard would refuse the same later.
+    # Counting characters is cheap compared with parsing them; the guard would refuse such a document later anyway.
     most = 2 * studies
     if text.count("{") + text.count("[") > most * MAX_CONTAINERS or text.count(",") > most * MAX_VALUES:
         told = f"The document has far more values than a study needs; at most {MAX_VALUES:,} are allowed."
@@ -191,7 +194,7 @@ def _load_yaml(text: str) -> Any:
 
 
 def _tab(text: str, line: int) -> Fault | None:
-    """Find a tab that indents a line; the parser's message names no tab, or the next line."""
+    """Find a tab that indents a line. The parser's own message does not mention the tab, or names the next line."""
     written = text.splitlines()[: line + 1][-1:]
     indent = re.match(r"\s*", written[0]) if written else None
     if indent is None or "\t" not in indent[0]:

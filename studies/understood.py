@@ -18,8 +18,8 @@ from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
 
 FEW, MANY = 0.1, 100.0
-"""Clearance over base amplitude below which the particle has no room, and friction over kZ above which nothing
-slides. Both are far from every real damper, as after an error in a unit.
+"""Clearance over base amplitude below which the particle has no room, and friction over kZ above which nothing slides.
+Both are far from every real damper, and suggest a wrong unit.
 """
 ROUGH = 2.0
 """Coefficient of sliding friction above that of every dry pair of materials."""
@@ -35,7 +35,7 @@ def understood(study: AnyStudy) -> list[str]:
     Parameters
     ----------
     study : AnyStudy
-        The study as read: only a definition just written tells which values were left out; a stored one does not.
+        The study as read from the user's document. A stored definition no longer shows which values were left out.
 
     Returns
     -------
@@ -62,8 +62,8 @@ def understood(study: AnyStudy) -> list[str]:
 
 
 def unusual_specification(asked: Specification) -> list[str]:
-    """Name values that are certainly unusual in a specification in units, for every choice in its ranges and every
-    amplitude. Base amplitudes under ground-motion records are not checked.
+    """Name values in a specification in units that are unusual whatever is chosen in its ranges, at every amplitude.
+    Base amplitudes under ground-motion records are not checked.
     """
     if not asked.in_units:
         return []
@@ -128,26 +128,26 @@ def _violent(acceleration: float, key: str) -> list[str]:
 
 
 def _rough(coefficient: float) -> list[str]:
-    """Report that no pair of materials has so much friction."""
+    """Report a friction coefficient above that of every pair of materials."""
     if coefficient <= ROUGH:
         return []
     return [f"The particle rubs with μ_i = {coefficient:g} or more: check `particle_friction_coefficient`."]
 
 
 def assumed(values: Mapping[str, float], cavity: Sequence[str]) -> str:
-    """Name what was not given, and what was assumed for it.
+    """Name the values that were not given, and the values assumed for them.
 
     Parameters
     ----------
     values : mapping of float
         The assumed numbers, by name.
     cavity : sequence of str
-        Of `cavity.left_open`; empty without a particle.
+        As `cavity.left_open` gives it; empty without a particle.
 
     Returns
     -------
     str
-        One sentence; empty where nothing was assumed.
+        One sentence; empty if nothing was assumed.
     """
     names = [f"{DIMENSION_NAMES[name]} {_spelled(name, (value,) * 2)}" for name, value in values.items()]
     if cavity:
@@ -193,7 +193,7 @@ def _unusual(made: Mapping[str, Ends], damping: float, forced: bool, where: str,
 
 
 def _two_frequencies(study: Study) -> list[str]:
-    """Report that a list of two is two values: users often mean a range."""
+    """Remark that a list of two is only two values; users often mean a range."""
     in_units = study.physical is not None and study.physical.excitation_frequency_hz is not None
     spec: AxisSpec | None = study.axes.frequency_ratio
     if study.physical is not None and in_units:

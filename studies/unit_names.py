@@ -4,7 +4,7 @@ from damperlab.studies.variables import VARIABLES
 
 
 def _length(long_name: str) -> str:
-    """Name a length that corresponds to a ratio."""
+    """Give the name in units of a length that corresponds to a ratio."""
     named = long_name.replace("amplitude ratio X/Z", "amplitude of the structure X")
     return named.replace("amplitude ratio", "amplitude").replace("|x−z|/Z", "|x−z|")
 
@@ -65,7 +65,7 @@ LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES
 
 
 def with_what_it_is_over(name: str, long_name: str) -> str:
-    """Append the reference to a result's name if neither it nor a unit is given: ``… over Z·ω_n``."""
+    """Append the reference quantity to a result's name if the name states neither it nor a unit: ``… over Z·ω_n``."""
     return long_name if name not in OVER or "/" in long_name else f"{long_name} over {OVER[name]}"
 
 

@@ -27,7 +27,7 @@ from damperlab.studies.variables import DIMENSION_LONG_NAMES, GRAVITY, MADE_BY, 
 
 COEFFICIENT, TILT = (DERIVATIONS[name].source for name in (PARTICLE_FRICTION, GRAVITY))
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
-"""The factors; each must be a number, not an axis."""
+"""The quantities that convert ratios into units; each must be a number, not an axis."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class InUnits:
     units, long_name : str
         Name in the CF conventions.
     power : int
-        Power of the base amplitude in the factor; over base amplitudes the factor is for 1 m.
+        Power of the base amplitude in the factor. In studies over base amplitudes the factor is that for 1 m.
     """
 
     name: str
@@ -61,7 +61,7 @@ class InUnits:
 
     @property
     def attributes(self) -> dict[str, str]:
-        """Of the variable that holds it."""
+        """Attributes of the variable that holds the quantity."""
         return {"units": self.units, "long_name": self.long_name}
 
 
@@ -113,8 +113,8 @@ def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
 
 
 def base_of(cube: xr.Dataset) -> xr.DataArray:
-    """Give the base amplitude Z [m] of a cube over base amplitudes: over those and, if it changes, over the
-    frequency.
+    """Give the base amplitude Z [m] of a cube over base amplitudes: along that dimension and, if Z changes with it,
+    along the frequency.
     """
     constant = _physical(cube).get("constant")
     found: xr.DataArray = base_amplitudes(cube[AMPLITUDE], cube["frequency_ratio"], constant)
@@ -122,12 +122,12 @@ def base_of(cube: xr.Dataset) -> xr.DataArray:
 
 
 def results_along(cube: xr.Dataset) -> list[InUnits]:
-    """Give the results in units of a cube over base amplitudes: its factors are for each metre of the base amplitude.
+    """Give the results in units of a cube over base amplitudes: its factors are per metre of base amplitude.
 
     Returns
     -------
     list of InUnits
-        For the sources in the cube; empty if the cube has no dimension of base amplitudes.
+        One for each result in ratios in the cube; empty if the cube has no dimension of base amplitudes.
     """
     if AMPLITUDE not in cube.sizes:
         return []
@@ -144,8 +144,8 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
 
 
 def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
-    """Give the ratios that are not dimensions of a cube over base amplitudes, each over its own dimension and those
-    of Z.
+    """Give the ratios that are not dimensions of a cube over base amplitudes; each varies along its own dimension and
+    those of Z.
     """
     if AMPLITUDE not in cube.sizes:
         return {}
@@ -169,8 +169,8 @@ def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
 
 
 def in_si(cube: xr.Dataset) -> list[InUnits]:
-    """Give the dimensions and results that a cube itself has in SI units: of a ground-motion suite, or over base
-    amplitudes.
+    """Give the dimensions and results that a cube stores in SI units: those of ground-motion suites and of studies over
+    base amplitudes.
     """
     if "natural_frequency_hz" in cube.sizes:
         every = [name for name in (*SUITE_DIMENSIONS, *SUITE_VARIABLES) if name in cube.variables]
@@ -197,14 +197,14 @@ def metric_in_units(cube: xr.Dataset, answer: xr.Dataset, metric: str | None) ->
 
 
 def place_in_units(cube: xr.Dataset, answer: xr.Dataset) -> xr.Dataset:
-    """Add the quantities in units at the place of an answer, so that a question in units is answered in units.
+    """Add the quantities in units at the point of an answer, so that a question in units is answered in units.
 
     Parameters
     ----------
     cube : Dataset
         The study of the question.
     answer : Dataset
-        Its scalar coordinates give its place.
+        Its scalar coordinates give the point.
     """
     beside = {
         each.name: ((), each.of(answer[each.source].values), each.attributes)
@@ -262,8 +262,8 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
 
 
 def _on_floor(physical: Mapping[str, Any]) -> float:
-    """Give the share of its weight that presses a particle on the floor of its cavity; NaN if there is none, or an
-    axis.
+    """Give the share of the particle's weight that presses on the floor of its cavity; NaN if none presses (a vertical
+    cavity), or the tilt is an axis.
     """
     return float(lying({TILT: np.array(_number(physical, TILT))})) or math.nan if TILT in physical else 1.0
 
@@ -280,6 +280,6 @@ def _physical(cube: xr.Dataset) -> Mapping[str, Any]:
 
 
 def _number(physical: Mapping[str, Any], name: str) -> float:
-    """Give a number of the block; NaN where it is missing or an axis."""
+    """Give a number of the block; NaN if it is missing or an axis."""
     value = physical.get(name)
     return float(value) if isinstance(value, int | float) else math.nan

@@ -7,7 +7,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 class UserError(Exception):
-    """An error whose message is sufficient for its reader.
+    """An error whose message alone tells the user what to do.
 
     In a script Python prints the usual traceback, with the same message as its last lines.
     """

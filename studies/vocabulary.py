@@ -1,4 +1,5 @@
-"""Vocabularies of several interfaces: each is defined only here, as a type for checkers and a tuple for messages.
+"""Vocabularies that several interfaces share. Each is defined only here, as a type for type checkers and a tuple for
+messages.
 
 Loads nothing, so that the command line and the client may use it before anything else is imported.
 """
@@ -12,7 +13,9 @@ ENDED: tuple[State, ...] = STATES[2:]
 
 Scope = Literal["read", "submit", "admin"]
 SCOPES: tuple[Scope, ...] = get_args(Scope)
-"""Permissions of a key, each including the earlier ones: ask; submit and change one's own; change others'."""
+"""Permissions of a key, each including the earlier ones: to ask, to submit and change your own studies, to change those
+of others.
+"""
 
 PRIORITIES = -10, 10
 """Lowest and highest priority of a study; the default is 0."""

@@ -17,8 +17,8 @@ from damperlab.worker.steady.settle import Settings, at_rest, settle
 from damperlab.worker.warm import warm
 
 NUDGES = (1, -1, 2, -2)
-"""Starts next to rest: the velocity of the base or, under a force, the particle's place differs by this multiple of
-`NUDGE`.
+"""Starts next to rest, as multiples of `NUDGE` by which the velocity of the base or, under a force, the particle's
+position differs.
 """
 
 NUDGE = 2.0**-46
@@ -34,7 +34,7 @@ class Attractor:
     starts : int
         Number of drawn starts, including rest.
     response : Response
-        As measured from the first of them.
+        The response, as measured from the first of these starts.
     from_rest, from_next_to_rest : bool
         Whether rest leads to it, and whether a start next to rest does.
     """
@@ -63,7 +63,7 @@ class Attractors:
 
     @property
     def by_a_rounding(self) -> bool:
-        """Whether a change of rest in its last digits leads to another response."""
+        """Whether a start that differs from rest only in the last digits leads to another response."""
         return any(one.from_next_to_rest and not one.from_rest for one in self.met)
 
     @property
@@ -80,14 +80,14 @@ class Attractors:
             for one in self.met
         )
         last = (
-            " A change of the start in its last digits decides between them."
+            " The last digits of the start decide between them."
             if self.by_a_rounding
             else " The start decides between them."
         )
         if unsettled := sum(one.response.status == Status.MAX_CYCLES for one in self.met):
             last = (
-                f" Of {unsettled} of them the run had not settled when it reached its limit on cycles or events: it may be on "
-                "its way to another of them."
+                f" The run of {unsettled} of them had not settled when it reached its limit on cycles or "
+                "events: it may still end in another of them."
             )
         return f"{drawn} starts lead to {len(self.met)} responses: {shares}.{last}"
 
@@ -138,5 +138,7 @@ def _next_to(rest: State) -> Iterator[State]:
                 yield rest._replace(gap=rest.gap * (1.0 + times * NUDGE))
             continue
         w = copysign(abs(rest.w) * (1.0 + times * NUDGE), rest.w)
-        p_rate = rest.p_rate if rest.slide is None else rest.p_rate + (w - rest.w)  # carried along
+        p_rate = (
+            rest.p_rate if rest.slide is None else rest.p_rate + (w - rest.w)
+        )  # the particle is carried along
         yield rest._replace(w=w, p_rate=p_rate)

@@ -43,7 +43,7 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
     block : Block
         The part of its grid; for a continuation, complete along the frequency.
     known : ndarray of bool, shape block.shape, optional
-        Known points: they need no computing, and may stay empty.
+        Mask of known points, which need not be computed and may stay empty.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
         for scene in scenes(study):
             warm(scene)
     if isinstance(study.start, Continuation):
-        # a known point still passes its state on: nothing is left out
+        # the next frequency needs the state of a known point too, so nothing is left out
         _solve_rows(study, points, np.flatnonzero(~linear), values, block.shape[-1])
     elif isinstance(study.start, Ensemble):
         _solve_ensembles(study, study.start, points, chosen, values)
@@ -96,7 +96,7 @@ def _settings(study: Study) -> Settings:
 
 
 def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], values: Values) -> None:
-    """Each point from rest."""
+    """Solve each point from rest."""
     settings = _settings(study)
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
@@ -109,10 +109,10 @@ def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], val
 def _solve_stepped(
     study: Study, solver: Rk4Solver, points: Points, known: NDArray[np.bool_] | None, values: Values
 ) -> None:
-    """Compute each point from rest by fixed steps, also points with a closed form: the study is about the method."""
+    """Compute each point from rest by fixed steps, even points with a closed form, since the study is about the method."""
     settings = _settings(study)._replace(
         energies=None
-    )  # fixed steps measure none: one kernel for every study
+    )  # fixed steps measure no energies, so one kernel serves every study
     every = np.arange(points["frequency_ratio"].size)
     chosen = every if known is None else every[~known.reshape(-1)]
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
@@ -127,7 +127,7 @@ def _solve_stepped(
 def _solve_rows(
     study: Study, points: Points, chosen: NDArray[np.intp], values: Values, frequencies: int
 ) -> None:
-    """Each point from the end of the response at the previous frequency; from rest at the first, and after a
+    """Solve each point from the end of the response at the previous frequency; from rest at the first, and after a
     failure.
     """
     settings = _settings(study)
@@ -148,7 +148,9 @@ def _solve_rows(
 
 
 def _shrinks(study: Study, r_before: float | Forced, r: float | Forced) -> float:
-    """Ratio of base displacements at two frequencies: not 1 if the velocity or acceleration of the base is constant."""
+    """Ratio of base displacements at two frequencies, which differs from 1 if the velocity or acceleration of the base
+    is constant.
+    """
     constant = study.physical.constant if study.physical is not None else None
     if constant is None or isinstance(r, Forced) or isinstance(r_before, Forced):
         return 1.0
@@ -158,7 +160,7 @@ def _shrinks(study: Study, r_before: float | Forced, r: float | Forced) -> float
 def _solve_ensembles(
     study: Study, ensemble: Ensemble, points: Points, chosen: NDArray[np.intp], values: Values
 ) -> None:
-    """Each point from rest and from drawn states."""
+    """Solve each point from rest and from random states."""
     settings = _settings(study)
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()

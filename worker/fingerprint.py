@@ -1,4 +1,4 @@
-"""Dependencies of a compiled function: its code, and the module values that the code uses."""
+"""A hash of what a compiled function depends on: its code, and the module values that the code uses."""
 
 import enum
 import hashlib
@@ -12,7 +12,9 @@ import numpy as np
 
 _PACKAGE = "damperlab."
 UNKNOWN = "unknown"
-"""Fingerprint of a function with contents that cannot be compared: equal to no other, not even to itself."""
+"""Fingerprint of a function whose contents cannot be compared; it counts as equal to no fingerprint, not even to
+itself.
+"""
 
 
 class _UnknownValue(Exception):
@@ -27,7 +29,7 @@ def name_of(function: Callable[..., Any]) -> str:
 def fingerprint(name: str) -> str:
     """Hash the function of a kernel, found by `name_of`.
 
-    Called kernels count only by their names: each is a part with a separate fingerprint.
+    Kernels that it calls enter only by name, because each has its own fingerprint.
 
     Returns
     -------
@@ -102,9 +104,9 @@ def _value(value: Any, seen: set[int]) -> Iterator[str]:
         yield f"{value.dtype} {value.shape} {value.tobytes().hex()}"
     elif isinstance(value, type) and issubclass(value, enum.Enum):
         yield repr({name: member.value for name, member in value.__members__.items()})
-    elif isinstance(value, type) and hasattr(value, "_field_defaults"):  # of named tuples
+    elif isinstance(value, type) and hasattr(value, "_field_defaults"):  # a class of named tuples
         yield f"{value.__qualname__} {value._fields} {value._field_defaults}"  # type: ignore[attr-defined]
-    elif hasattr(value, "_defn"):  # of numba: a function that writes LLVM IR
+    elif hasattr(value, "_defn"):  # a function of numba that writes LLVM IR
         yield from _described(value._defn, seen)
     else:
         yield _foreign(value)

@@ -30,7 +30,7 @@ _OPTIONS = {"nogil": True, "error_model": "numpy"}
 
 
 class _PartType(types.Dispatcher):  # type: ignore[misc]
-    """The type of a part, which is compiled once for all values of an argument.
+    """The numba type of a part. A part is compiled once for all values of an argument.
 
     By default numba compiles a function again for every literal number in a call.
     """
@@ -48,7 +48,7 @@ register_model(_PartType)(models.OpaqueModel)
 
 
 class Kernel:
-    """A compiled function: a part of the kernels that call it, and a separate kernel when Python calls it.
+    """A compiled function: it is a part of the kernels that call it, and a separate kernel when Python calls it.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Kernel:
 
     @cached_property
     def whole(self) -> Any:
-        """numba's dispatcher of the form for Python, stored on disk unless numba compiles alone."""
+        """numba's dispatcher for calls from Python; its kernels are stored on disk unless numba compiles alone."""
         dispatcher = numba.njit(pipeline_class=WholeCompiler, **self._options)(self.py_func)
         if not ALONE:
             dispatcher._cache = KernelCache(self.py_func)
@@ -78,7 +78,7 @@ class Kernel:
         return _PartType(self._part)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the Python form, compiling it for the types of these arguments if needed."""
+        """Call the compiled kernel; compile it first for the types of these arguments if needed."""
         return self.whole(*arguments)
 
     def __reduce__(self) -> str:
@@ -100,7 +100,7 @@ def kernel(function: F) -> F:
     in C, because a numerical failure is data, not an exception.
 
     The compiler decides what is inlined into its caller. By default numba takes this from the first compiled caller.
-    Then the machine code, though not its results, would depend on the kernels that a process has compiled before.
+    The machine code, though not its results, would then depend on the kernels that a process has compiled before.
     """
     return _kernel(function, forceinline=False)
 
@@ -108,7 +108,7 @@ def kernel(function: F) -> F:
 def inlined(function: F) -> F:
     """Like `kernel`, but always inlined into its callers.
 
-    For the small laws inside the integration: by default the compiler calls some of them, and then passes their
+    This is for the small laws inside the integration. By default the compiler calls some of them, and then passes their
     states through memory. This costs a quarter of the run time of a measured integration.
     """
     return _kernel(function, forceinline=True)

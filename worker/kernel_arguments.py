@@ -19,17 +19,19 @@ LEAST_REBOUND = 1e-14
 
 
 def rebound_of(restitution: float) -> float:
-    """Return e for the solver: one below rounding is 0, so that the bodies move on together."""
+    """Return e for the solver. A value below rounding is replaced by 0, so that the bodies move on together."""
     return restitution if restitution >= LEAST_REBOUND else 0.0
 
 
 def wants_energies(study: Study) -> bool | None:
-    """True if a study stores a measure that needs integrals over the motion; None removes them from its kernels."""
+    """True if a study stores a measure that needs integrals over the motion; otherwise they are removed from its
+    kernels.
+    """
     return True if (INTEGRATED | ACCELERATION) & set(study.metrics) else None
 
 
 def wants_acceleration(study: Study) -> bool | None:
-    """True if a study stores a measure of u''; None removes it from its kernels."""
+    """True if a study stores a measure of u''; None removes u'' from its kernels."""
     return True if ACCELERATION & set(study.metrics) else None
 
 
@@ -69,14 +71,14 @@ def contact_time_of(contact: Contact | None) -> float | None:
 
 
 def wall_of(contact: Contact | None, restitution: float, mass_ratio: float) -> Wall | None:
-    """Compliant wall of the contact model; None if walls are rigid, or the particle has no mass to be pushed."""
+    """Compliant wall of the contact model; None if walls are rigid, or the particle has no mass."""
     if not isinstance(contact, CompliantContact) or mass_ratio == 0.0:
         return None
     return Wall(*wall_constants(float(restitution), contact.contact_time, float(mass_ratio)))
 
 
 def acting(friction: float, gravity: float) -> tuple[float | None, float | None]:
-    """Return κ and G for the solver: None if neither acts; a particle that only falls has a friction of 0."""
+    """Return κ and G for the solver; None if neither acts. A particle under gravity alone has a friction of 0."""
     rubs, falls = float(friction), float(gravity)
     return (rubs if rubs > 0.0 or falls > 0.0 else None), (falls if falls > 0.0 else None)
 
@@ -84,7 +86,7 @@ def acting(friction: float, gravity: float) -> tuple[float | None, float | None]
 def kernel_arguments(
     study: Study, points: dict[str, NDArray[np.float64]], chosen: NDArray[np.intp]
 ) -> Iterator[tuple[int, float, float | Forced, float | None, Particle | None]]:
-    """Index, ζ, excitation, friction and particle of the chosen points of a study, absent = None."""
+    """Give index, ζ, excitation, friction and particle of each chosen point of a study; absent elements are None."""
     contact = study.contact
     contact_time = contact_time_of(contact)
     rubs = has_friction(points)

@@ -1,8 +1,8 @@
 """Location of compiled kernels: in the package itself, read only, and in the user's cache.
 
-A kernel's file is found by everything that determines its bits (`identity`) and by its name and types, not by the
-location or date of its sources. So a kernel compiled elsewhere for the same identity is loaded, and an edited one is
-never loaded again.
+A kernel's file is found by the kernel's name and types and by everything that determines its bits (`identity`), not by
+the location or date of its sources. So a kernel compiled elsewhere for the same identity is loaded, and an edited one
+is never loaded again.
 
 If other sources have changed, a kernel whose own functions (`fingerprint`) are unchanged is taken over.
 
@@ -43,7 +43,7 @@ _HERE = Path(__file__).parent
 _COMPILER = ("worker/compiler", "worker/jit.py")
 _KERNELS = ("physics", "solver", "steady", "rk4.py", "accuracy/march.py")
 _SOURCES = (*_COMPILER, *(f"worker/{name}" for name in _KERNELS), "studies/variables.py")
-"""The compiler, the kernels, and the numbers of classes and statuses."""
+"""Sources of the kernels: the compiler, the kernels themselves, and the numbers of classes and statuses."""
 _OPTIONS = (
     "BOUNDSCHECK",
     "OPT",
@@ -64,14 +64,14 @@ def source_hash() -> str:
 
 @cache
 def identity() -> dict[str, str]:
-    """Everything that determines the bits of a kernel's results, and that its file must match to be loaded.
+    """Give everything that determines the bits of a kernel's results; a kernel's file is loaded only if it matches.
 
     Returns
     -------
     dict of str
-        `sources` (`source_hash`) and those of the `compiler`; `target` (processor and platform of the kernels); the
-        versions of `numba`, `llvmlite` and `numpy`; `python` (whose objects kernels take and return); and numba's
-        `options`.
+        hashes of the kernels' `sources` (`source_hash`) and of the `compiler`; `target` (processor and platform of the
+        kernels); the versions of `numba`, `llvmlite` and `numpy`; `python` (whose objects kernels take and return); and
+        numba's `options`.
     """
     return {
         "sources": source_hash(),
@@ -132,7 +132,7 @@ def cache_folder() -> Path:
     Returns
     -------
     Path
-        The first of these that only this user can write; else a new temporary one, for this process alone. It exists
+        The first of these that only this user can write; else a new temporary folder for this process alone. It exists
         on return.
     """
     wanted = os.environ.get("DAMPERLAB_CACHE_DIR")
@@ -178,8 +178,8 @@ class KernelCache:
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Kernel for the types of a call; None if none is stored.
 
-        Machine code needs only numba's allocation of arrays. `context.refresh` loads the rest of the compiler in 0.4
-        s, and is called only to compile.
+        Machine code needs only numba's allocation of arrays. `context.refresh` loads the rest of the compiler, which
+        takes 0.4 s, so it is called only to compile.
         """
         file = self._file(signature)
         found = (
@@ -197,7 +197,7 @@ class KernelCache:
         return CompileResult._rebuild(context, *pickle.loads(found[1]))
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep a kernel."""
+        """Store a kernel."""
         parts = sorted(map(name_of, compiled.library.functions))
         kernel = dumps(compiled._reduce())
         head = {
@@ -213,7 +213,9 @@ class KernelCache:
 
 
 def _spelled(kind: Any) -> str:
-    """Write types with the names of fields, which numba leaves out: a kernel finds a field by its position."""
+    """Write types with the names of their fields. numba leaves them out, although a kernel finds a field by its
+    position.
+    """
     if isinstance(kind, types.BaseNamedTuple):
         named = kind.instance_class
         fields = (f"{name}: {_spelled(each)}" for name, each in zip(kind.fields, kind, strict=True))

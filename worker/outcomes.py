@@ -1,4 +1,4 @@
-"""Abnormal ends of a block, or of a run, without knowledge of a cluster."""
+"""Abnormal ends of a block or of a run; this module does not depend on a cluster."""
 
 import errno
 from collections.abc import Iterator
@@ -58,8 +58,8 @@ class ClusterUnusable(RuntimeError):
 
 
 class Crashed(RuntimeError):
-    """A block ended the process that computed it alone, while the parent survived: because of the block, or lack of
-    memory.
+    """A block ended the separate process that computed it, while the parent survived. The cause is the block, or lack
+    of memory.
     """
 
 
@@ -108,7 +108,7 @@ def judged(error: Exception, index: int, failures: int) -> Failure | None:
     Raises
     ------
     Interrupted
-        Other code than the study's, or data that cannot be read or written: not the points' fault.
+        If the code differs from the study's, or data cannot be read or written; the points are not at fault.
     """
     if isinstance(error, WrongCode):
         raise Interrupted(str(error)) from error
@@ -121,6 +121,6 @@ def judged(error: Exception, index: int, failures: int) -> Failure | None:
     if failures < RETRIES:
         return None
     if isinstance(error, OSError):
-        # Disks and mounts are not the points' fault: nothing is recorded as failed.
+        # Points are not at fault for disks and mounts, so nothing is recorded as failed.
         raise Interrupted(f"a worker cannot read or write the study's data ({text})") from error
     return Failure(index, text)

@@ -1,4 +1,4 @@
-"""One design point with the available kernels: its end state, its results, its time history."""
+"""One design point, computed with existing kernels: its end state, its results, its time history."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -94,7 +94,7 @@ class Simulation:
         Impacts, velocity reversals (v' = 0, including stops) and attachments; empty if the steady response was not
         followed.
     cycles : int
-        Excitation cycles up to that end: from rest if a number was given, else along the steady response.
+        Excitation cycles up to that state: from rest if a number was given, else along the steady response.
     history : dict of ndarray
         Time history of the last cycles (`HISTORY_COLUMNS`); empty if none was requested.
     """
@@ -115,7 +115,7 @@ def simulate_ready(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> Simulation:
-    """Compute `simulate` with available kernels; missing ones are compiled within the measured time."""
+    """Do the work of `simulate` with existing kernels; missing kernels are compiled within the measured time."""
     began = thread_time()
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
@@ -147,9 +147,9 @@ def simulate_ready(
 
 
 def asked_of(response: Mapping[str, Any], settings: Settings, rubbing: bool) -> dict[str, Any]:
-    """Give the known measures of a response: those of its acceleration only on request.
+    """Give the known measures of a response; those of its acceleration only on request.
 
-    Those of a particle with friction of its own only if there is one.
+    Measures of the particle's friction are given only if the particle has friction.
     """
     return {
         name: number
@@ -163,13 +163,13 @@ def _has_friction(particle: Particle | None) -> bool:
 
 
 def is_followed(design: Design, history: int, followed: bool) -> bool:
-    """Whether to integrate further along a steady response to show it: on request, or if a massless particle moves."""
+    """Whether to integrate further along a steady response to show it: on request, or if a particle without mass moves."""
     massless = design.particle is not None and not design.particle.mass_ratio > 0.0
     return followed or history > 0 or massless
 
 
 def show_orbit(design: Design) -> Simulation:
-    """Integrate one cycle from rest as along a steady response: sampled, without measuring."""
+    """Integrate one cycle from rest in the same way as along a steady response: sampled, without measuring."""
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     return _march(design, friction, 1, 1, {"status": int(Status.NOT_COMPUTED)}, thread_time())
 
@@ -196,8 +196,8 @@ def _steady(
 
 
 def _gap_of_one_at_rest(v: float, particle: Particle | None) -> float:
-    """Gap at the wall behind of a particle that stays at rest in its initial position or, if the cavity has left
-    that, in its middle.
+    """Gap at the rear wall of a particle that stays at rest: in its initial position or, if the cavity has moved beyond
+    that, in the middle.
     """
     if particle is None:
         return 0.0
@@ -223,7 +223,7 @@ def _march(
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
-    meter = None if measured else Meter(sums)  # measured results are only displayed
+    meter = None if measured else Meter(sums)  # the measured results are only displayed
     peaks = np.zeros((2 * cycles + 1, 2))
     state = at_rest(design.excitation, friction, particle) if start is None else start
     stored = stored_energy(state, base_rate_at_phase_zero(design.excitation), particle)
@@ -237,7 +237,9 @@ def _march(
         log.cursor[0] = 0
         before = (state, counts.copy(), sums.copy()) if sampled else None
         state, outcome = half_cycle(state, scene, meter, log)
-        if before is not None and log.cursor[0] > log.rows.shape[0]:  # once more, with room for every segment
+        if (
+            before is not None and log.cursor[0] > log.rows.shape[0]
+        ):  # computed once more, with room for every segment
             log = empty_log(int(log.cursor[0]))
             state, counts[:], sums[:] = before
             state, outcome = half_cycle(state, scene, meter, log)
@@ -292,14 +294,14 @@ def _measures(
     cycles: int,
     outcome: int,
 ) -> dict[str, float | int]:
-    """The cube's variables over a transient of a number of complete cycles: it is not steady."""
+    """The cube's variables over a number of complete cycles of a transient, which is not steady."""
     if outcome != ARRIVED or cycles == 0:
         status = outcome if outcome != ARRIVED else int(Status.NOT_COMPUTED)
         return {"cycles": cycles, "status": status}
     time = 2.0 * pi * cycles / design.frequency_ratio
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
-    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not only of the last half
+    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # over all cycles, not only over the last half
     end = stored_energy(state, base_rate_at_phase_zero(design.excitation), design.particle)
     residual = energy_residual(sums, stored, end)
     return {
@@ -329,7 +331,9 @@ def _measures(
 
 
 def _mean_peaks(peaks: np.ndarray) -> dict[str, float | int]:
-    """Means over cycles beginning at every half cycle, as of a steady response, from rows of half cycles; row 0 is none."""
+    """Means over cycles that begin at every half cycle, as for a steady response, from rows of half cycles; row 0 is
+    unused.
+    """
     of_cycles = np.empty((2, len(peaks) // 2))
     cycle_peaks(peaks, len(peaks) - 1, of_cycles)
     displacement, relative = of_cycles.mean(axis=1)

@@ -1,4 +1,4 @@
-"""Identity of the computing code, so that a cube holds the work of one solver, whichever workers computed it."""
+"""Identity of the computing code, so that a cube holds results of a single solver, whichever workers computed it."""
 
 import hashlib
 import math
@@ -35,19 +35,21 @@ _FUNCTIONS: tuple[Callable[[float], float], ...] = (
 )
 """Functions of the C library that kernels and closed forms use."""
 _ARGUMENTS = tuple(8.0 * ((k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0) for k in range(1, 1001))
-"""Arguments of these functions: evenly from 0 to 8. Two versions differ at some in a hundred or a thousand of them."""
+"""Arguments of these functions, equally spaced from 0 to 8. Two versions differ at one in a hundred to one in a
+thousand of them.
+"""
 
 
 class WrongCode(RuntimeError):
-    """Other code than the study's: its results would belong to another version."""
+    """Code that differs from the study's, so that its results would belong to another version."""
 
 
 @cache
 def code_hash() -> str:
-    """Hash of every Python source of `worker` and `studies`: a coordinator and its workers must share it.
+    """Hash of every Python source of `worker` and `studies`; it must be equal for a coordinator and its workers.
 
-    Unlike the kernels' own hash, it covers plan, cost, store and tasks too: two sides that divide or store blocks
-    differently would damage a cube as surely as two solvers.
+    Unlike the kernels' own hash, it covers plan, cost, store and tasks too: if two sides divided or stored blocks
+    differently, they would damage a cube as surely as two solvers would.
 
     Returns
     -------
@@ -65,7 +67,7 @@ def code_hash() -> str:
 
 @cache
 def code_version() -> str:
-    """Version of the distribution, for people; the hash decides.
+    """Version of the distribution, for display; the hash decides.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def code_version() -> str:
 
 
 def identity() -> dict[str, str]:
-    """The identity of a worker, in its answer.
+    """The identity of a worker, as it answers.
 
     Returns
     -------
@@ -120,13 +122,13 @@ def libm() -> str:
 
 @cache
 def computing() -> dict[str, str]:
-    """Everything that decides the bits of a result here, with descriptions.
+    """Everything that determines the bits of a result in this process, with descriptions.
 
     Returns
     -------
     dict of str
         `identity` is equal for two processes whose results are equal to the last bit: `solver` (its sources and its
-        compilers), `target` and `libc`. The others describe the same for people.
+        compilers), `target` and `libc`. The other values describe the same for display.
     """
     facts = {**environment(), "kernels": source_hash(), "solver": solver(), "target": target()}
     versions = ("solver_version", "python", "numpy", "numba", "llvmlite")
@@ -180,18 +182,18 @@ def require_identity(expected: str) -> None:
     Raises
     ------
     WrongCode
-        Naming this host and its solver.
+        The message names this host and its solver.
     """
     if expected != computing()["identity"]:
         raise WrongCode(
             f"the worker on {socket.gethostname()} would not compute the bits of the study's other blocks: it has "
-            f"{_words(computing())}, identity {computing()['identity']}, and the study {expected}; "
-            f"use workers of one kind for a study"
+            f"{_words(computing())}, identity {computing()['identity']}, but the study has {expected}; use "
+            "workers of one kind for a study"
         )
 
 
 def _words(facts: Mapping[str, str]) -> str:
-    """Describe the solver, for people."""
+    """Describe the solver, for display."""
     return (
         f"{DISTRIBUTION} {facts.get('solver_version', 'unknown')} with solver {facts.get('solver', 'unknown')} "
         f"on {facts.get('target', 'an unknown processor')}, libc {facts.get('libc', 'unknown')}"
@@ -238,8 +240,8 @@ def require_begun_alike(study_id: str, recorded: Mapping[str, str], now: Mapping
 
 def _begun_otherwise(study_id: str, recorded: Mapping[str, str], now: Mapping[str, str]) -> WrongCode:
     return WrongCode(
-        f"the study was started by {_words(recorded)}, and here is {_words(now)}: "
-        f"finish it with the former, or compute a new version with `damperlab recompute {study_id}`"
+        f"the study was started by {_words(recorded)}, but this is {_words(now)}: finish it with the "
+        f"former, or compute a new version with `damperlab recompute {study_id}`"
     )
 
 
@@ -254,7 +256,7 @@ def require_code(expected: str) -> None:
     Raises
     ------
     WrongCode
-        Naming this host, its sources and the expected ones.
+        The message names this host, its sources and the expected ones.
     """
     if expected != code_hash():
         raise WrongCode(

@@ -1,8 +1,8 @@
 """The paper's own method (its Figure 2), for comparison: fixed-step Runge–Kutta; impacts are detected at the ends of
 steps.
 
-Its error is of first order in the step at every event. A step straddles the reversal or the impact, and the particle
-is already beyond the wall when the impact is detected.
+Every event adds an error of first order in the step. A step straddles the reversal or the impact, and the particle is
+already beyond the wall when the impact is detected.
 """
 
 from math import cos, pi, sin
@@ -60,7 +60,7 @@ def step_rk4(
     first, last : int
         Excitation cycles.
     counts : int64 array, shape (COUNTS,)
-        Impacts and sign changes of v', added to.
+        Impacts and sign changes of v' are added to it.
     peaks : float64 array, shape (at least 2 last + 1, 2)
         Rows 2 first + 1 … 2 last, one per half cycle, are filled with its largest sampled |u| and |v|.
 

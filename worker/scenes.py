@@ -1,4 +1,4 @@
-"""Scenes, for which kernels are compiled: the forces that act, and the requested results."""
+"""Scenes for which kernels are compiled: the acting forces and the requested results."""
 
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
@@ -27,9 +27,9 @@ Purpose = Literal[
     "stepped",
     "rk4",
 ]
-"""The requested results: the steady response with energies, without, or also with the acceleration; its motion,
-displayed; a motion from rest, measured. Also the response to a record without or with its time history; the accuracy
-of an integration; the steady response and a motion from rest by fixed steps.
+"""The requested results. For the steady response: with energies, without them, or with energies and acceleration; its
+motion for display. A measured motion from rest; the response to a record, without or with its time history; the
+accuracy of an integration. By fixed steps: the steady response, and a motion from rest.
 """
 
 _STEADY: tuple[Purpose, ...] = ("steady", "peaks", "acceleration")
@@ -46,9 +46,11 @@ SECONDS: dict[Purpose, float] = {
     "stepped": 4.0,
     "rk4": 3.0,
 }
-"""Approximate compile time with friction and a particle with instantaneous contact [CPU s], for estimates."""
+"""Approximate compile time of each purpose, with friction and a particle with instantaneous contact [CPU s], for
+estimates.
+"""
 CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2, RUBBING: 1.6, FALLING: 1.7}
-"""The same relative to instantaneous contact."""
+"""Compile time with another contact, relative to instantaneous contact."""
 
 
 class Scene(NamedTuple):
@@ -122,7 +124,7 @@ def usual_scenes() -> list[Scene]:
 
 
 def scene_named(name: str) -> Scene:
-    """The scene of a name; KeyError if there is none."""
+    """The scene with a given name; KeyError if there is none."""
     return {scene.name: scene for scene in every_scene()}[name]
 
 
@@ -155,7 +157,7 @@ def scenes(study: AnyStudy) -> list[Scene]:
 
 
 def _beside(study: Study) -> Iterator[set[bool]]:
-    """Whether a particle has friction, and whether gravity acts: at some points, at all or at none."""
+    """Whether the particle has friction, and whether gravity acts: at some points, at all, or at none."""
     if study.over_amplitudes and study.physical is not None:
         given = study.physical.values()
         return (_signs(given.get(name, np.zeros(1))) for name in MADE_BY.values())
@@ -163,7 +165,7 @@ def _beside(study: Study) -> Iterator[set[bool]]:
 
 
 def _signs(values: np.ndarray) -> set[bool]:
-    """Whether ascending values are above 0: some, all or none."""
+    """Whether some, all or none of ascending values are above 0."""
     return {bool(value > 0.0) for value in values[[0, -1]]}
 
 

@@ -1,6 +1,7 @@
-"""Kernels in the package itself: compiled into its own folder, so that a wheel or an image need not compile.
+"""Compiles kernels into the package's own folder, so that they need not be compiled after a wheel or an image is
+installed.
 
-`python -m damperlab.worker.shipping`, before a wheel is built or after one was installed into an image.
+Run `python -m damperlab.worker.shipping` before a wheel is built, or after one was installed into an image.
 """
 
 import shutil

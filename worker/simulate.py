@@ -35,13 +35,13 @@ def simulate(
     settings : Settings, optional
         Criteria for the steady response; by default those of a study.
     followed : bool
-        Whether to follow a steady response without a time history for a cycle, and count its events. If not, its
-        state is that at phase 0, and no kernel for that is needed.
+        Whether to follow a steady response without a time history for a cycle, and count its events. If not, the state
+        is that at phase 0, and no kernel for following is needed.
 
     Returns
     -------
     Simulation
-        A numerical failure is in its status, not raised.
+        A numerical failure is reported in its status, not raised.
 
     Raises
     ------
@@ -60,7 +60,9 @@ def scenes_of(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> list[Scene]:
-    """Scenes that `simulate` needs for the same arguments; a steady response with a time history is followed."""
+    """Scenes that `simulate` needs for the same arguments; a steady response with a time history needs that for
+    following it.
+    """
     friction, contact = design.friction_ratio > 0.0, contact_name(design.particle)
     if method == "rk4":
         return [Scene("rk4", friction, contact)]

@@ -1,9 +1,9 @@
-"""Kernels compiled once per machine, by one process at a time.
+"""Compiles kernels once per machine, by one process at a time.
 
-A kernel is compiled for a scene: the forces that act, and the requested results. Without this, each process that
-lacks a kernel would compile it for itself; a file lock in the cache folder lets the first compile and the others
-load. The kernels of a scene are found by computing its smallest task once, so that the code needs no separate list
-of kernels. A marker file means that all kernels of a scene are present.
+A kernel is compiled for a scene: the forces that act, and the requested results. Without this, each process that lacks
+a kernel would compile it for itself. A file lock in the cache folder lets the first process compile, and the others
+load. The kernels of a scene are found by computing its smallest task once, so that the code needs no separate list of
+kernels. A marker file means that all kernels of a scene are present.
 """
 
 import os
@@ -28,11 +28,15 @@ from damperlab.worker.solver.particle import FALLING, RUBBING, Particle, Wall
 try:
     import fcntl
     import resource
-except ImportError:  # not a POSIX system: every process compiles alone, and ends where elements change
+except (
+    ImportError
+):  # on other than POSIX systems, every process compiles for itself, and ends where elements change
     fcntl = resource = None  # type: ignore[assignment]
 
 SHARE = 1 / 3
-"""Share of the machine's memory per core that a compiling process may hold and still continue with other parts."""
+"""A compiling process continues with other parts only if it holds less than this share of the machine's memory per
+core.
+"""
 LOOK_SECONDS = 1.0
 """Interval between checks that the parent of a compiling process still exists."""
 _LOADING = threading.RLock()
@@ -48,12 +52,12 @@ def is_ready(scene: Scene) -> bool:
 
 
 def missing(wanted: Iterable[Scene]) -> list[Scene]:
-    """Those scenes whose kernels must be compiled first, the most expensive first."""
+    """The scenes whose kernels must be compiled, the most expensive first."""
     return sorted((scene for scene in set(wanted) if not is_ready(scene)), key=lambda scene: -scene.seconds)
 
 
 def warm(scene: Scene) -> None:
-    """Load the kernels of a scene; if they are missing compile them, while no other thread or process does the same."""
+    """Load the kernels of a scene. Missing ones are compiled, while no other thread or process does the same."""
     with _LOADING:
         _loaded(scene)
 
@@ -71,13 +75,13 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
 
     The elements of a scene determine most of its code. Six scenes of a hybrid damper take 44 s of CPU time in one
     process, and 69 s in separate ones. A process that continues with another damper still saves a third of its first
-    scene: numba compiles its own code first, and both share some. Compiled parts stay in memory, 0.2 GB for a large
-    scene, so a process that holds much ends instead of continuing with other parts.
+    scene: numba compiles its own code only once, and the scenes share some parts. Compiled parts stay in memory, 0.2 GB
+    for a large scene, so a process that holds much ends instead of continuing with other parts.
 
     Parameters
     ----------
     wanted : sequence of Scene
-        Scenes in their order.
+        Scenes in the order in which they are compiled.
 
     Raises
     ------
@@ -91,12 +95,14 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
         alike = [scene for scene in left if scene[1:] == made[1:]]
         others = [scene for scene in left if scene not in alike]
         next_ones = chain(alike, (scene for scene in others if _has_held() < _much()))
-    if len(left) == len(wanted):  # others compile all of them, until the first is done
+    if len(left) == len(wanted):  # other processes compile all of these; wait until the first is done
         _made_by_name(left[0], wait=True)
 
 
 def _much() -> float:
-    """Memory above which this process ends before scenes with other parts [bytes], from its machine or container."""
+    """Memory above which this process ends instead of compiling scenes with other parts [bytes], from its machine or
+    container.
+    """
     from dask.system import CPU_COUNT
     from distributed.system import MEMORY_LIMIT
 
@@ -114,7 +120,7 @@ def _has_held() -> float:
 
 
 def _made_by_name(scene: Scene, wait: bool) -> bool:
-    """As `_made`; an error names the scene."""
+    """Do the same as `_made`; an error names the scene."""
     try:
         return _made(scene, wait)
     except Exception as error:
@@ -122,7 +128,7 @@ def _made_by_name(scene: Scene, wait: bool) -> bool:
 
 
 def _made(scene: Scene, wait: bool) -> bool:
-    """Compile a scene before this returns; False if another process is compiling it, without waiting."""
+    """Compile a scene; return False immediately if another process is compiling it."""
     with _alone(scene.name, wait) as alone:
         if alone and not is_ready(scene):
             began = time.monotonic()
@@ -148,7 +154,7 @@ def compile_apart(
     Yields
     ------
     scene : Scene
-        A completed one, in the order of their ends.
+        A completed scene, in the order in which they end.
     seconds : float
         Its time [s].
 
@@ -174,7 +180,7 @@ def compile_apart(
                 require_done(process)
                 if 0 < len(left) < lacked:
                     running.append((start_apart(left, cache), len(left)))
-            if not running:  # stored in another place, because this folder cannot be written
+            if not running:  # stored in another folder, because this one cannot be written
                 yield from ((scene, time.monotonic() - began) for scene in left)
                 return
             time.sleep(0.02)
@@ -185,7 +191,7 @@ def compile_apart(
 
 
 def _seconds(file: Path) -> float | None:
-    """Compile time in a marker; None while there is none, or it is being written."""
+    """Read the compile time in a marker; None while the marker is missing or being written."""
     try:
         return float(file.read_text())
     except (OSError, ValueError):
@@ -225,8 +231,8 @@ def marker(scene: Scene) -> str:
 
 @contextmanager
 def _alone(name: str, wait: bool) -> Iterator[bool]:
-    """Hold the lock, shared by all processes of this machine, for compiling the kernels of this name. Gives whether
-    it is held.
+    """Hold the lock for compiling the kernels of this name, which all processes of this machine share. Gives whether it
+    is held.
     """
     if fcntl is None:
         yield True
@@ -338,7 +344,7 @@ def _record(scene: Scene) -> None:
 
 
 def _end_with(parent: int) -> None:
-    """End once the parent process is gone: nobody waits for the result, and the cores are needed."""
+    """End this process once its parent is gone, because nobody waits for the result and the cores are needed."""
     while os.getppid() == parent:
         time.sleep(LOOK_SECONDS)
     os._exit(1)

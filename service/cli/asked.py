@@ -1,4 +1,4 @@
-"""Questions on the command line: options derived from the fields of their values.
+"""Questions on the command line: their options are derived from the fields of their inputs.
 
 A command has a parameter for each question; `asks` replaces it by the options of its fields. A design is named in
 the same way everywhere: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
@@ -26,16 +26,17 @@ Values = dict[str, float]
 """Numbers by name."""
 
 WIDE = 14
-"""Characters of the kind of a value in the help: a wider column would leave too little for its meaning."""
+"""Largest width of the column with the kind of a value in the help; a wider one would leave too little for its meaning.
+"""
 LARGE = 1_000_000
-"""A larger limit is meaningless in the help."""
+"""A limit above this value is not shown in the help."""
 
 
 def asks(command: Command) -> Command:
     """Give a command the options of its questions' fields.
 
-    A field with dimensions by name becomes ``--at``. Every dimension also has a short option, which the help does
-    not list, unless the command has another option of that name.
+    A field with dimensions by name becomes ``--at``. Every dimension also has a short option, unless the command has
+    another option of that name. The help does not list the short options.
     """
     signature = inspect.signature(command, eval_str=True)
     questions = {
@@ -65,7 +66,7 @@ def asks(command: Command) -> Command:
 
     parameters: list[inspect.Parameter] = []
     for name, each in signature.parameters.items():
-        if name in questions:  # its options appear in the help at its position in the command
+        if name in questions:  # in the help, its options appear at the position of the parameter
             mine = [field.name for field in fields_of(questions[name]) if field.name in more]
             parameters += [parameter(field, *more.pop(field)) for field in mine]
         else:
@@ -118,7 +119,7 @@ def names_a_design(
             typer.Option(
                 metavar="NAME=VALUE",
                 help=listed
-                or "Another spelling of these numbers, as in --at restitution=0.5. May be repeated.",
+                or "Another way to give these numbers, as in --at restitution=0.5. May be repeated.",
             ),
         ]
 
@@ -154,7 +155,7 @@ def _of_quantity(option: str, text: str, quantity: Quantity | None) -> float:
 
 
 def _has_argument(parameters: list[inspect.Parameter]) -> bool:
-    """Whether the first parameter is an argument, which stays first."""
+    """Whether the first parameter is an argument; an argument stays first."""
     about = getattr(parameters[0].annotation, "__metadata__", ())
     return any(isinstance(each, type(typer.Argument())) for each in about)
 
@@ -163,12 +164,12 @@ def with_parameters(command: Any, parameters: list[inspect.Parameter]) -> Comman
     """Give a command the parameters that typer reads."""
     command.__signature__ = inspect.Signature(parameters)
     command.__annotations__ = {each.name: each.annotation for each in parameters}
-    del command.__wrapped__  # its signature differs
+    del command.__wrapped__  # the signature of the wrapper differs
     return command  # type: ignore[no-any-return]
 
 
 def sentence(text: str) -> str:
-    """Make a sentence of a meaning; not by str.capitalize, which would write Z small."""
+    """Make a sentence of a meaning. str.capitalize is not used, because it would turn Z into z."""
     return f"{text[:1].upper()}{text[1:]}."
 
 
@@ -209,7 +210,7 @@ def _default(field: Field) -> Any:
 
 
 def _whole(limit: float | None) -> int | None:
-    """Give a limit for the help; `_within_limits` checks the others."""
+    """Give a limit that typer checks and shows in the help; `_within_limits` checks the others."""
     return None if limit is None or limit > LARGE else int(limit)
 
 
@@ -234,7 +235,7 @@ def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
 
 
 def _within_limits(field: Field, value: Any) -> Any:
-    """Refuse a number outside its field's limits; typer checks most of those of whole numbers."""
+    """Refuse a number outside the limits of its field; for whole numbers typer checks most limits."""
     limited = words_of(field) if isinstance(value, int | float) else ""
     if limited and not admits(field, value):
         advice = "correct the value" + (", or leave it out" if field.default is None else "")
@@ -262,7 +263,7 @@ def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str])
 def _named(
     option: str, written: Iterable[str] | None, names: tuple[str, ...], form: str
 ) -> Iterator[tuple[str, str]]:
-    """Read ``name=value`` as `read_named`; names of a study's physical block mean its coordinates."""
+    """Read ``name=value`` as `read_named` does. Names in a study's physical block stand for its coordinates."""
     assignments = (
         f"{ALIASES.get(name, name)}{equals}{text}"
         for name, equals, text in (each.partition("=") for each in written or ())

@@ -1,4 +1,4 @@
-"""Options of commands that compute, and the object that computes their studies."""
+"""The options of commands that compute, and the object that computes their studies."""
 
 import inspect
 import shlex
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from damperlab.worker.run.progress import Progress
 
 HERE_SECONDS = 0.5
-"""Expected work below which no cluster is started: starting its processes would take longer."""
+"""Expected work below which no cluster is started, because starting its processes would take longer."""
 WATCH_SECONDS = 0.5
 """Interval between checks of a study that another process runs."""
 OPTIONS = {"workers": Workers, "scheduler": Scheduler, "cluster": Cluster, "wait": Wait}
@@ -62,7 +62,7 @@ class Means:
     Raises
     ------
     BadParameter
-        Two of them exclude each other.
+        If two of them exclude each other.
     """
 
     workers: int | None = None
@@ -76,7 +76,7 @@ class Means:
 
     @property
     def elsewhere(self) -> bool:
-        """Whether this machine must not compute."""
+        """Whether the study must be computed elsewhere than on this machine."""
         return self.scheduler is not None or self.cluster is not None
 
     @property
@@ -130,7 +130,7 @@ NO_LIMITS = Limits()
 class Computer(ExitStack):
     """Computes studies one after the other, all on one cluster, which is opened for the first study that needs one.
 
-    Use it as a context: a cluster of its own ends with it.
+    Use it as a context; a cluster that it started ends with the context.
 
     Parameters
     ----------
@@ -162,7 +162,8 @@ class Computer(ExitStack):
     ) -> "Record":
         """Run a study or, while another process does, watch it.
 
-        A stop requested during the last block of a study applies to the next studies: these are unchanged.
+        A stop that is requested during the last block of a study applies to the next studies, which then stay
+        unchanged.
 
         Parameters
         ----------
@@ -199,7 +200,7 @@ class Computer(ExitStack):
                         self._lent,
                         _Told(progress),
                         stop,
-                        # the state at this moment is resumed; a later cancel is respected
+                        # the study is resumed from its state at this moment; a later cancel is respected
                         only_from=("queued", "running", record.state),
                         here_seconds=self._here_seconds,
                         wait_seconds=self._means.wait_seconds,
@@ -298,7 +299,7 @@ class Computer(ExitStack):
 
 
 class _Told:
-    """Passes on the progress of a run, and prints once the reason for waiting."""
+    """Passes on the progress of a run, and prints the reason for waiting once."""
 
     def __init__(self, shown: Shown) -> None:
         self._shown = shown
@@ -320,8 +321,8 @@ class _Told:
 
 @contextmanager
 def _stop_on_signals() -> Iterator[threading.Event]:
-    """Convert the first Ctrl-C or termination request into a stop that keeps finished blocks; the second one ends
-    immediately.
+    """Convert the first Ctrl-C or termination request into a stop that keeps finished blocks; a second one ends the
+    process immediately.
     """
     stop = threading.Event()
 
@@ -364,12 +365,12 @@ def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading
 
 
 def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -> "Record":
-    """Record with a study that it was stopped at its time."""
+    """Record in the events of a study that it was stopped at the given time."""
     if record.state != "cancelled" or ends is None:
         return record
     left = record.blocks_total - record.blocks_done
     message = (
-        f"it was to run until {ends:%Y-%m-%d %H:%M:%S}; {record.blocks_done} of {record.blocks_total} blocks are kept, "
-        f"continued, it computes the other {left}"
+        f"it was to run until {ends:%Y-%m-%d %H:%M:%S}; {record.blocks_done} of {record.blocks_total} "
+        f"blocks are kept; when continued, it computes the other {left}"
     )
     return store.set_state(record.id, "cancelled", message, only_from=("cancelled",))

@@ -33,7 +33,8 @@ def design(
         str,
         typer.Argument(
             metavar="SPEC",
-            help="A .json or .yaml file with the specification, or the name of a built-in one, as prototype.",
+            help="A .json or .yaml file with the specification, or the name of a built-in one, for example "
+            "prototype.",
         ),
     ],
     output: Annotated[
@@ -52,7 +53,7 @@ def design(
 ) -> None:
     """Find a damper for a specification.
 
-    Says what to build, the allowed deviations, and the alternatives.
+    The answer is what to build, the allowed deviations, and the alternatives.
     """
     check_document(output)
     from damperlab.service.design_budget import HERE_SECONDS, budget_of
@@ -66,7 +67,7 @@ def design(
     with working("Planning"):
         budget = budget_of(asked)
         if dry_run:
-            next(designing(asked, budget))  # also refuses a budget that does not cover the first look
+            next(designing(asked, budget))  # this also refuses a budget that does not cover the first look
     unusual = unusual_specification(asked)
     if dry_run:
         _print_size(asked, budget, unusual, as_json)
@@ -159,7 +160,7 @@ class _Evaluation:
 
 
 def _kept(data_dir: Path | None, found: "Found", rounds: int, started: str) -> str:
-    """Store an answer with the studies, for the page and the client; give its report."""
+    """Store an answer with the studies, for the page and the client, and give its report."""
     from damperlab.service.design_report import design_report, keep_answer
     from damperlab.studies.design.shelf import DesignsFull
 
@@ -167,7 +168,7 @@ def _kept(data_dir: Path | None, found: "Found", rounds: int, started: str) -> s
     try:
         kept, _ = shelf.put(found.asked, found.book.budget)
     except DesignsFull as error:
-        note(f"damperlab: the answer is not kept. {error}")
+        note(f"damperlab: the answer was not stored. {error}")
         return design_report(found)
     if kept.state in ("cancelled", "failed"):
         shelf.resume(kept.id)
@@ -204,7 +205,9 @@ def _print_size(asked: "Specification", budget: int, unusual: list[str], as_json
         print_json(size_document(asked, budget, unusual))
     else:
         chosen = (
-            f"Chosen: {', '.join(free)}" if free else "Nothing is to be chosen: the damper given is assessed"
+            f"Chosen: {', '.join(free)}"
+            if free
+            else "There is nothing to choose: the given damper is assessed"
         )
         say(f"{asked.name or 'The specification'} is complete. {chosen}. Budget: {budget:,} points.")
         for line in unusual:

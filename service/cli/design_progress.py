@@ -18,8 +18,8 @@ from damperlab.service.cli.progress import BAR_WIDTH, LINE_EVERY_SECONDS
 class DesignProgress:
     """Shows the points so far, the elapsed time, the activity and the best damper so far.
 
-    A search ends when it has found its damper, mostly long before its budget. So the budget gives no remaining time,
-    and the bar is no share of it.
+    A search ends when it has found its damper, usually long before its budget is spent. So the budget says nothing
+    about the remaining time, and the bar shows no share.
 
     Parameters
     ----------
@@ -56,9 +56,7 @@ class DesignProgress:
         Parameters
         ----------
         points : int
-            Known so far.
-        stage : str
-            The activity.
+            Number of points known so far. stage : str The activity.
         best : str
             The best damper so far; empty if there is none yet.
         """
@@ -79,7 +77,7 @@ class DesignProgress:
             note(f"{figures}. Now: {stage}.{best}")
 
     def of_study(self, points: int) -> AbstractContextManager["OfStudy"]:
-        """Give a display for a study that starts with so many known points."""
+        """Give a display for a study that starts with this number of known points."""
         return nullcontext(OfStudy(self, points))
 
 
@@ -97,7 +95,7 @@ class OfStudy:
         seconds_left: float | None,
         preparation: str | None = None,
     ) -> None:
-        """Count the study's points among the design's."""
+        """Add the points of the study to those of the design."""
         self._design.update(self._before + done, preparation)
 
 

@@ -90,7 +90,7 @@ def doctor(
 def _check(name: str, attempt: Callable[[], str]) -> Check:
     try:
         return Check(name, True, attempt())
-    except Exception as error:  # any exception is the finding
+    except Exception as error:  # whatever exception is raised is reported as the finding
         return Check(name, False, f"{type(error).__name__}: {error}")
 
 
@@ -152,7 +152,7 @@ def _store(settings: "Settings") -> str:
         try:
             store.shelf.put(trial, trial.encode())
             if store.shelf.get(trial) != trial.encode():
-                raise OSError(f"{store.shelf.address} gives back other bytes than were written")
+                raise OSError(f"{store.shelf.address} gives back bytes that differ from those written")
         finally:
             store.shelf.remove(trial)
         took = time.perf_counter() - began

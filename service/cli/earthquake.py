@@ -146,7 +146,7 @@ def records(
 @names_a_design(
     dict.fromkeys(QUANTITIES, ""),
     {name: quantity for name, (quantity, _) in QUANTITIES.items()},
-    "Other values than the prototype's, as --at mass_kg=2 or --mass-kg 2: "
+    "Values that differ from the prototype's, as --at mass_kg=2 or --mass-kg 2: "
     + ", ".join(
         name if isnan(default) else f"{name} {default:g}" for name, (_, default) in QUANTITIES.items()
     )
@@ -300,8 +300,9 @@ def _print(answer: "WithPaper") -> None:
                 for end in ("lowest", "highest")
             )
             say(
-                f"With {values['label']}, a start that is {_printed('size_m', over['size_m']):g} mm off changes the answer "
-                f"by {two_digits(over['growth'])} times as much: peak x−z from {lowest} to {highest} mm over "
+                f"With {values['label']}, a start that is off by {_printed('size_m', over['size_m']):g} mm "
+                f"changes the response by {two_digits(over['growth'])} times that: peak x−z from {lowest} "
+                f"to {highest} mm over "
                 f"{over['starts']} starts."
             )
     worst = max(float(values["energy_residual"]) for values in answer["cases"].values())

@@ -38,11 +38,14 @@ def export(
     ] = False,
     licence: Annotated[
         str | None,
-        typer.Option(help="Licence of the results, as CC-BY-4.0, written into the file.", show_default=False),
+        typer.Option(
+            help="Licence of the results, for example CC-BY-4.0; it is written into the file.",
+            show_default=False,
+        ),
     ] = None,
     crate: Annotated[
         bool,
-        typer.Option("--crate", help="Describe the file in an RO-Crate: ro-crate-metadata.json beside it."),
+        typer.Option("--crate", help="Describe the file in an RO-Crate: ro-crate-metadata.json next to it."),
     ] = False,
     data_dir: DataDir = None,
 ) -> None:

@@ -1,4 +1,4 @@
-"""Errors of the command line: a message on standard error or, with --json, a problem document; and an exit status."""
+"""Errors of the command line: a message on standard error or, with --json, a problem document, and an exit status."""
 
 import re
 from collections.abc import Iterable
@@ -22,7 +22,7 @@ BAD_USAGE = 2
 
 
 class CommandFailed(Exception):
-    """The command could not do its task; its text gives the reason and the remedy.
+    """The command could not do its task; the text gives the reason and the remedy.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class UsageFault(Exception):
     Parameters
     ----------
     *faults : Fault
-        The options, and the fault of each.
+        A fault for each such option.
     """
 
     def __init__(self, *faults: Fault) -> None:
@@ -52,11 +52,13 @@ class UsageFault(Exception):
 
 
 SPELLED: dict[str, str] = {}
-"""Fields of questions as options, recorded when a command is given its options; a name of a dimension may be either."""
+"""Fields of questions and their options, recorded when a command gets its options; the name of a dimension may mean
+either.
+"""
 
 
 def note_options(fields: Iterable[Field]) -> None:
-    """Record how fields are spelled here, so that messages use these names."""
+    """Record how fields are spelled as options, so that messages use these names."""
     for each in fields:
         SPELLED.update(
             {name: each.options[0] for name in (each.key, each.name) if name not in EVERY_DIMENSION}
@@ -64,7 +66,7 @@ def note_options(fields: Iterable[Field]) -> None:
 
 
 def report(error: Exception, as_json: bool) -> int:
-    """Tell the user about an error that is no defect.
+    """Tell the user about an error that is not a defect.
 
     Parameters
     ----------
@@ -95,7 +97,7 @@ def report(error: Exception, as_json: bool) -> int:
     elif isinstance(error, UsageFault):
         kind, status, faults = "usage", BAD_USAGE, error.faults
     elif isinstance(fault := getattr(error, "fault", None), Fault):
-        # Store and cluster raise errors of their own with a single fault.
+        # Store and cluster raise their own errors, each with a single fault.
         kind, faults = _kebab(type(error).__name__), (fault,)
         status = BAD_USAGE if kind in ("study-not-found", "design-not-found", "query-fault") else FAILED
     elif isinstance(error, OSError):
@@ -105,7 +107,7 @@ def report(error: Exception, as_json: bool) -> int:
     if as_json:
         _print_problem(kind, status, text if isinstance(error, StudyFaults) else _spelled(text), faults)
     else:
-        # a field of the study itself may have the name of an option
+        # a field of the study itself may have the same name as an option
         lines = [str(fault) for fault in faults] or [text]
         for line in lines if isinstance(error, StudyFaults) else map(_spelled, lines):
             note(f"damperlab: {line}")
@@ -134,7 +136,7 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
 
 
 def _ratio_for(error: typer.TyperException) -> str:
-    """Name the ratio that a command takes instead of a quantity in units; empty if there is none."""
+    """Name the ratio that a command takes in place of a quantity in units; empty if there is none."""
     option, context = getattr(error, "option_name", None), getattr(error, "ctx", None)
     if option is None or context is None:
         return ""
@@ -142,11 +144,11 @@ def _ratio_for(error: typer.TyperException) -> str:
     ratio = RATIOS.get(ALIASES.get(name, name), "")
     if not any(option_of(ratio) in each.opts for each in context.command.params):
         return ""
-    return f"There is no {option} here, where all is in ratios: give {option_of(ratio)}, the {DIMENSION_LONG_NAMES[ratio]}."
+    return f"This command has no {option}, because it takes ratios: give {option_of(ratio)}, the {DIMENSION_LONG_NAMES[ratio]}."
 
 
 def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
-    """Reword the option parser's error; empty if the message is already ours."""
+    """Reword an error of the option parser; empty if the message is already one of ours."""
     cause, param = error.__cause__, getattr(error, "param", None)
     if cause is None or param is None:
         return ()
@@ -163,7 +165,7 @@ def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
 
 
 def _bounds(option: object, allowed: str) -> str:
-    """State the limits of a numeric option; empty if there are none, or if the message has them."""
+    """State the limits of a numeric option; empty if there are none, or if the message states them."""
     low, high = getattr(option, "min", None), getattr(option, "max", None)
     if "number" not in allowed:
         return ""
@@ -173,7 +175,7 @@ def _bounds(option: object, allowed: str) -> str:
 
 
 def _with_nearest(text: str) -> str:
-    """Add the probable choice to a message that lists the choices."""
+    """Add the choice that was probably meant to a message that lists the choices."""
     found = re.search(r"'([^']*)' is not one of (.+)\.$", text)
     near = nearest(found[1], re.findall(r"'([^']*)'", found[2])) if found else None
     return f"{text} Did you mean {near}?" if near else text

@@ -78,7 +78,7 @@ def fit(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Known values, as a study; an axis is a range.",
+            help="File with the known values, in the form of a study; an axis is a range to estimate.",
         ),
     ] = None,
     no_particle: Annotated[
@@ -98,7 +98,8 @@ def fit(
         str | None,
         typer.Option(
             metavar="SHARE",
-            help="Standard deviation of the measurement, as 5%; by default from its table, or its scatter.",
+            help="Standard deviation of the measurement, for example 5%; by default from the table, or from "
+            "the scatter.",
         ),
     ] = None,
     confidence: Annotated[float, typer.Option(metavar="SHARE", help="Confidence of the intervals.")] = 0.95,
@@ -159,7 +160,7 @@ def fit(
 
 
 class _Way(NamedTuple):
-    """How a table of one kind is fitted, and its answer written."""
+    """How a table of one kind is fitted, and how its answer is written."""
 
     ask: Callable[..., Any]
     scenes: Callable[[Any], "list[Scene]"]

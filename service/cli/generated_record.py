@@ -27,7 +27,8 @@ Written = Annotated[
         "--generate",
         metavar="YAML",
         rich_help_panel=PANEL,
-        help="A sweep, random_vibration or shock as a study has it, or a file with one, as in '{shock: {shape: half_sine, "
+        help="A sweep, random_vibration or shock as written in a study, or a file with one, as in '{shock: "
+        "{shape: half_sine, "
         "peak_g: 15, duration_ms: 11}}'.",
     ),
 ]
@@ -43,14 +44,14 @@ RECIPE_OPTIONS = {
 def recipe_of(
     seed: int | None, duration_s: float | None, peak_g: float | None, written: str | None
 ) -> dict[str, Any] | None:
-    """Give the definition of a generated record as in documents; None if the options generate none.
+    """Give the definition of a generated record in the form of a document; None if the options generate no record.
 
     Raises
     ------
     typer.BadParameter
         If options exclude each other, or the document generates nothing.
     StudyFaults
-        If it is no YAML.
+        If it is not YAML.
     """
     for option, value in (("--duration-s", duration_s), ("--peak-g", peak_g)):
         if seed is None and value is not None:

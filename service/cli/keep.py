@@ -84,7 +84,7 @@ def gc(
         ),
     ] = "7d",
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="List what would be removed; change nothing.")
+        bool, typer.Option("--dry-run", help="List the files that would be removed, and change nothing.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -96,7 +96,7 @@ def gc(
     seconds = lasting(older_than, "--older-than")
     orphan_seconds = lasting(orphans_older_than, "--orphans-older-than")
     store = open_store(data_dir)
-    with working("Looking at every file"):
+    with working("Checking every file"):
         swept = collect_garbage(store, seconds, orphan_seconds=orphan_seconds, dry_run=dry_run)
     for line in swept.what:
         note(f"{'Would ' if dry_run else ''}{line}")
@@ -134,7 +134,7 @@ def _copy(source: "Store", target: "Store", as_json: bool, done: str, for_good: 
 
 
 def lasting(text: str, option: str) -> float:
-    """Read a duration, as in 12h [s]; BadParameter if it is none."""
+    """Read a duration, as in 12h [s]; BadParameter if the text is not a duration."""
     found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|min|h|d)", text)
     if found is None:
         raise typer.BadParameter(

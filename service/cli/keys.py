@@ -27,8 +27,8 @@ def create(
     scope: Annotated[
         Scope,
         typer.Option(
-            help="What the key allows: read asks questions, submit also submits studies and changes its owner's, "
-            "admin changes everyone's."
+            help="What the key allows. read: to ask questions; submit: also to submit studies and change "
+            "those of its owner; admin: to change everyone's."
         ),
     ] = "submit",
     expires: Annotated[
@@ -41,7 +41,7 @@ def create(
     from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
     lasts = None if expires is None else lasting(expires, "--expires")
-    os.umask(0o077)  # as for the service: a folder created here is private to this user
+    os.umask(0o077)  # as for the service, a folder created here is private to this user
     store = open_store(data_dir)
     try:
         key, secret = AccessKeys(store.catalogue).create(owner or getpass.getuser(), (scope,), lasts)

@@ -88,7 +88,7 @@ admin = typer.Typer(help="Keys of a service; workers and certificates of a clust
 check = typer.Typer(help="Measure the solver, or compute the paper again.", no_args_is_help=True)
 
 ASKED = {first: [command_of(each) for each in EVERY if each.first is first] for first in (True, False)}
-"""The commands of questions: the common ones, and others."""
+"""The commands of questions: the common ones, and the others."""
 GROUPS: tuple[tuple[typer.Typer, str | None, tuple[Command, ...]], ...] = (
     (app, "Compute", (design, run, simulate, fit, earthquake)),
     (app, "Ask a study", (*ASKED[True], write_report, export)),
@@ -111,7 +111,7 @@ for name, group in (("store", store), ("admin", admin), ("check", check)):
 
 def main() -> None:
     """Run the command that the arguments name, and end the process with its exit status."""
-    # Objects need not be collected as the process ends: this saves a fifth of the time of a short command.
+    # Objects need not be collected when the process ends; this saves a fifth of the time of a short command.
     atexit.register(freeze)
     sys.exit(_run(sys.argv[1:]))
 
@@ -125,7 +125,8 @@ def _run(arguments: list[str]) -> int:
         note(f"damperlab: `{arguments[0]}` is now `{name}`; the old name works until version 0.3.")
         arguments = [*name.split(), *arguments[1:]]
     try:
-        # A command that ends early raises typer.Exit(status), which is returned here; a complete one returns None.
+        # A command that ends early raises typer.Exit(status), whose status is returned here; a complete one returns
+        # None.
         status = app(args=arguments, prog_name="damperlab", standalone_mode=False) or DONE
     except typer.Abort:
         note("damperlab: stopped; nothing was changed.")

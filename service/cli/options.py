@@ -29,7 +29,7 @@ DataDir = Annotated[
     typer.Option(
         "--data-dir",
         metavar="DIR",
-        help="Folder of studies; DAMPERLAB_DATA_DIR or ~/.local/share/damperlab by default.",
+        help="Folder of the studies; by default DAMPERLAB_DATA_DIR, or ~/.local/share/damperlab.",
         show_default=False,
     ),
 ]
@@ -39,7 +39,7 @@ StoreAddress = Annotated[
     typer.Option(
         "--store",
         metavar="URL",
-        help="Keep the cubes at s3://BUCKET/PREFIX; DAMPERLAB_STORE, or the data folder, by default.",
+        help="Store the cubes at s3://BUCKET/PREFIX; by default at DAMPERLAB_STORE, or in the data folder.",
         show_default=False,
     ),
 ]
@@ -49,7 +49,7 @@ QuotaBytes = Annotated[
     typer.Option(
         "--quota",
         metavar="SIZE",
-        help="Largest total size of all studies, as in 50GB; DAMPERLAB_QUOTA_BYTES, or no limit, by default.",
+        help="Largest total size of all studies, as in 50GB; by default DAMPERLAB_QUOTA_BYTES, or no limit.",
         show_default=False,
     ),
 ]
@@ -79,18 +79,19 @@ Cluster = Annotated[
         "--cluster",
         metavar="SYSTEM",
         rich_help_panel=PLACE,
-        help=f"Use jobs of {', '.join(get_args(BatchSystem))} as workers, at most --workers (16 by default).",
+        help="Use jobs of a batch system as workers, at most --workers (16 by default): "
+        f"{', '.join(get_args(BatchSystem))}.",
         show_default=False,
     ),
 ]
 
 
 def check_address(param: typer.CallbackParam, value: str | None) -> str | None:
-    """Refuse a text that is no address of a scheduler, for which the command would wait in vain."""
+    """Refuse a text that is not the address of a scheduler, because the command would wait in vain."""
     if value is not None and not is_address(value):
         field = param.opts[0] if param.opts[0].startswith("-") else str(param.metavar)
         raise UsageFault(
-            Fault(field, describe(value), f"an address such as {FORM}", "name the host and its port")
+            Fault(field, describe(value), f"an address of the form {FORM}", "name the host and its port")
         )
     return value
 
@@ -157,7 +158,7 @@ Contact = Annotated[
     ContactModel,
     typer.Option(
         metavar="MODEL",
-        help=f"Model of an impact, {', '.join(CONTACT_MODELS)}; the first by default.",
+        help=f"Model of an impact: {', '.join(CONTACT_MODELS)}; the first by default.",
         show_default=False,
     ),
 ]
@@ -178,8 +179,8 @@ FIGURES = (".png", ".svg", ".pdf", ".csv")
 
 
 def contact_document(contact: ContactModel, written: str | None) -> dict[str, Any]:
-    """Give the field `contact` of a document, with a number as contact time if it is one; the study's rules check
-    it.
+    """Give the field `contact` of a document. A contact time is converted if it is a number; the rules of the study
+    check it.
     """
     if written is None:
         if contact != "instant":
@@ -203,12 +204,13 @@ def check_cluster(workers: int | None, scheduler: str | None, cluster: str | Non
     """Refuse a number of workers, or a batch system, with a scheduler that has its own workers."""
     if cluster is not None and scheduler is not None:
         raise typer.BadParameter(
-            "--cluster and --scheduler cannot be combined: jobs of a batch system work for a scheduler of their own. "
-            "Leave one of them out."
+            "--cluster and --scheduler cannot be combined: jobs of a batch system work for their own "
+            "scheduler. Leave one of them out."
         )
     if workers is not None and scheduler is not None:
         raise typer.BadParameter(
-            "--workers and --scheduler cannot be combined: a scheduler has workers of its own. Leave one of them out."
+            "--workers and --scheduler cannot be combined: a scheduler has its own workers. Leave one of "
+            "them out."
         )
 
 
@@ -220,16 +222,16 @@ def read_time(text: str | None) -> datetime | None:
         return None
     now = datetime.now().astimezone()
     with suppress(ValueError):
-        # a time of day without a date is that of today or tomorrow
+        # a time of day without a date means today or tomorrow
         alone = datetime.combine(now.date(), time.fromisoformat(text)).astimezone()
         return alone if alone > now else (alone.replace(tzinfo=None) + timedelta(days=1)).astimezone()
     try:
         found = datetime.fromisoformat(text).astimezone()
     except ValueError:
-        message = f"found {text!r}, allowed: a time to come, as in 06:30 or {now + timedelta(hours=8):%Y-%m-%dT%H:%M}"
+        message = f"found {text!r}, allowed: a time in the future, as in 06:30 or {now + timedelta(hours=8):%Y-%m-%dT%H:%M}"
         raise typer.BadParameter(message, param_hint="--until") from None
     if found <= now:
-        message = f"found {text}, which is past; allowed: a time after {now:%Y-%m-%dT%H:%M}"
+        message = f"found {text}, which is in the past; allowed: a time after {now:%Y-%m-%dT%H:%M}"
         raise typer.BadParameter(message, param_hint="--until")
     return found
 
@@ -261,16 +263,16 @@ def check_alone(options: Mapping[str, object], needed: str) -> None:
     options : mapping
         Values by option; None, False, or an empty text or list if the option was not given.
     needed : str
-        The option that gives them their meaning.
+        The option without which they have no effect.
     """
     for option, value in options.items():
         if value:
-            message = f"found without {needed}, which it needs for an effect; leave it out"
+            message = f"found without {needed}, without which it has no effect; leave it out"
             raise typer.BadParameter(message, param_hint=option)
 
 
 def check_file(output: Path | None, suffixes: tuple[str, ...] = FIGURES) -> None:
-    """Refuse, before computing, a file of unknown format."""
+    """Refuse a file of unknown format before anything is computed."""
     if output is not None and output.suffix not in suffixes:
         raise typer.BadParameter(
             f"found {output.name!r}, allowed: a name that ends in {', '.join(suffixes)}", param_hint="-o"

@@ -52,7 +52,7 @@ def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool) 
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
-    """Print a table; numbers are right-aligned. Through a pipe no cell is cut to the width of a terminal."""
+    """Print a table; numbers are right-aligned. If the output is piped, cells are not cut to the width of a terminal."""
     table = Table(title=title, title_justify="left", header_style="bold", box=None, pad_edge=False)
     cells = [tuple(row) for row in rows]
     for index, column in enumerate(columns):
@@ -77,7 +77,7 @@ def two_digits(value: float) -> str:
 
 
 def duration(seconds: float | None) -> str:
-    """Write a duration for people: "0.8 s", "42 s", "3 min 5 s", "2 h 10 min"."""
+    """Write a duration in a readable form: "0.8 s", "42 s", "3 min 5 s", "2 h 10 min"."""
     if seconds is None or not math.isfinite(seconds):
         return "unknown"
     if seconds < 10:
@@ -93,9 +93,9 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def working(what: str | Callable[[], str]) -> Iterator[None]:
-    """Show on standard error the activity `what` and its duration, once it has taken two seconds.
+    """Show the activity `what` and its duration on standard error, once it has taken two seconds.
 
-    A function is called repeatedly, for an activity that reports its progress.
+    `what` may be a function, which is called repeatedly to describe an activity in progress.
     """
     done = threading.Event()
     started = time.monotonic()

@@ -1,4 +1,4 @@
-"""Output options: names of a file or a folder, checked when they are read, before computing.
+"""Output options: names of a file or a folder. They are checked when they are read, before anything is computed.
 
 Missing folders are created when something is written.
 """

@@ -14,14 +14,14 @@ from rich.progress import (
 from damperlab.service.cli.output import NOTES, duration, note
 
 LINE_EVERY_SECONDS = 5.0
-"""Interval between lines without a terminal: a log stays short, and a reader sees progress."""
+"""Interval between lines without a terminal, so that a log stays short but shows progress."""
 
 BAR_WIDTH, NAME_WIDTH = 12, 16
-"""Width at which all of it fits on one line of 80 characters."""
+"""Widths of bar and name with which everything fits on a line of 80 characters."""
 
 
 def preparation(phase: str, done: int | None, total: int | None) -> str | None:
-    """Describe a phase, if it is one of those before the first block."""
+    """Describe a phase before the first block; None for other phases."""
     if phase == "starting":
         return "starting workers"
     if phase == "compiling":
@@ -42,7 +42,7 @@ class Shown(Protocol):
         seconds_left: float | None,
         preparation: str | None = None,
     ) -> None:
-        """Take the present figures; None is unknown."""
+        """Take the present numbers; None means unknown."""
 
 
 class StudyProgress:
@@ -94,7 +94,7 @@ class StudyProgress:
         seconds_left: float | None,
         preparation: str | None = None,
     ) -> None:
-        """Take the present figures of the study; None is unknown.
+        """Take the present numbers of the study; None means unknown.
 
         Parameters
         ----------
@@ -103,9 +103,7 @@ class StudyProgress:
         rate : float, optional
             Points per second.
         seconds_left : float, optional
-            To the end [s].
-        preparation : str, optional
-            Activity before the first block (`preparation`).
+            Expected time to the end [s]. preparation : str, optional Activity before the first block (`preparation`).
         """
         phrases = [f"{failed} failed"]
         if preparation is not None:

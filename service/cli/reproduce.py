@@ -45,8 +45,8 @@ def reproduce(
 ) -> None:
     """Compute the paper's figures and tables again.
 
-    Every number is compared with the published one.
-    The studies are stored like any others, so a second run computes only missing points.
+    Every number is compared with the published one. The studies are stored like all others, so a second run computes
+    only missing points.
     """
     output.mkdir(parents=True, exist_ok=True)
     from damperlab.service.documents import plain

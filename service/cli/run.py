@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 BYTES_PER_MEGABYTE = 1e6
 SHORT = 0.1
-"""Seconds below which no estimate is printed: it is shown to tenths."""
+"""Seconds below which no estimate is printed, because estimates are shown to tenths."""
 
 
 @computes
@@ -65,7 +65,8 @@ def run(
     retry: Annotated[
         bool,
         typer.Option(
-            "--retry", help="Compute blocks again that failed as a whole, for example because a worker died."
+            "--retry",
+            help="Compute again the blocks that failed as a whole, for example because a worker died.",
         ),
     ] = False,
     as_json: AsJson = False,
@@ -112,7 +113,9 @@ def _stored(study: str, data_dir: Path | None) -> "Record | None":
         try:
             return store.find(study)
         except StudyNotFound as error:
-            if "damperlab studies" not in error.fault.advice:  # one name is near, or several begin like it
+            if (
+                "damperlab studies" not in error.fault.advice
+            ):  # the name is similar to one, or several begin with it
                 raise
     return None
 
@@ -161,7 +164,7 @@ def finish(
 ) -> None:
     """Compute the missing points, if any, and print the record."""
     store = computer.store
-    # a lost done-mark is reported, and does not count as an end
+    # a study that has lost done-marks does not count as done; the loss is reported
     lost = store.lost_blocks(record.id)
     if lost:
         require_own_solver(record)
@@ -174,7 +177,8 @@ def finish(
         note(f"Study {label(record)} is complete; nothing was computed.")
         if record.outdated:
             note(
-                f"An earlier solver computed it. To compute it with today's and keep both: damperlab recompute {record.id}"
+                "An earlier solver computed it. To compute it with today's solver and keep both versions: "
+                f"damperlab recompute {record.id}"
             )
     else:
         record = computer.compute(record, limits)
@@ -201,7 +205,7 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
     with working("Planning"), ExitStack() as stack:
         store = None
         if has_store(data_dir):
-            # earlier studies improve the estimate if a store exists; none is created for this
+            # earlier studies improve the estimate if a store exists; no store is created for this
             with suppress(StoreFault):
                 store = stack.enter_context(closing(open_store(data_dir)))
         size = estimate_document(asked, make_plan(asked, seconds_per_point), store)
@@ -209,7 +213,7 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
         print_json(size)
     else:
         compiling = size["compiling_seconds"]
-        first = f", {duration(compiling)} of them for kernels that are compiled first" if compiling else ""
+        first = f", {duration(compiling)} of it for kernels that are compiled first" if compiling else ""
         low, high = duration(size["seconds_low"]), duration(size["seconds_high"])
         around = f" (between {low} and {high})"
         taken = f"about {duration(size['seconds'])} of one core{first}{around}"

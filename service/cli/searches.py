@@ -72,7 +72,7 @@ def refine(
             for each in fields_of(question)
             if each.name in more
         }
-        check_alone(unused, "an optimum to be searched for, which --boundary takes the place of")
+        check_alone(unused, "a search for an optimum, which --boundary replaces")
     from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 
     def judge(asked: "Study", cubes: "Cubes") -> "Refinement":
@@ -134,7 +134,7 @@ class Pursuit:
         print_brief(brief.document(), details_told, details)
 
     def _compute(self, asked: "Study", parent: "Record") -> "Record":
-        """Run a follow-up to its end; if it stops, its finished blocks are kept."""
+        """Run a follow-up to its end; if it stops early, its finished blocks are kept."""
         from damperlab.service.cli.run import find_or_submit
         from damperlab.studies.store.provenance import REFINES
 

@@ -77,7 +77,9 @@ def serve(
     )
     _check_port(settings.host, settings.port)
     _check_certificate(settings)
-    opened = settings.open_store()  # an invalid one is reported in a sentence, before anything listens
+    opened = (
+        settings.open_store()
+    )  # an invalid certificate is reported in a sentence, before the service listens
     try:
         _check_access(settings, opened)
     finally:
@@ -86,7 +88,7 @@ def serve(
 
 
 def _check_access(settings: "Settings", store: "Store") -> None:
-    """Refuse to be open to other machines without keys, unless this is requested."""
+    """Refuse to listen for other machines without keys, unless this is requested."""
     from damperlab.service.security.guard import needs_keys
     from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
@@ -94,7 +96,8 @@ def _check_access(settings: "Settings", store: "Store") -> None:
         return
     if settings.access == "open":
         note(
-            f"damperlab: open to everybody who can reach {settings.host}: anyone may submit, cancel and delete."
+            f"damperlab: open to everyone who can reach {settings.host}: anyone may submit, cancel and "
+            "delete."
         )
         return
     by_proxy = bool(settings.trusted_proxies and settings.proxy_user_header)
@@ -102,9 +105,10 @@ def _check_access(settings: "Settings", store: "Store") -> None:
         return
     folder = f" --data-dir {settings.data_dir}"
     raise typer.BadParameter(
-        f"found {settings.host}, which others can reach, and no key; allowed: an address of this machine alone, as "
-        f"127.0.0.1, or keys. Make one with `damperlab admin keys create --owner NAME{folder}`, or write --open to let "
-        "everybody in"
+        f"found {settings.host}, which other machines can reach, but no key; allowed: an address of this "
+        "machine alone, as "
+        f"127.0.0.1, or keys. Make one with `damperlab admin keys create --owner NAME{folder}`, or add "
+        "--open to admit everyone"
         if settings.access == "auto"
         else f"found no key. Make one with `damperlab admin keys create --owner NAME{folder}`",
         param_hint="--host" if settings.access == "auto" else "--keys",
@@ -128,15 +132,16 @@ def _check_certificate(settings: "Settings") -> None:
 
 
 def _check_port(host: str, port: int) -> None:
-    """Refuse an address on which it cannot listen, before the cluster starts."""
+    """Refuse an address on which the service cannot listen, before the cluster starts."""
     try:
         family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, kind) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # like the server
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # with the same option as the server
             probe.bind(address)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         text = (
-            f"Cannot listen on {host}, port {port}: {reason}. Choose another with --port; 0 takes a free one."
+            f"Cannot listen on {host}, port {port}: {reason}. Choose another port with --port; 0 takes a "
+            "free one."
         )
         raise CommandFailed("port-unusable", text) from None

@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     from damperlab.service.simulation import Met, SimulatedDocument
 
 CYCLES_LIMIT = 10_000_000
-"""The settings of a service are stricter; here nobody else waits."""
+"""Limit on the number of cycles. Those of a service are stricter, since others wait for it."""
 SAMPLES_LIMIT = 10_000_000
 STEADY_HISTORY = 20
 """Default cycles of a steady response in a file."""
 LONG_HISTORY = 200
-"""Default for most cycles from rest in a file."""
+"""Default for the most cycles from rest in a file."""
 SHOWN_SAMPLES = 1000
 EVERY = (*DIMENSIONS, *BEFORE)
 """Numbers of a design point."""
@@ -84,7 +84,7 @@ def simulate(
 ) -> None:
     """Compute one design point from rest.
 
-    Shows its response. --details adds every result, and a file gets the time history.
+    The output is its response; --details adds every result. A file receives the time history.
     """
     check_file(output)
     at = {**DESIGN_POINT, **design}
@@ -120,7 +120,7 @@ def simulate(
 
 
 def _history(asked: Simulated, output: Path | None, frequency_ratio: float) -> int:
-    """Determine how many cycles of time history to compute."""
+    """Determine the number of cycles of time history to compute."""
     if output is not None and asked.method == "rk4":
         raise typer.BadParameter(
             "Only --method event gives a time history. Leave out -o, or leave out --method rk4."
@@ -150,7 +150,7 @@ def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output:
 
 
 def _print(answer: "SimulatedDocument", steady: bool, details: bool) -> None:
-    """Print the response in short, with its details every metric and the state at the end."""
+    """Print the response in short; with details, print every metric and the state at the end too."""
     metrics = answer["metrics"]
     status = answer["status"] if details or not steady else Status(int(metrics["status"])).outcome
     for line in lines_of(Brief(None, (status,), tuple(_rows(answer))).document()):
@@ -202,7 +202,7 @@ def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
 
 
 def _end(answer: "SimulatedDocument", steady: bool) -> str:
-    """Write the state at the end, or at the beginning of a cycle of the steady response."""
+    """Describe the state at the end, or at the beginning of a cycle of the steady response."""
     state = ", ".join(
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
     )
@@ -217,7 +217,7 @@ def _end(answer: "SimulatedDocument", steady: bool) -> str:
 
 
 def _print_attractors(found: "Met") -> None:
-    """Print the responses to the starts, and what decides between them."""
+    """Print the responses that the starts lead to, and what decides between them."""
     names = (
         "response_class",
         "period",

@@ -1,4 +1,4 @@
-"""Errors of a question, in the names of the options that were used."""
+"""Errors of a question, expressed in the names of the options that were used."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -22,14 +22,14 @@ def in_options(names: Mapping[str, str]) -> "Iterator[None]":
     Parameters
     ----------
     names : mapping of str
-        Options by field; a setting behind an option, as in ``particle: false``, is one too.
+        Options by field. A setting that an option makes, as ``particle: false``, may be a key too.
 
     Raises
     ------
     StudyFaults
-        As they are raised inside, with these names.
+        The faults that are raised inside the context, with these names.
     UsageFault
-        For an error with one fault, if its field is among these names.
+        For an error with a single fault, if its field is among these names.
     """
     try:
         yield
@@ -45,7 +45,7 @@ def in_options(names: Mapping[str, str]) -> "Iterator[None]":
 def _spelled(fault: Fault, names: Mapping[str, str]) -> Fault:
     # an item of a list is named by the repeated option
     field = names.get(re.sub(r"\[\d+\]\Z", "", fault.field), fault.field)
-    if "." in field:  # it is quoted in a document, and so is its replacement
+    if "." in field:  # it is in quotes in a document, and so is its replacement
         return fault
     texts = {part: _in_text(getattr(fault, part), names) for part in ("allowed", "advice", "message")}
     return replace(fault, field=field, **texts)
@@ -58,6 +58,6 @@ def _in_text(text: str, names: Mapping[str, str]) -> str:
 
 
 def _sought(entries: str) -> str:
-    """Translate parameters to estimate: ``restitution: null, clearance_m: [LOW, HIGH]``."""
+    """Translate the parameters to estimate: ``restitution: null, clearance_m: [LOW, HIGH]``."""
     found = re.findall(r"(\w+): (?:null|\[(\w[\w.]*), (\w[\w.]*)\])", entries)
     return " ".join(f"--fit {name}={low},{high}" if low else f"--fit {name}" for name, low, high in found)

@@ -1,4 +1,4 @@
-"""The store of a command."""
+"""Opens the store of a command."""
 
 import os
 from collections.abc import Collection, Mapping
@@ -44,7 +44,7 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
 
 
 def warn_of_unknown_variables() -> None:
-    """Report an unknown variable: its setting would silently have its default."""
+    """Report an unknown variable, because the setting that was meant would silently keep its default."""
     if not any(name.upper().startswith("DAMPERLAB_") for name in os.environ):
         return
     from damperlab.service.settings import OTHER_VARIABLES, PREFIX, Settings
@@ -55,14 +55,14 @@ def warn_of_unknown_variables() -> None:
             own = [each.removeprefix(PREFIX).lower() for each in known]
             near = nearest(name.upper().removeprefix(PREFIX), own)
             meant = f"did you mean {PREFIX}{near.upper()}?" if near else "remove it."
-            note(f"damperlab: the variable {name} is no setting, and is ignored; {meant}")
+            note(f"damperlab: the variable {name} is not a setting and is ignored; {meant}")
 
 
 def _fault(entry: Mapping[str, Any], options: Collection[str]) -> Fault:
     """Describe a fault of a setting, under the name that the user knows."""
     from damperlab.studies.pydantic_faults import value_fault
 
-    if not entry["loc"]:  # a fault of several settings: its words name them
+    if not entry["loc"]:  # the text of a fault of several settings names them
         return Fault("settings", "", "", "", sentence(str(entry["msg"]).removeprefix("Value error, ")))
     name = str(entry["loc"][0])
     field = _OPTIONS.get(name, option_of(name)) if name in options else _variable(name)
@@ -84,7 +84,7 @@ def data_folder(data_dir: Path | None) -> Path:
 
 
 def open_store(data_dir: Path | None, **given: Any) -> "Store":
-    """Open the store under --data-dir, creating it if it is missing; more settings may be given.
+    """Open the store under --data-dir, creating it if it is missing; further settings may be given.
 
     Raises
     ------

@@ -36,7 +36,7 @@ def studies(
         str | None,
         typer.Option(
             metavar="NAME=LO,HI",
-            help="Only studies whose values of this dimension reach into the range, as in clearance_ratio=2,5.",
+            help="Only studies whose axis overlaps this range of a dimension, as in clearance_ratio=2,5.",
         ),
     ] = None,
     designs: Annotated[
@@ -47,7 +47,7 @@ def studies(
     ] = False,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
-        str | None, typer.Option(help="Continue a list that was cut off: the cursor that it printed.")
+        str | None, typer.Option(help="Continue a list that was cut off, from the cursor that it printed.")
     ] = None,
     named: Annotated[
         bool,
@@ -61,7 +61,7 @@ def studies(
         given = {"--state": state, "--name": name, "--tag": tag, "--within": within, "--cursor": cursor}
         check_alone(
             given | {"--designs": designs, "--trash": trash},
-            "stored studies, of which --named lists none",
+            "stored studies, which --named does not list",
         )
         _list_named(as_json)
         return
@@ -159,11 +159,11 @@ def show(
     tags: Annotated[
         str | None,
         typer.Option(
-            help="Change its tags, with commas between them, to find it by; an empty text for none."
+            help="Change its tags, by which it can be found, separated by commas; an empty text removes them."
         ),
     ] = None,
     text: Annotated[
-        str | None, typer.Option("--note", help="Change its note; an empty text for none.")
+        str | None, typer.Option("--note", help="Change its note; an empty text removes it.")
     ] = None,
     name: Annotated[str | None, typer.Option(help="Rename it; its definition is unchanged.")] = None,
     as_json: AsJson = False,
@@ -231,7 +231,7 @@ def delete(
         typer.confirm(question, abort=True, err=True)
     store.delete(record.id)
     note(f"Study {label(record)} is deleted.")
-    with working("Removing its files; stopped, it is finished by the service, the next delete or gc"):
+    with working("Removing its files; if stopped, the service, the next delete or gc completes this"):
         store.bury()
 
 
@@ -297,7 +297,7 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
 
 
 def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
-    """Give a study's definition, line by line, without defaults."""
+    """Give the definition of a study line by line, without defaults."""
     from damperlab.studies.definition import Study
 
     plain = Study(axes={"clearance_ratio": 1, "frequency_ratio": 1}).document() | {"damping_ratio": None}

@@ -55,7 +55,7 @@ def verify(
 
 
 def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> dict[str, Any]:
-    """Verify one study. Among all studies, a study is named only if something is damaged."""
+    """Verify one study. If all studies are verified, it is named only if it is damaged."""
     from damperlab.studies.store.care.verify import repair as take_back
     from damperlab.studies.store.care.verify import verify as damages_of
 
@@ -72,7 +72,7 @@ def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> 
         _require_solver_of_blocks(record, damages)
         record = take_back(store, record, damages)
         if any(damage.block is None for damage in damages):
-            # faults that the damaged description hid are visible now
+            # faults that the damaged description hid can be found now
             hidden = list(damages_of(store, record))
             _require_solver_of_blocks(record, hidden)
             record = take_back(store, record, hidden)
@@ -91,8 +91,8 @@ def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> 
 
 
 def _require_solver_of_blocks(record: "Record", damages: "list[Damage]") -> None:
-    """Refuse to invalidate blocks of another solver, which this one may not compute; descriptions and marks need
-    none.
+    """Refuse to invalidate blocks of another solver, which this solver must not compute; descriptions and marks need no
+    solver.
 
     Raises
     ------

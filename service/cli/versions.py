@@ -1,4 +1,4 @@
-"""The command recompute: computing a study of an earlier solver again with today's."""
+"""The command recompute: computes a study of an earlier solver again with today's solver."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 

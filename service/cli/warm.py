@@ -1,4 +1,4 @@
-"""The command warm: compiling kernels in advance."""
+"""The command warm: compiles kernels in advance."""
 
 import os
 import time
@@ -47,7 +47,7 @@ def warm(
     Later commands then need not wait for the compiler.
     """
     if target is not None:
-        # read when the compiler is imported, here and in the processes that compile
+        # read when the compiler is imported, in this process and in those that compile
         os.environ["DAMPERLAB_TARGET"] = target.value
     from damperlab.worker.jit import CACHE_FOLDER
     from damperlab.worker.scenes import every_scene, usual_scenes
@@ -83,10 +83,8 @@ def have_ready(wanted: "Iterable[Scene]", apart: bool = False) -> None:
     Parameters
     ----------
     wanted : iterable of Scene
-        Needs of the command.
-    apart : bool
-        In separate processes, on every core: faster if there are many. Else in this process, which costs less in
-        total.
+        Scenes that the command needs. apart : bool Whether to use separate processes on every core, which is faster for
+        many scenes. One process costs less in total.
     """
     from damperlab.worker.warm import compile_apart, missing
     from damperlab.worker.warm import warm as compile_here

@@ -1,4 +1,4 @@
-"""Answers as sentences and tables for people."""
+"""Answers as sentences and tables."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from damperlab.studies.answers.phrases import Phrases
 
 MAP_COLUMNS = 12
-"""Most columns of a map on a terminal; a note says if some are left out."""
+"""Most columns of a map on a terminal; if columns are left out, a note says so."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Head and rows."""
@@ -28,7 +28,7 @@ def cell(name: str, value: float | str) -> str:
     """Write one value of a variable: a code by its name, a number with six digits, a text unchanged."""
     if isinstance(value, str):
         return value
-    name = name.removeprefix("other_")  # of the second study, in a comparison
+    name = name.removeprefix("other_")  # a variable of the second study in a comparison
     flags = VARIABLES[name].flags if name in VARIABLES else None
     return number(float(value)) if flags is None else flags(int(value)).name.lower()
 
@@ -41,11 +41,8 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
     answer : Dataset
         Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
     metric : str
-        Which variable.
-    phrases : Phrases
-        Of the study.
-    variable : str, optional
-        The variable listed instead of the metric, in its unit.
+        The variable. phrases : Phrases Phrases of the study. variable : str, optional The variable listed instead of
+        the metric, in its unit.
     """
     y, x = (str(name) for name in answer[metric].dims)
     step = -(-answer.sizes[x] // MAP_COLUMNS)
@@ -64,7 +61,7 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
 def map_brief(
     answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted: bool, sizes: "Mapping[Any, int]"
 ) -> Brief:
-    """Say where a map is smallest and largest, or where two differ most; for a class how often each occurs.
+    """Say where a map is smallest and largest, or where two maps differ most; for classes, how often each occurs.
 
     Parameters
     ----------
@@ -77,7 +74,8 @@ def map_brief(
     subtracted : bool
         Whether it is the difference of two.
     sizes : mapping of int
-        Of the study's dimensions. The answer names the value of the map along those that have several.
+        Points along the dimensions of the study. The answer names the value along each that has several and is not
+        shown.
     """
     import numpy as np
 
@@ -107,7 +105,7 @@ def map_brief(
     what = f"Change of the {what}" if subtracted else what
     told = f"{what}: least {least[0]} at {least[1]}; largest {largest[0]} at {largest[1]}."
     unknown = values.size - known.size
-    missing = f"{unknown:,} of {values.size:,} places have no value." if unknown else ""
+    missing = f"{unknown:,} of {values.size:,} points have no value." if unknown else ""
     return Brief(
         None,
         (f"{told[:1].upper()}{told[1:]}", missing),
@@ -141,8 +139,8 @@ def _class_shares(
 def response_brief(
     answer: "xr.Dataset", metric: str, phrases: "Phrases", cavity: "Sequence[str]" = ()
 ) -> Brief:
-    """Say where a curve is smallest and largest, and where that of a second study differs; for classes, how often
-    each occurs. `cavity` is what the study assumes of it.
+    """Say where a curve is smallest and largest, and where that of a second study differs; for classes, how often each
+    occurs. `cavity` lists what the study assumes about the cavity.
     """
     import numpy as np
 
@@ -222,13 +220,11 @@ def rows_table(
     Parameters
     ----------
     answer : Dataset
-        Of one study.
-    phrases : Phrases
-        Of the study.
+        Answer about one study. phrases : Phrases Of the study.
     meant : mapping of str, optional
         The quantity for an answer's own name.
     varied : collection of str, optional
-        Coordinates that are shown although all rows share them, because nothing else gives their value.
+        Coordinates that are shown although all rows share them, because their value is not shown elsewhere.
     """
     (dimension,) = (str(name) for name in answer.sizes)
     names = [dimension] if dimension in EVERY_DIMENSION else []
@@ -253,7 +249,7 @@ def rows_table(
 
 
 def _errors(answer: "xr.Dataset", value_name: str, name: str, means: str, phrases: "Phrases") -> list[str]:
-    """Write a column of errors: a word for those that are rounding."""
+    """Write a column of errors, with a word for those that are only rounding."""
     values = answer[value_name].values.tolist()
     return [
         ROUNDING_WORD if is_rounding(value, error) else _spelled(means, error, phrases)
@@ -272,7 +268,7 @@ def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":
 
 
 def slice_sentence(answer: "xr.Dataset", metric: str, study: str, phrases: "Phrases") -> str:
-    """Name the content of a map or a curve, and its study."""
+    """Write what a map or a curve shows, and of which study."""
     shown = phrases.shown(metric, answer[metric])
     reduced = (
         f", {answer.attrs['reduce']} over {phrases.label(answer.attrs['over'])}"

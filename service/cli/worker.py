@@ -14,7 +14,7 @@ Tls = Annotated[
     typer.Option(
         "--tls",
         metavar="DIR",
-        help="Folder made by `damperlab admin certificates`; DAMPERLAB_CLUSTER_TLS by default.",
+        help="Folder from `damperlab admin certificates`; by default DAMPERLAB_CLUSTER_TLS.",
         show_default=False,
     ),
 ]
@@ -35,29 +35,31 @@ def worker(
         float | None,
         typer.Option(
             min=1.0,
-            help="Leave early enough that the process has ended after this many seconds, before a batch system ends it.",
+            help="Leave early enough that the process ends within this many seconds, before a batch system "
+            "ends it.",
         ),
     ] = None,
     leave_within: Annotated[
         float,
         typer.Option(
             min=0.0,
-            help="Longest time that leaving may take, in seconds, after SIGTERM, a notice or the end of the lifetime.",
+            help="Longest time, in seconds, for leaving after SIGTERM, a notice or the end of the lifetime.",
         ),
     ] = 25.0,
     notice: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Leave the cluster as soon as this file exists, as when a spot instance is about to be reclaimed.",
+            help="Leave the cluster as soon as this file exists, for example because a spot instance is "
+            "about to be reclaimed.",
         ),
     ] = None,
     notice_url: Annotated[
         str | None,
         typer.Option(
             metavar="URL",
-            help="Ask this address every 5 seconds, and leave the cluster once it answers 200 and not FALSE, as addresses of "
-            "spot instances do.",
+            help="Ask this address every 5 seconds, and leave the cluster once it answers 200 and not "
+            "FALSE. Spot instances have such addresses.",
             show_default=False,
         ),
     ] = None,

@@ -1,5 +1,5 @@
-"""Answers as xarray Datasets, rebuilt from the service's documents, equal to those of `studies.answers`, and their
-figures.
+"""Answers as xarray Datasets, with their figures. They are rebuilt from the service's documents and equal those of
+`studies.answers`.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class _Plot(DatasetPlotAccessor):
-    """Calling it draws the complete answer; `plot.scatter` and the like are xarray's."""
+    """A call draws the complete answer; `plot.scatter` and the like are xarray's."""
 
     def __call__(self, path: str | Path | None = None) -> "Figure":  # type: ignore[override]
         """Draw the answer.
@@ -133,7 +133,7 @@ HISTORY = {
     "p_rate": ("velocity of the particle", "Z·ω_n"),
     "impact": ("1 where an impact ends", "1"),
 }
-"""Columns of a time history: what they are, and their unit."""
+"""Columns of a time history: their meaning and unit."""
 
 
 def read_history(columns: Mapping[str, Any]) -> xr.Dataset:

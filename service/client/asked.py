@@ -1,4 +1,4 @@
-"""Shared by the client's questions: their values as parameters of a request, and their documentation."""
+"""Functions that the client's questions share: they make parameters of a request, and the documentation."""
 
 from collections.abc import Callable, Iterable, Mapping
 from inspect import cleandoc
@@ -74,7 +74,7 @@ def explained(*questions: type) -> Callable[[Function], Function]:
     Parameters
     ----------
     *questions : type
-        Values whose fields the function takes; its own documentation has precedence.
+        Types whose fields the function takes; documentation that it has already takes precedence.
     """
     fields = [each for question in questions for each in fields_of(question) if "client" in each.doors]
     entries = [entry(each) for each in sorted(fields, key=lambda each: each.is_named)]

@@ -44,7 +44,7 @@ class Client:
         A key of the service, from `damperlab admin keys create`; sent as ``Authorization: Bearer …``. By default it
         is read from ``DAMPERLAB_KEY``, or from the file that ``DAMPERLAB_KEY_FILE`` names.
     timeout : float
-        Longest wait for an answer [s]. The first simulation of a new installation compiles for a while.
+        Longest wait for an answer [s]. The first simulation of a new installation takes longer, because it compiles.
 
     Raises
     ------
@@ -209,10 +209,11 @@ class Client:
         tag : str, optional
             Only those with this tag; see `Study.remark`.
         within : (str, float or None, float or None), optional
-            Only those whose values of a dimension reach into a range, as in ``("clearance_ratio", 2, 5)``; None for no end.
+            Only those whose axis overlaps a range of a dimension, as in ``("clearance_ratio", 2, 5)``; None for an open
+            end.
         designs : bool
-            Also list the studies of designs and refinements. They appear anyway for a name, a tag or a state other
-            than done.
+            Also list the studies of designs and refinements. If a name, a tag or a state other than done is given, they
+            are listed anyway.
 
         Raises
         ------
@@ -258,9 +259,9 @@ class Client:
     ) -> Simulation:
         """Compute one design point now.
 
-        The design point has ``frequency_ratio``, ``clearance_ratio``, ``friction_ratio``, ``restitution``, ``mass_ratio``
-        and ``damping_ratio``; with ``particle=False`` clearance, restitution and mass do not matter. The ``contact`` is
-        written as in a study, ``{"model": "dwell", "contact_time": 0.1}``.
+        The design point has ``frequency_ratio``, ``clearance_ratio``, ``friction_ratio``, ``restitution``,
+        ``mass_ratio`` and ``damping_ratio``; with ``particle=False`` clearance, restitution and mass have no effect.
+        The ``contact`` is written as in a study, ``{"model": "dwell", "contact_time": 0.1}``.
 
         Returns
         -------
@@ -354,7 +355,7 @@ class Client:
         structure : mapping, optional
             Known values, in the form of a study; an axis is estimated within its range.
         deviation : float, optional
-            Standard deviation of the amplitudes relative to each, if the table has none.
+            Standard deviation of each amplitude as a share of it, if the table states none.
         confidence : float, optional
             Confidence of the intervals; by default 0.95.
         seed : int, optional
@@ -401,7 +402,7 @@ class Client:
         Raises
         ------
         NotFound
-            If the service's data directory has none.
+            If the service's data directory has no report.
         """
         report = self._transport.ask("GET", "/accuracy")
         names = ("created", "version", "passed", "stability")
@@ -476,7 +477,9 @@ class Client:
 
 
 def _study(study: "Definition") -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a study; a file is only read, and the service checks it."""
+    """Give the arguments of `Transport.ask` that send a study. A file is only read here; the service checks its
+    content.
+    """
     if callable(document := getattr(study, "document", None)):
         return body(document())
     if isinstance(study, Mapping):
@@ -484,7 +487,7 @@ def _study(study: "Definition") -> dict[str, Any]:
     if isinstance(study, str) and ("\n" in study or ": " in study or study.startswith("{")):
         return _written(study.encode(), "yaml")
     if not isinstance(study, str | Path):
-        advice = "give a mapping, a path, a text of YAML, or a name such as figure-11"
+        advice = "give a mapping, a path, a text of YAML, or a name like figure-11"
         told = f"A study cannot be read from {describe(study)}."
         raise refused((Fault("study", describe(study), "a study", advice, told),))
     path = Path(study)

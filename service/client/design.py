@@ -31,7 +31,7 @@ class Design:
     transport : Transport
         The way to the service.
     document : mapping
-        The service's record of it, or the available part.
+        The service's record of the design, or the available part of it.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Design:
             return card(f"Design {self.name}", [("id", self.id)])
         answer = now["answer"] or {}
         rows: list[tuple[str, object]] = [("id", self.id), ("state", now["state"])]
-        # an answer from before verdicts has only sentences
+        # an answer of an older version has no verdict, only sentences
         told = answer["verdict"]["sentences"] if "verdict" in answer else answer.get("words", ())
         rows += [("", sentence) for sentence in told]
         if not answer:
@@ -65,7 +65,7 @@ class Design:
         return card(f"Design {self.name}".strip(), rows)
 
     def __eq__(self, other: object) -> bool:
-        """Equal ids of one service mean the same design."""
+        """Designs are equal if they have the same id at the same service."""
         return isinstance(other, Design) and (self.id, self._transport.url) == (
             other.id,
             other._transport.url,
@@ -250,15 +250,15 @@ def ask_for(transport: Transport, specification: "Specification") -> Design:
 
 
 def _sent(specification: "Specification") -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a specification; a file is only read, and the service checks
-    it.
+    """Give the arguments of `Transport.ask` that send a specification. A file is only read here; the service checks its
+    content.
     """
     if isinstance(specification, Mapping):
         return body(specification)
     if isinstance(specification, str) and ("\n" in specification or specification.startswith("{")):
         return _written(specification.encode(), "yaml")
     if not isinstance(specification, str | Path):
-        advice = "give a mapping, a path, a text of YAML, or a name such as prototype"
+        advice = "give a mapping, a path, a text of YAML, or a name like prototype"
         told = f"A specification cannot be read from {describe(specification)}."
         raise refused((Fault("specification", describe(specification), "a specification", advice, told),))
     path = Path(specification)

@@ -12,7 +12,7 @@ from damperlab.service.client.faults import refused
 from damperlab.studies.faults import Fault, describe
 
 UNITS = (("_m_s2", "m/s2"), ("_m_s", "m/s"), ("_m", "m"), ("_j", "J"), ("_s", "s"))
-"""How the name of a measure ends, and its unit."""
+"""Endings of the names of measures, and their units."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ def upload(path: Path, name: str, units: str | None) -> dict[str, Any]:
 
 
 def read_comparison(document: Mapping[str, Any]) -> DamperComparison:
-    """Convert a comparison into a Dataset along ``case``; measures over perturbed starts end in ``_lowest`` and
-    ``_highest``.
+    """Convert a comparison into a Dataset along ``case``. The names of measures over perturbed starts end in
+    ``_lowest`` and ``_highest``.
     """
     cases = document["cases"]
     measures = [name for name in next(iter(cases.values())) if name not in ("label", "spread")]
@@ -97,7 +97,7 @@ def read_comparison(document: Mapping[str, Any]) -> DamperComparison:
         np.array(sensitive),
         {
             "units": "1",
-            "long_name": "whether the response depends on details of the start that are not known",
+            "long_name": "whether the response depends on unknown details of the start",
         },
     )
     labels = [str(case["label"]) for case in cases.values()]

@@ -36,8 +36,8 @@ class Problem(ClientFault):
     status : int
         HTTP status.
     type, title, detail : str
-        The kind of problem, ``urn:damperlab:problem:<kind>``; the status in words; the event. If nothing was sent,
-        the status has no words.
+        The kind of problem, ``urn:damperlab:problem:<kind>``; the status in words, empty if nothing was sent; what
+        happened.
     faults : tuple of Fault
         The faults of the request: `field`, `found`, `allowed`, `advice` and `message` of each.
     request_id : str, optional
@@ -57,7 +57,7 @@ class Problem(ClientFault):
         super().__init__(self.detail)
 
     def __str__(self) -> str:
-        """Describe the event, and every fault in a separate line."""
+        """Describe what happened, and every fault on its own line."""
         answered = f" ({self.status} {self.title})" if self.title else ""
         lines = [f"{self.detail}{answered}".lstrip()]
         return "\n".join((*lines, *(f"  {fault}" for fault in self.faults)))

@@ -1,4 +1,4 @@
-"""A measured response sent to a service, which estimates parameters of the prototype."""
+"""Sends a measured response to a service, which estimates parameters of the prototype."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -23,8 +23,8 @@ def question(
         _no_range(name, span) for name, span in ranges.items() if span is not None and not _is_range(span)
     ]
     if structure is not None and not isinstance(structure, Mapping):
-        advice = "name what is estimated as `fit`, the second argument, and what is known as `structure`, the third"
-        faults.append(Fault("structure", describe(structure), "a mapping of what is known", advice))
+        advice = "name the parameters to estimate as `fit`, the second argument, and the known values as `structure`, the third"
+        faults.append(Fault("structure", describe(structure), "a mapping of the known values", advice))
     if faults:
         raise refused(tuple(faults))
     given = {name: None if span is None else [float(end) for end in span] for name, span in ranges.items()}
@@ -42,7 +42,7 @@ def _is_range(span: Any) -> bool:
 
 def _no_range(name: str, span: object) -> Fault:
     allowed = "lowest and highest value, or None for the usual range"
-    advice = "give what is known, with its values, as `structure`, the third argument"
+    advice = "give the known values as `structure`, the third argument"
     return Fault(f"fit.{name}", describe(span), allowed, advice)
 
 

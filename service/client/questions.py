@@ -32,9 +32,10 @@ if TYPE_CHECKING:
 
 
 class Questions(Asked):
-    """Questions to a study; a running one answers with its present results.
+    """Questions to a study; a running study answers with its present results.
 
-    If the study is given in SI units, answers have their ratios in units too, as `amplitude_m` and `clearance_m`.
+    If the study is given in SI units, answers contain quantities in units in addition to ratios, as `amplitude_m` and
+    `clearance_m`.
     """
 
     @cached_property
@@ -64,8 +65,8 @@ class Questions(Asked):
     ) -> "ResonanceMap":
         """Show one metric over two dimensions.
 
-        By default the dimensions are those along which the study varies, clearance and friction first. Unless the
-        frequency, or the record of a ground-motion suite, is given, the largest value over all of them is shown.
+        By default the dimensions are those along which the study varies, clearance and friction first. The map shows
+        the largest value over all frequencies, or all records of a ground-motion suite, unless one of them is given.
 
         With ``minus``, a second study with the same axes, ``other`` holds its values and ``difference`` the first
         minus the second; ``plot`` draws all three.
@@ -173,7 +174,7 @@ class Questions(Asked):
 
 
 def _untyped(question: Question[Any]) -> Callable[..., Any]:
-    """Make the method of a question without an explicit one: the same, except for its type annotations."""
+    """Make the method of a question that has no explicit method; it lacks only the type annotations."""
     fields = sorted(
         (each for each in question.fields if "client" in each.doors), key=lambda each: each.is_named
     )

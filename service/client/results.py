@@ -28,7 +28,7 @@ class Estimate:
     digest : str
         Digest of the study; its first twelve digits would be the id.
     points, blocks, bytes : int
-        Number of points and blocks, and their size before compression.
+        Number of points and of blocks, and the size before compression.
     seconds : float
         On one core [s]: running the kernels, and compiling missing ones.
     definition : dict
@@ -55,7 +55,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Refinement:
-    """Uncertainty of an optimum or a class boundary, and the follow-up that reduces it.
+    """State of a search for an optimum or a class boundary, and the follow-ups that continue it.
 
     Parameters
     ----------
@@ -64,13 +64,12 @@ class Refinement:
     found : dict
         The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
     steps : dict of float
-        By parameter, the distance to the farther of its two neighbours.
+        By parameter, the distance from the optimum to the farther of its two neighbours.
     points, fine_points : int
         Points of the follow-ups, and of a grid that would give the same answer; 0 if none is known.
     note : str
-        The same as sentences.
-    follow_up : Study, optional
-        The first submitted study; None if everything is known, or for a dry run.
+        The result in sentences. follow_up : Study, optional The first submitted study; None if everything is known, or
+        for a dry run.
     follow_ups : tuple of Study
         All submitted studies.
     spent : dict
@@ -110,8 +109,8 @@ class Simulation:
         The design point.
     attractors : dict, optional
         The responses that many starts lead to (``met``, each with its ``share`` and ``metrics``).
-        ``decided_by_a_rounding`` says whether a change of the start in its last digits leads to another one, and
-        ``note`` describes both in words. None if no starts were requested.
+        ``decided_by_a_rounding`` says whether a change in the last digits of the start leads to another response.
+        ``note`` describes this in words. None if no starts were requested.
     """
 
     metrics: dict[str, Any]

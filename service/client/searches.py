@@ -1,4 +1,4 @@
-"""Searches of a service: follow-up studies around the best design, or around a class boundary."""
+"""Searches by a service: follow-up studies around the best design, or around a class boundary."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Searches(Asked, ABC):
-    """A study with searches."""
+    """A study with the methods that search."""
 
     @abstractmethod
     def _handle(self, document: Mapping[str, Any]) -> "Study":
@@ -40,7 +40,7 @@ class Searches(Asked, ABC):
         Returns
         -------
         Refinement
-            With the follow-up, to wait for and then to pass as ``with_``.
+            It holds the follow-up; wait for it, then pass it as ``with_``.
         """
         return self._search("/refine", (Search, Judging, FollowUps), locals())
 
@@ -58,7 +58,7 @@ class Searches(Asked, ABC):
         Returns
         -------
         Refinement
-            With the follow-up, to wait for and then to pass as ``with_``.
+            It holds the follow-up; wait for it, then pass it as ``with_``.
         """
         return self._search("/refine-boundary", (Boundary, Step, FollowUps), locals())
 

@@ -34,7 +34,7 @@ class Study(Questions, Searches):
     transport : Transport
         The way to the service.
     document : mapping
-        Its record, or the available part of it.
+        The service's record of the study, or the available part of it.
 
     Attributes
     ----------
@@ -62,14 +62,14 @@ class Study(Questions, Searches):
             return card(f"Study {self.name}", [("id", self.id)])
 
     def __eq__(self, other: object) -> bool:
-        """Equal ids of one service mean the same study."""
+        """Studies are equal if they have the same id at the same service."""
         return isinstance(other, Study) and (self.id, self._transport.url) == (
             other.id,
             other._transport.url,
         )
 
     def __hash__(self) -> int:
-        """Hash as equality asks."""
+        """Hash consistent with equality."""
         return hash((self.id, self._transport.url))
 
     @property
@@ -85,7 +85,7 @@ class Study(Questions, Searches):
     def wait(self, progress: bool = True, timeout: float | None = None) -> "Study":
         """Wait until the study is done.
 
-        Lost connections and restarts of the service are waited out.
+        Lost connections and restarts of the service do not end the wait.
 
         Parameters
         ----------
@@ -184,8 +184,8 @@ class Study(Questions, Searches):
         return Study(self._transport, self._ask("POST", "/recompute"))
 
     def differences(self, older: "Study | str | None" = None) -> dict[str, Any]:
-        """Differences of this version from an older one: points, and for each variable the largest difference and
-        its place.
+        """Differences of this version from an older one: the differing points and, for each variable, the largest
+        difference and where it is.
 
         Parameters
         ----------
@@ -223,7 +223,7 @@ class Study(Questions, Searches):
                 self._ask("DELETE", params={"trash": True} if trash else None)
                 return
             except Conflict:
-                # the blocks that were running at the cancel complete
+                # the blocks that ran when the study was cancelled still complete
                 if time.monotonic() > give_up or self.state in ("queued", "running"):
                     raise
             time.sleep(0.2)
@@ -231,12 +231,13 @@ class Study(Questions, Searches):
     def cube(self, chunks: Any = "blocks") -> "xr.Dataset":
         """Open the complete cube lazily: values are fetched when they are used.
 
-        If the study has not ended, it shows the present results and does not change; open it again for more.
+        If the study has not ended, the cube holds the present results and does not change; open it again for newer
+        ones.
 
         Parameters
         ----------
         chunks : mapping, int or None
-            As for `xarray.open_zarr`; by default the study's blocks are chunks of Dask; None means no Dask.
+            As for `xarray.open_zarr`; by default each block of the study is a chunk of Dask; None means no Dask.
 
         Returns
         -------

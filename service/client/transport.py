@@ -1,4 +1,6 @@
-"""One request: sent, repeated with growing pauses while that may help, and finally answered or refused in words."""
+"""One request: it is sent, repeated with growing pauses as long as that may help, and finally answered or refused in
+words.
+"""
 
 import json
 import logging
@@ -19,9 +21,9 @@ from damperlab.studies.faults import Fault, describe
 from damperlab.studies.spacing import evenly_spaced
 
 PATIENCE_SECONDS = 60.0
-"""Longest absence of a service that has answered before: the time of a restart."""
+"""Longest absence of a service that has answered before, enough for a restart."""
 FIRST_SECONDS = 4.0
-"""Longest absence of one that has never answered: the address may be mistyped."""
+"""Longest absence of a service that has never answered, since the address may be mistyped."""
 LONGEST_PAUSE_SECONDS = 5.0
 PREFERRED = "respond-async, wait=20"
 """An answer that takes longer is deferred and fetched later, so that no proxy closes the silent connection."""
@@ -49,7 +51,7 @@ class Transport:
     Raises
     ------
     Refused
-        If `url` is no address.
+        If `url` is not an address.
     """
 
     def __init__(self, url: str, api_key: str | None, timeout_seconds: float) -> None:
@@ -77,7 +79,7 @@ class Transport:
         Parameters
         ----------
         method, path : str
-            As in ``GET``, ``/studies``.
+            Method and path, for example ``GET`` and ``/studies``.
         **how
             Arguments of `httpx.Client.request`; parameters that are None are omitted.
 
@@ -92,14 +94,16 @@ class Transport:
         try:
             response = self._answer(method, path, how)
         except ClientFault as fault:
-            # a traceback shows the request: the frames of its retries would hide the message
+            # raised here so that a traceback shows the request; the frames of its retries would hide the message
             refusal = fault.with_traceback(None)
         else:
             return None if response is None or response.status_code == 204 else _json(response)
         raise refusal from None
 
     def _answer(self, method: str, path: str, how: Mapping[str, Any]) -> httpx.Response | None:
-        """Send a request, and repeat it while that may help; None for a study that the first attempt deleted."""
+        """Send a request, and repeat it as long as that may help; None if the first attempt has already deleted the
+        study.
+        """
         for attempt in self.attempts():
             with attempt, self._translated():
                 response = self._http.request(method, path, **how)
@@ -118,7 +122,7 @@ class Transport:
         try:
             while response.status_code == 202:
                 if time.monotonic() > give_up:
-                    raise httpx.ReadTimeout(f"{where} was not there in time")
+                    raise httpx.ReadTimeout(f"{where} was not ready in time")
                 time.sleep(PROMISE_PAUSE_SECONDS)
                 response = self._http.get(where)
         except BaseException:
@@ -126,7 +130,7 @@ class Transport:
                 self._http.delete(where)
             raise
         if response.status_code == 404:
-            # the service was restarted: the deferred answer is computed again
+            # the service was restarted, so the deferred answer is computed again
             detail = "The service no longer has the deferred answer."
             raise problem({"status": 503, "title": "Service Unavailable", "detail": detail})
         _check(response)
@@ -169,7 +173,7 @@ class Transport:
             self._met = True
             raise
         except httpx.ReadTimeout as error:
-            # The service is computing it: a repeated request would start again.
+            # The service is computing the answer; a repeated request would start again.
             message = f"{self.url} took longer than {self._timeout_seconds:g} s to answer; give Client(timeout=…) more."
             raise Unreachable(message) from RuntimeError(str(error))
         except httpx.TransportError as error:
@@ -204,7 +208,7 @@ def body(document: Mapping[str, Any] | Sequence[Any]) -> dict[str, Any]:
 
 
 def _axis(value: Any) -> Any:
-    """Write an array of numpy as its range, if it is one: `np.linspace` rounds more than once."""
+    """Write an array of numpy as a range if it is one, because the values of `np.linspace` are rounded more than once."""
     values = value.tolist()
     if np.ndim(value) == 1 and len(values) > 2 and np.isfinite(value).all():
         start, stop, num = values[0], values[-1], len(values)
@@ -237,8 +241,8 @@ def _check(response: httpx.Response) -> None:
         if response.status_code == 404 or response.is_redirect:
             what = response.headers.get("content-type", "nothing").partition(";")[0]
             raise Unreachable(
-                f"{response.url} answers {response.status_code} {title} with {what}, which is not how a damperlab "
-                "service answers. Is the address right?"
+                f"{response.url} answers {response.status_code} {title} with {what}, which is not an answer "
+                "of a damperlab service. Is the address right?"
             )
         document = {"status": response.status_code, "title": title, "detail": f"From {response.url}."}
     error = problem(document)
@@ -251,7 +255,7 @@ def _retry_after(error: Problem) -> float | None:
     try:
         return max(0.0, float(error.document.get("retry_after", "")))
     except ValueError:
-        return None  # a date, or nothing: use the usual pause
+        return None  # a date, or nothing; the usual pause is used
 
 
 def _json(response: httpx.Response) -> Any:
@@ -260,5 +264,6 @@ def _json(response: httpx.Response) -> Any:
     except ValueError:
         what = response.headers.get("content-type", "nothing").partition(";")[0]
         raise Unreachable(
-            f"{response.url} answers with {what}, which is not how a damperlab service answers. Is the address right?"
+            f"{response.url} answers with {what}, which is not an answer of a damperlab service. Is the "
+            "address right?"
         ) from None

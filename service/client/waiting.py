@@ -22,7 +22,9 @@ ENDS = ("done", "cancelled", "failed")
 LOOK_SECONDS = 1.0
 """Interval between checks of the record if the stream of events is silent."""
 SILENCE_SECONDS = 20.0
-"""The service sends a comment every 15 s; a longer silence means that it is gone, or that a proxy holds them back."""
+"""The service sends a comment every 15 s. A longer silence means that the service is gone, or that a proxy holds the
+events back.
+"""
 
 
 def follow(transport: Transport, study_id: str, until: float | None = None) -> Iterator[Mapping[str, Any]]:
@@ -43,7 +45,7 @@ def follow(transport: Transport, study_id: str, until: float | None = None) -> I
     Yields
     ------
     mapping
-        As of ``GET /studies/{id}`` or shorter, as in the events.
+        The record as from ``GET /studies/{id}``, or its shorter form in the events.
     """
     while True:
         record = transport.ask("GET", f"/studies/{study_id}")
@@ -60,8 +62,8 @@ def follow(transport: Transport, study_id: str, until: float | None = None) -> I
         except NotFound:
             raise
         except (Unavailable, Unreachable):
-            pass  # then request the record, with the remaining patience
-        # a stream that ends immediately would make this a busy loop
+            pass  # afterwards the record is requested, within the remaining time
+        # without a pause, a stream that ends immediately would make this a busy loop
         time.sleep(max(0.0, min(LOOK_SECONDS, left) - (time.monotonic() - began)))
 
 
@@ -72,7 +74,7 @@ def _events(transport: Transport, study_id: str, silence_seconds: float) -> Iter
         for line in response.iter_lines():
             if line.startswith("data:"):
                 event = json.loads(line.removeprefix("data:"))
-                # a deleted study has no state: requesting its record raises the error
+                # a deleted study has no state; requesting its record raises the error
                 if "state" not in event:
                     return
                 yield event
@@ -117,7 +119,7 @@ def shown(name: str, points: int) -> "AbstractContextManager[Shown]":
 
 
 class _NotebookBar:
-    """A bar in HTML: rich's bar in a notebook needs a package of widgets."""
+    """A bar in HTML, because rich's bar needs a package of widgets in a notebook."""
 
     def __init__(self, name: str, points: int) -> None:
         self._name, self._points = name, points

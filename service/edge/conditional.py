@@ -1,4 +1,4 @@
-"""Answers that the client already has, and parts of answers: ETag, If-None-Match, Range, HEAD."""
+"""Handles requests for answers that the client already has, and for parts of answers: ETag, If-None-Match, Range, HEAD."""
 
 import re
 from hashlib import blake2b
@@ -8,7 +8,7 @@ from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 TAGGED_BYTES = 8 * 1024 * 1024
-"""Most bytes of an answer that are hashed for its tag: some milliseconds."""
+"""Most bytes of an answer that are hashed for its tag, which takes some milliseconds."""
 
 
 class Head:
@@ -59,7 +59,7 @@ class Tagged:
                 start, held = held, None
                 body = message.get("body", b"")
                 if not message.get("more_body", False) and len(body) <= TAGGED_BYTES:
-                    # weak: the same document may be sent compressed
+                    # a weak tag, because the same document may be sent compressed
                     tag = f'W/"{blake2b(body, digest_size=12).hexdigest()}"'
                     headers = MutableHeaders(scope=start)
                     headers["ETag"] = tag
@@ -93,7 +93,7 @@ def has_seen(headers: Headers, tag: str) -> bool:
 
 
 def part_asked(request: Request, size: int, tag: str) -> tuple[int, int] | None:
-    """Give the first byte of the Range, and the one after the last.
+    """Give the first byte of the Range, and the byte after its last.
 
     Parameters
     ----------
@@ -107,8 +107,8 @@ def part_asked(request: Request, size: int, tag: str) -> tuple[int, int] | None:
     Returns
     -------
     tuple of int, optional
-        Equal if the part lies outside. None if the complete answer is right: without Range, or with several parts or
-        another unit.
+        The two are equal if the part lies outside. None if the complete answer is to be sent: without Range, with
+        several parts, or with another unit.
     """
     wanted = request.headers.get("range")
     if wanted is None or request.headers.get("if-range", tag) != tag:

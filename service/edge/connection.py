@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 LINGER_SECONDS = 3.0
 """Time for which a connection that ends with an error still reads, so that the client receives the answer."""
 LEAVE_SECONDS = 5.0
-"""Time for which a client that has closed its half of the connection is still answered: most of those have left."""
+"""Time for which a client that has closed its half of the connection is still answered; most such clients have left."""
 STUCK_SECONDS = 60.0
 """Longest time that a client may leave an answer unread."""
 
@@ -32,10 +32,10 @@ _log = logging.getLogger("damperlab.edge")
 
 
 class Connection(H11Protocol):
-    """uvicorn's connection, with time limits on everything that a client may do slowly.
+    """uvicorn's connection, with time limits for everything that a client may do slowly.
 
-    The server calls `overdue` about once a second. A missing head or body is answered with 408; an answer that
-    nobody reads is abandoned.
+    The server calls `overdue` about once a second. A missing head or body is answered with 408; an answer that nobody
+    reads is given up.
     """
 
     _head_since: float | None = None
@@ -65,15 +65,19 @@ class Connection(H11Protocol):
             others = [each for each in siblings if each is not self and each.is_idle]
             if not others:
                 self._refuse(
-                    503, "too-many-connections", "Your address has as many connections as it may have."
+                    503,
+                    "too-many-connections",
+                    "Your address already has the largest allowed number of connections.",
                 )
                 return
             idle = min(others, key=lambda each: each._heard)
-            idle.transport.close()  # idle for the longest time: its client can connect again
+            idle.transport.close()  # the connection that has been idle longest; its client can connect again
             siblings.pop(idle)
             self.connections.discard(idle)
         if len(self.connections) > self._settings.connections_limit:
-            self._refuse(503, "too-many-connections", "The service has as many connections as it takes.")
+            self._refuse(
+                503, "too-many-connections", "The service already has its largest number of connections."
+            )
 
     @property
     def is_idle(self) -> bool:
@@ -90,7 +94,7 @@ class Connection(H11Protocol):
             addresses.pop(self._address, None)
 
     def _is_proxy(self) -> bool:
-        """Whether the peer is a reverse proxy, which connects for many."""
+        """Whether the peer is a reverse proxy, which connects for many clients."""
         believes: bool = self._state.guard.proxies.believes(self.client[0] if self.client else "")
         return believes
 
@@ -108,7 +112,7 @@ class Connection(H11Protocol):
         self._body_since = (self._body_since or now) if their is h11.SEND_BODY else None
 
     def eof_received(self) -> bool | None:  # type: ignore[override]
-        """Answer a client that has stopped sending, for a moment: it may have left, or only have closed its half."""
+        """Keep answering a client that has stopped sending for a moment: it may have left, or only closed its half."""
         if self._lingers_until is not None or self.scheme == "https":
             return None  # TLS has no half-closed connections
         under_way = self.cycle is not None and not self.cycle.response_complete
@@ -157,10 +161,10 @@ class Connection(H11Protocol):
                 self._refuse(408, "request-timeout", detail)
 
     def send_400_response(self, msg: str) -> None:
-        """Answer anything that is no HTTP with a problem document."""
+        """Answer anything that is not HTTP with a problem document."""
         error = sys.exception()
         status = getattr(error, "error_status_hint", 400) or 400
-        self._refuse(status, "malformed-request", f"This is no request of HTTP/1.1: {error or msg}.")
+        self._refuse(status, "malformed-request", f"This is not an HTTP/1.1 request: {error or msg}.")
 
     def _refuse(self, status: int, kind: str, detail: str) -> None:
         """Send an answer of the server itself, the last one on this connection."""
@@ -169,7 +173,7 @@ class Connection(H11Protocol):
         traffic: Traffic = self._state.traffic
         traffic.add("other", status, 0.0)
         if self.cycle is not None and not self.cycle.response_complete:
-            # the computation for this client learns that it has left
+            # this tells the computation for this client that the client has left
             self.cycle.disconnected = True
             self.cycle.message_event.set()
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
@@ -198,7 +202,7 @@ class Connection(H11Protocol):
         self._linger()
 
     def _linger(self) -> None:
-        """Close our half, and read a little longer: closing with unread bytes resets a connection and loses its
+        """Close our half, and read a little longer, because closing with unread bytes resets a connection and loses its
         answer.
         """
         self._unset_keepalive_if_required()
@@ -208,5 +212,5 @@ class Connection(H11Protocol):
         if self.transport.can_write_eof():
             try:
                 self.transport.write_eof()
-            except OSError:  # reset by the client, but the loop has not reported it yet
+            except OSError:  # the client has reset it, but the loop has not reported this yet
                 self.transport.abort()

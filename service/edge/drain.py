@@ -1,4 +1,4 @@
-"""Bodies that nobody reads: dropped before the answer, so that the answer arrives (RFC 9112, section 9.6)."""
+"""Drops bodies that nobody reads before the answer, so that the answer arrives (RFC 9112, section 9.6)."""
 
 from anyio import move_on_after
 from starlette.datastructures import Headers
@@ -24,7 +24,7 @@ class Drain:
         if scope["type"] != "http" or not _has_body(headers := Headers(scope=scope)):
             await self.app(scope, receive, send)
             return
-        # a client that waits for "100 Continue" sends nothing before it arrives
+        # a client that waits for "100 Continue" sends nothing until it arrives
         waits = headers.get("expect", "").lower() == "100-continue"
         ended = False
 

@@ -1,4 +1,4 @@
-"""Heads of requests: limited in length, so that reading them is cheap, and with only one framing of the body."""
+"""Limits the length of the heads of requests, so that reading them is cheap, and allows only one framing of the body."""
 
 import re
 
@@ -10,7 +10,7 @@ from damperlab.service.security.sessions import COOKIE
 from damperlab.studies.faults import Fault
 
 HEAD_LIMIT_BYTES = 32 * 1024
-"""Of the request line and all header lines together."""
+"""Largest size of the request line and all header lines together."""
 CONTENT_TYPE_LIMIT_BYTES = 1024
 _SESSION = re.compile(rf"(?:^|; ?)({COOKIE}=[0-9a-f.]{{1,200}})(?=;|$)".encode())
 PARAMETERS_LIMIT = 500
@@ -35,7 +35,7 @@ class ShortHead:
 
 
 def _without_cookies(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
-    """Keep only the session in the Cookie headers: reading the others may take seconds (CVE-2024-7592)."""
+    """Keep only the session in the Cookie headers, because reading other cookies may take seconds (CVE-2024-7592)."""
     kept = [(name, value) for name, value in headers if name != b"cookie"]
     cookies = [_SESSION.search(value) for name, value in headers if name == b"cookie"]
     return kept + [(b"cookie", found[1]) for found in cookies if found]
@@ -52,11 +52,11 @@ def _framed_twice(scope: Scope) -> Problem | None:
         "leave it out",
         "`Content-Length` and `Transfer-Encoding` exclude each other (RFC 9112, 6.1).",
     )
-    # another parser on the way may see another request after the body
+    # another parser between client and service may see a second request after the body
     return Problem(
         400,
         "malformed-request",
-        "The head of the request says twice where its body ends.",
+        "The head of the request states twice where its body ends.",
         (fault,),
         {"Connection": "close"},
     )

@@ -9,9 +9,9 @@ POLICY_HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Frame-Options": "DENY",
 }
-"""Of every answer; the page's own policy also allows its own files."""
+"""Headers of every answer; the policy of the page also allows its own files."""
 HSTS = "max-age=31536000"
-"""Under TLS: browsers use no unencrypted connection any more."""
+"""Header under TLS, after which browsers use no unencrypted connection."""
 
 
 class Policy:

@@ -1,4 +1,4 @@
-"""Requests while the catalogue does not answer: refused within a second, instead of being held."""
+"""Refuses requests within a second while the catalogue does not answer, instead of holding them."""
 
 import asyncio
 
@@ -18,10 +18,10 @@ SILENCE_SECONDS = 0.4
 
 
 class Silence:
-    """ASGI middleware: answers 503 for a request that has no answer yet while the catalogue gives none.
+    """ASGI middleware: answers 503 to a request that has no answer yet while the catalogue does not answer.
 
-    The thread of such a request cannot be ended: it continues, and its answer is dropped. A catalogue in a file has
-    no server that could be silent: delays come from this machine, and refusing would only add to its work.
+    The thread of such a request cannot be ended; it continues, and its answer is dropped. A catalogue in a file has no
+    server that could be silent. Delays then come from this machine, and refusing would only add to its work.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -64,14 +64,14 @@ class Silence:
         """Test once for all waiting requests."""
         if self._asking is None or self._asking.done():
             self._asking = asyncio.create_task(_ask(catalogue))
-        asking = self._asking  # when this look-up ends another caller may have started one
+        asking = self._asking  # when this test ends, another caller may have started one
         done, _ = await asyncio.wait([asking], timeout=SILENCE_SECONDS)
         return bool(done) and asking.result()
 
     def _forget(self, served: "asyncio.Future[None]") -> None:
         self._left.discard(served)
         if not served.cancelled():
-            served.exception()  # nobody waits for it any more
+            served.exception()  # nobody waits for the test any more
 
 
 async def _ask(catalogue: Catalogue) -> bool:
@@ -84,5 +84,5 @@ async def _ask(catalogue: Catalogue) -> bool:
 
 
 def _problem() -> Problem:
-    told = "The catalogue does not answer. Try again in a moment; what is stored is safe."
+    told = "The catalogue does not answer. Try again in a moment; stored data are safe."
     return Problem(503, "store-unavailable", told, headers={"Retry-After": str(RETRY_SECONDS)})

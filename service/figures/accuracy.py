@@ -11,7 +11,9 @@ from damperlab.service.figures.style import BLUE, GREY, VERMILION, styled
 
 COLUMNS = 3
 OTHERS = (GREY, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#7f4f24")
-"""For methods with a setting, in the order of the report; the event-driven ones have the project's two colours."""
+"""Colours of methods with a setting, in the order of the report; the event-driven methods have the project's two
+colours.
+"""
 OURS = (VERMILION, BLUE)
 MARKERS = "osD^vPX"
 
@@ -51,7 +53,7 @@ def draw_work_precision(diagrams: Sequence[Mapping[str, Any]]) -> Figure:
         for panel in panels[len(diagrams) :]:
             panel.set_visible(False)
         for panel in panels[max(0, len(diagrams) - COLUMNS) : len(diagrams)]:
-            panel.tick_params(labelbottom=True)  # the last of each column, also above an empty place
+            panel.tick_params(labelbottom=True)  # the last panel of each column, even above an empty place
         figure.supxlabel("run time per excitation cycle [µs]", fontsize=10)
         figure.supylabel("relative error of the end state", fontsize=10)
         if diagrams:

@@ -1,4 +1,6 @@
-"""Positions of the numbers on contour lines: each where no other line, and no fold of its own line, runs through it."""
+"""Chooses positions for the numbers on contour lines, where neither another line nor a fold of the same line runs
+through them.
+"""
 
 from collections.abc import Iterator
 
@@ -10,31 +12,31 @@ from numpy.typing import NDArray
 from damperlab.service.figures.style import is_logarithmic
 
 ROOM = 0.035
-"""Share of either axis around a number: half of its length."""
+"""Room around a number as a share of either axis; it is half of the number's length."""
 STEP = 0.005
 """Share of either axis between the points at which a line is sampled."""
 FOLDED = 1.3
-"""Multiple of the length of a straight line through the space of a number: more means a line that returns."""
+"""Multiple of the length of a straight line through the room of a number; a longer line turns back."""
 STRAIGHT = 0.97
 """Least distance of the ends of a number, relative to the length along its line."""
 MOST_POINTS, CANDIDATES = 10_000, 200
-"""Most points of all lines, and most places tried for a number: they bound time and memory. If lines fill a map
-there is no space.
+"""Most points of all lines, and most places tried for a number. They bound time and memory; if lines fill a map, there
+is no room anyway.
 """
 
 
 def label_places(
     lines: ContourSet, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> list[tuple[float, float]]:
-    """Choose a position for the number of each level; a level without a free one has none, and the colour scale
-    shows it.
+    """Choose a position for the number of each level; a level without a free place gets no number, and only the colour
+    scale shows its value.
 
     Parameters
     ----------
     lines : ContourSet
         Drawn over x and y.
     x, y : ndarray
-        Of the grid, ascending; evenly spaced in their logarithm if the axis is logarithmic.
+        Values of the grid, ascending; evenly spaced in their logarithm if the axis is logarithmic.
 
     Returns
     -------

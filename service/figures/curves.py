@@ -84,9 +84,7 @@ def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Fi
     answer : Dataset
         Of `damperlab.studies.answers.compared_response`.
     metric : str
-        Which variable was compared.
-    names : (str, str)
-        Names of the studies.
+        The compared variable. names : (str, str) Names of the studies.
     """
     answer = drawn(answer)
     x = answer["frequency_ratio"]

@@ -1,4 +1,6 @@
-"""Figures of a design: the alternatives over the band, the damper under other base amplitudes, response against mass."""
+"""Figures of a design: the alternatives over the band, the damper under other base amplitudes, and the response over
+the mass.
+"""
 
 import numpy as np
 from matplotlib import colormaps
@@ -19,7 +21,7 @@ Floats = NDArray[np.float64]
 GREEN = "#009e73"
 """Colours of the Okabe-Ito palette, as in the other figures."""
 DEEPEST = 300.0
-"""Largest ratio of responses that is shown."""
+"""Largest ratio of the highest to the lowest response that is shown."""
 SAMPLES = 801
 """Points of the curves with a closed form."""
 
@@ -69,7 +71,9 @@ def draw_amplitudes(found: Found) -> Figure:
             r, values = curve.r, curve.measured / curve.base_m / curve.rate**asked.measure.order
             name = level(asked, amplitude) if asked.in_units else f"{amplitude.reference_m:.3g}"
             place = int(values.argmax())
-            held = values[place] == 0.0  # friction withstands the force: nothing on a logarithm
+            held = (
+                values[place] == 0.0
+            )  # friction withstands the force, and zero has no place on a logarithmic axis
             colour = colours(norm(amplitude.reference_m))
             axes.plot(_frequencies(asked, r), values, color=colour, label=f"{name}, held" if held else name)
             if not held:
@@ -89,8 +93,8 @@ def draw_amplitudes(found: Found) -> Figure:
 
 
 def draw_front(found: Found) -> Figure:
-    """Draw the best response found for every mass of the particle, and that of the tuned mass damper of the same
-    mass.
+    """Draw the best response found for every mass of the particle, and the response with a tuned mass damper of the
+    same mass.
     """
     asked, size = found.asked, _size(found.asked)
     share = 1.0 if asked.in_units else asked.structure.mass_kg
@@ -119,7 +123,7 @@ def draw_front(found: Found) -> Figure:
 
 
 def _label(asked: Specification, words: str) -> str:
-    """Name the quantity of an axis, no longer than the axis: everything in these figures is about the structure."""
+    """Name the quantity of an axis in few words; every quantity in these figures is of the structure."""
     words = words.replace(" of the structure", "")
     return f"{words[:1].upper()}{words[1:]} [{_unit(asked)}]"
 

@@ -10,7 +10,7 @@ from damperlab.studies.vocabulary import CASES
 
 
 def draw_earthquake(asked: Earthquake) -> Figure:
-    """Draw base acceleration, and displacement against the base with each damper over that without one.
+    """Draw the base acceleration and, with each damper, the displacement against the base over that without a damper.
 
     Parameters
     ----------

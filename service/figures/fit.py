@@ -41,10 +41,10 @@ _ALSO = {
 }
 """Symbols of quantities that no study varies."""
 MOST_NAMED = 8
-"""If rows were measured at more conditions than these, only the first are named."""
+"""Largest number of conditions that are all named; of more, only the first are."""
 TONES = colormaps[COLOURS].resampled(256)
 FEW = (BLUE, VERMILION, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "black", GREY)
-"""Colours of the Okabe-Ito palette: for so many conditions they are distinguishable with any colour vision."""
+"""Number of conditions for which colours of the Okabe-Ito palette are used, distinguishable with any colour vision."""
 MASSES = ("mass_ratio", "particle_mass_kg")
 
 
@@ -130,7 +130,7 @@ def caption_of(question: FitQuestion) -> str:
 
 
 def _condition(conditions: Mapping[str, float]) -> str:
-    """Write the conditions of the rows; without a particle, nothing about its cavity."""
+    """Write the conditions of the rows; those of the cavity are left out without a particle."""
     if not conditions:
         return "fitted response; measured: dots, ± one standard deviation"
     alone = any(conditions.get(name) == 0.0 for name in MASSES)

@@ -10,7 +10,7 @@ MILLIMETRES = 1e3
 
 
 def draw_history_fit(fitted: FittedHistory) -> Figure:
-    """Draw the measured displacement, the fitted one, and the residuals below; ignored samples are shaded.
+    """Draw the measured and the fitted displacement, and the residuals below; ignored samples are shaded.
 
     Parameters
     ----------

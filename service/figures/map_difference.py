@@ -22,20 +22,18 @@ from damperlab.service.figures.style import (
 from damperlab.studies.answers.map_difference import DIFFERENCE
 
 DIVERGING = "PuOr_r"
-"""White at 0; purple and orange are distinguishable with any colour vision."""
+"""Colour scale that is white at 0; purple and orange are distinguishable with any colour vision."""
 
 
 def draw_difference(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Figure:
-    """Draw two maps on one scale of colours, and their difference on a scale that is white at 0.
+    """Draw two maps on one colour scale, and their difference on a scale that is white at 0.
 
     Parameters
     ----------
     answer : Dataset
         From `damperlab.studies.answers.map_difference`, dimensions (y, x).
     metric : str
-        Which variable was mapped.
-    names : (str, str)
-        What to call the studies.
+        The mapped variable. names : (str, str) Names of the studies.
     """
     elsewhere = answer.attrs.get("other_at", {})
     units = {name: str(answer[name].attrs.get("units", "1")) for name in elsewhere}
@@ -51,7 +49,7 @@ def draw_difference(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> 
     titled = (
         (panels[0], "; ".join(filter(None, (names[0], own_place))), norm, COLOURS),
         (panels[1], "; ".join(filter(None, (names[1], its_place))), norm, COLOURS),
-        (apart, "The first less the second", Normalize(-(largest or 1.0), largest or 1.0), DIVERGING),
+        (apart, "The first minus the second", Normalize(-(largest or 1.0), largest or 1.0), DIVERGING),
     )
     with styled({"axes.spines.top": True, "axes.spines.right": True}):
         figure = Figure(figsize=(12.6, 4.6), layout="constrained")

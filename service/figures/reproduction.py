@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from damperlab.service.figures.style import BLUE, GREY, VERMILION, styled, ticks_1_2_5
 
 COLOURS = (BLUE, VERMILION, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#7f4f24", GREY)
-"""Of the Okabe-Ito palette, in the order of the curves."""
+"""Colours of the Okabe-Ito palette, in the order of the curves."""
 FREQUENCY, AMPLITUDE = "Frequency ratio $r$", "Amplitude ratio $X/Z$"
 DASHED = (0, (5, 2))
 
@@ -44,7 +44,7 @@ def draw_histories(histories: Mapping[tuple[float, float], Mapping[str, NDArray[
     Parameters
     ----------
     histories : mapping
-        By clearance ratio and restitution: columns `time` and `u` of a simulation at r = 1.
+        For each clearance ratio and restitution, the columns `time` and `u` of a simulation at r = 1.
     """
     rows = sorted({ratio for ratio, _ in histories})
     columns = sorted({e for _, e in histories})
@@ -149,7 +149,7 @@ def draw_numbers(
     measured : sequence of float
         X/Z as printed, one per case.
     computed : mapping
-        By the assumption: X/Z computed, one per case.
+        For each assumption, the computed X/Z, one per case.
     """
     with styled():
         figure = Figure(figsize=(8.4, 3.6), layout="constrained")

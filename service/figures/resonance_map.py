@@ -45,13 +45,13 @@ SMALLER_IS_BETTER = frozenset(
 )
 """Metrics whose map has an optimum."""
 MET = frozenset(("frequency_ratio", "frequency_hz", AMPLITUDE, RECORD, "scale", "natural_frequency_hz"))
-"""Dimensions that no designer chooses: along them, the smallest value is no optimum."""
+"""Dimensions that no designer chooses, along which the smallest value is not an optimum."""
 ALIKE = 1e-9
 """Relative difference of values that are drawn as equal."""
 CONTOUR_POINTS = 8
 """Least number of points along either axis; lines between fewer would be misleading."""
 QUIET = (ResponseClass.LINEAR, ResponseClass.LOCKED, ResponseClass.NO_IMPACT)
-"""Responses in which a particle, if there is one, does nothing."""
+"""Classes of responses in which the particle, if there is one, does nothing."""
 
 
 def draw_map(answer: xr.Dataset, metric: str) -> Figure:
@@ -143,7 +143,8 @@ def _stars(
 ) -> list[Line2D]:
     """Mark the smallest nontrivial value by a star and, if it has no impacts, the best with impacts by another.
 
-    A map over a further dimension has only the response at the extreme: the particle may strike elsewhere.
+    If the map is reduced over a further dimension, it shows only the response at the extreme; the particle may strike
+    elsewhere.
     """
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
     quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)
@@ -171,13 +172,13 @@ def _stars(
 
 
 def _where(answer: xr.Dataset) -> str:
-    """Name the point along the reduced dimension to which a class of response belongs."""
+    """Name the point along the reduced dimension at which the class of response was found."""
     words = {"max": " where it is largest", "min": " where it is smallest"}
     return words.get(str(answer.attrs.get("reduce")), "")
 
 
 def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[np.bool_]:
-    """Say where there is a particle with mass; a study without one has none."""
+    """Mark the points whose particle has mass; in a study without a particle there are none."""
     for name in ("mass_ratio", "particle_mass_kg"):
         if name in answer.coords:
             return np.asarray(
@@ -187,7 +188,7 @@ def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[n
 
 
 def _place(candidates: np.ma.MaskedArray[Any, Any], x: xr.DataArray, y: xr.DataArray) -> tuple[int, int, str]:
-    """Give row and column of the smallest value; among equal ones the first, as in rankings."""
+    """Give row and column of the smallest value; of equal values the first, as in rankings."""
     row, column = (int(index) for index in np.unravel_index(int(candidates.argmin()), candidates.shape))
     across, up = SYMBOLS[str(x.name)], SYMBOLS[str(y.name)]
     at_x, at_y = (
@@ -214,7 +215,7 @@ def _contours(
     y: NDArray[np.float64],
     values: np.ma.MaskedArray[Any, Any],
 ) -> None:
-    """Draw lines at 1, 2, 5, 10, … over cells that are coloured on a logarithmic scale."""
+    """Draw contour lines at 1, 2, 5, 10, … over cells that are coloured on a logarithmic scale."""
     if min(values.shape) < CONTOUR_POINTS:
         return
     low, high = float(values.min()), float(values.max())

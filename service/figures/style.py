@@ -1,4 +1,4 @@
-"""One look for all figures: typeface, colours, scales and names of axes."""
+"""The common style of all figures: typeface, colours, scales and names of axes."""
 
 import threading
 from collections.abc import Iterator, Mapping
@@ -40,10 +40,10 @@ STYLE: dict[str, Any] = {
     "svg.hashsalt": "damperlab",
     "savefig.dpi": 200,
 }
-"""One look for all figures; matplotlib includes the serif face, so that a figure is the same on every machine."""
+"""Settings of all figures; matplotlib includes the serif typeface, so that a figure is the same on every machine."""
 
 COLOURS = "viridis"
-"""Uniform in lightness and readable with any colour vision."""
+"""Colour scale that is uniform in lightness and readable with any colour vision."""
 BLUE, VERMILION, GREY = "#0072b2", "#d55e00", "#8c8c8c"
 """Colours of the Okabe-Ito palette, distinguishable with any colour vision; vermilion stands out from viridis."""
 
@@ -66,14 +66,14 @@ SYMBOLS: dict[str, str] = {
     AMPLITUDE: "$Z$",
     "frequency_hz": "$f$",
 }
-"""The dimensions in the paper's notation; a record has its own name."""
+"""The dimensions in the paper's notation; a record is shown by its name."""
 
 _DRAWING = threading.RLock()
 
 
 @contextmanager
 def styled(changes: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Draw in the project's style; matplotlib's settings are global, so only one thread draws.
+    """Draw in the project's style. matplotlib's settings are global, so only one thread draws at a time.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def save(figure: Figure, path: Path) -> None:
     figure : Figure
         A figure of this module.
     path : Path
-        The same answer gives the same bytes: no date is written.
+        The file. No date is written into it, so the same answer gives the same bytes.
     """
     with styled():
         figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
@@ -121,7 +121,7 @@ def title_of(array: xr.DataArray) -> str:
 
 
 def told(name: str, value: float | str, units: str = "1") -> str:
-    """Write one coordinate for a title."""
+    """Write a coordinate for a title."""
     if isinstance(value, str):
         return value
     if units == "m":
@@ -130,7 +130,7 @@ def told(name: str, value: float | str, units: str = "1") -> str:
 
 
 def fixed_title(answer: xr.Dataset) -> str:
-    """Title of a slice: the values of the other dimensions, and how one was reduced.
+    """Title of a slice: the values of the other dimensions, and how a dimension was reduced.
 
     A quantity that the answer also has in units is given only in units.
     """
@@ -186,7 +186,7 @@ def is_logarithmic(values: NDArray[np.float64]) -> bool:
 
 
 def scale(axes: Axes, which: str, values: NDArray[np.float64]) -> None:
-    """Give the axis `which`, "x" or "y", the scale on which `values` are evenly spaced; a single one gets only its
+    """Give the axis `which`, "x" or "y", the scale on which `values` are evenly spaced; a single value gets only its
     tick.
     """
     if values.size == 1:

@@ -1,4 +1,4 @@
-/** How exact and how fast the solver is: the report that was made last with the service's data folder. */
+/** How exact and how fast the solver is: the last report in the service's data folder. */
 /** @import { Diagram, Extreme, View } from "./types.js" */
 
 import { ask } from "./api.js";
@@ -7,13 +7,13 @@ import { CURVES, DASHES, Figure } from "./figure.js";
 import { help } from "./help.js";
 import { count, moment, short } from "./numbers.js";
 
-/** Errors at the level of rounding are drawn here: a logarithmic axis has no zero. */
+/** Errors at the level of rounding are drawn at this value, since a logarithmic axis has no zero. */
 const FLOOR = 1e-17;
 const SHAPES = ["star", "circle", "square", "diamond", "triangle-up"];
 
 /** @type {View} */
 export async function accuracyView(root) {
-  // asked first: a browser logs a refusal as an error, and that there is no report yet is none
+  // asked first, because a browser logs a refusal as an error, and a missing report is not an error
   const { reports } = await ask("accuracy/reports");
   if (reports.length === 0) return fill(root, el("h1", {}, "Accuracy"), noReport());
   const report = await ask("accuracy");
@@ -35,7 +35,7 @@ export async function accuracyView(root) {
     ),
     el("h2", {}, "Error against run time"),
     quiet(
-      "Farther left is faster, farther down is more exact. Error: that of the state after some cycles " +
+      "Farther left is faster, farther down is more exact. The error is that of the state after some cycles " +
         "from rest, against a reference computed with 40 digits. The event-driven solver has no step " +
         "size, so it is one point.",
     ),
@@ -60,8 +60,8 @@ function noReport() {
     el(
       "p",
       {},
-      "A report measures the solver on this machine: its error against its run time beside the paper’s " +
-        "method, and how it copes with extreme cases. It takes a few minutes:",
+      "A report measures the solver on this machine: its error against its run time, with the paper’s " +
+        "method for comparison, and its results for extreme cases. It takes a few minutes:",
     ),
     el("pre", { tabindex: 0, role: "region", "aria-label": "Command" }, "damperlab check accuracy --quick"),
     quiet(

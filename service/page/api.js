@@ -1,5 +1,5 @@
 /**
- * The service, as this page asks it. Every refusal becomes a `Refusal`, which carries the problem document.
+ * Requests of this page to the service. Every refusal becomes a `Refusal`, which holds the problem document.
  *
  * @typedef {{field: string, found: string, allowed: string, advice: string, message: string}} Fault
  */
@@ -7,12 +7,12 @@
 
 import { capital, el, prose } from "./dom.js";
 
-/** Name of the event that tells the page that the service asks for a key. */
+/** Name of the event that tells the page that the service requires a key. */
 export const KEY_NEEDED = "key-needed";
 
 const ROOT = new URL("api/v1/", document.baseURI);
 
-/** A request that the service did not serve. */
+/** A request that the service refused or did not answer. */
 export class Refusal extends Error {
   /** @param {number} status @param {string} detail @param {Fault[]} faults */
   constructor(status, detail, faults) {
@@ -23,7 +23,7 @@ export class Refusal extends Error {
 }
 
 /**
- * The address of something, with its parameters; those that are null or undefined are left out.
+ * An address with its parameters; those that are null or undefined are left out.
  *
  * @param {string} path
  * @param {Record<string, unknown>} [parameters]
@@ -37,7 +37,7 @@ export function address(path, parameters = {}) {
 }
 
 /**
- * Ask for a document.
+ * Request a document.
  *
  * @template {string} Path
  * @param {Path} path
@@ -130,7 +130,7 @@ export function follow(id, onEvent) {
 }
 
 /**
- * A refusal as something to read: the sentence, then each fault with its advice.
+ * A refusal as text: the sentence, then each fault with its advice.
  *
  * @param {unknown} error
  * @returns {HTMLElement}
@@ -152,7 +152,7 @@ export function refusalBox(error) {
 }
 
 /**
- * What is wrong, what is allowed and what to do.
+ * The fault, the allowed values, and the advice.
  *
  * @param {Fault} fault
  * @returns {Child[]}

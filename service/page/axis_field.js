@@ -1,12 +1,12 @@
 /**
- * One quantity of a study: a single value, a range or a list, as the study's JSON writes it.
+ * One quantity of a study: a single value, a range or a list, as written in the study's JSON.
  *
  * @typedef {Exclude<Spec, number | number[]>} Range
- * @typedef {Spec | null | undefined} Given as somebody types it
+ * @typedef {Spec | null | undefined} Given as typed
  * @typedef {{field: string, label: string, unit?: string, scale?: number, low: number, high: number, step:
- *   number, usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` turns what is
- *   stored into what is shown (1000 for metres in mm); `low`, `high` and `step` are those of the slider, not
- *   the limits of the quantity
+ * number, usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` converts the stored value to
+ * the shown one (1000 for metres in mm); `low`, `high` and `step` belong to the slider and are not the limits of the
+ * quantity
  */
 /** @import { Spec } from "./types.js" */
 
@@ -26,7 +26,7 @@ export function modeOf(spec) {
 }
 
 /**
- * Every number of a spec times a factor, without digits that only the factor brought.
+ * Every number of a spec times a factor, without the digits that rounding of the product adds.
  *
  * @template {Given} T
  * @param {T} spec
@@ -54,7 +54,7 @@ function isRange(spec) {
  * The fields of one quantity.
  *
  * @param {Quantity} quantity
- * @param {Given} spec what the study has now
+ * @param {Given} spec the present value in the study
  * @param {(spec: Given) => void} onChange
  * @returns {HTMLElement}
  */
@@ -101,7 +101,7 @@ export function axisField(quantity, spec, onChange) {
 }
 
 /**
- * What a spec becomes when it is given in another way.
+ * The spec that replaces another when the user changes between value, range and list.
  *
  * @param {Given} spec
  * @param {string} mode
@@ -121,7 +121,7 @@ function converted(spec, mode, quantity) {
 }
 
 /**
- * A number with a slider beside it: the slider for the usual span, the box for any number.
+ * A number with a slider: the slider covers the usual span, the box takes any number.
  *
  * @param {Quantity} quantity
  * @param {string} label
@@ -131,7 +131,7 @@ function converted(spec, mode, quantity) {
  */
 function number(quantity, label, value, onChange, bare = false) {
   const box = el("input", { type: "number", step: "any", value: value ?? "", "aria-label": label });
-  // it reaches as far as what is given
+  // the slider is extended to the given value
   const reach = [quantity.low, quantity.high, ...(typeof value === "number" ? [value] : [])];
   const slider = el("input", {
     type: "range",
@@ -194,7 +194,7 @@ function rangeInputs(quantity, spec, onChange) {
 /** @param {Quantity} quantity @param {Given} spec @param {(spec: number[]) => void} onChange */
 function listInput(quantity, spec, onChange) {
   const looks = { class: "wide", "aria-label": `${quantity.label}: values, separated by commas` };
-  // text stays what it is where it is no number: the service says what is wrong with it
+  // text that is not a number stays as it is; the service reports the fault
   const read = (/** @type {string} */ part) =>
     Number.isFinite(Number(part)) ? Number(part) : /** @type {never} */ (part);
   return listBox([spec].flat().join(", "), (parts) => onChange(parts.map(read)), looks);

@@ -1,4 +1,4 @@
-/** A study beside another one: the same map of both on one scale of colours, and the one less the other. */
+/** Compares a study with another one: the same map of both on one colour scale, and their difference. */
 /** @import { MapDifference, Session, StudyRecord, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -15,7 +15,7 @@ import { sliders } from "./sliders.js";
 import { orderOf } from "./vocabulary.js";
 
 const MOST = 160;
-/** Newest studies that are offered. */
+/** Number of newest studies that are offered. */
 const OFFERED = 200;
 const CHOOSE = "Choose a study with the same axes.";
 const NONE =
@@ -50,7 +50,7 @@ class BesideTab {
     this.metrics = measures(session).filter((one) => !one.coded && variables.includes(one.name));
     const names = this.metrics.map((one) => one.name);
     this.view = { metric: kept.one("metric", names, names[0]), minus: kept.values.minus ?? "" };
-    this.charts = ["this study", "the other study", "this study less the other"].map((label, i) =>
+    this.charts = ["this study", "the other study", "this study minus the other"].map((label, i) =>
       this.chart(label, i),
     );
     this.titles = this.charts.map(() => el("h3", {}));
@@ -93,8 +93,8 @@ class BesideTab {
         help("page/#compare-with-another-study", "two studies side by side"),
         el("h2", {}, "Compare with another study"),
         quiet(
-          "The same map of two studies with the same axes, on one scale of colours, and the first less " +
-            "the second: where it is below 0, this study’s value is the smaller one.",
+          "The same map of two studies with the same axes, on one colour scale, and the first minus " +
+            "the second: where the difference is below 0, this study has the smaller value.",
         ),
         this.controls,
         this.trouble,
@@ -154,7 +154,7 @@ class BesideTab {
     this.look();
   }
 
-  /** In SI units where the study is shown in units: either study is turned into them by its own structure. */
+  /** In SI units if the study is shown in units; each study is converted with its own structure. */
   question() {
     const { selection, shown } = this.session;
     const { x, y } = this.axes;
@@ -194,7 +194,7 @@ class BesideTab {
     }
   }
 
-  /** Say which map is which. @param {string} id of the other study */
+  /** Label the two maps. @param {string} id of the other study */
   name(id) {
     const { record } = this.session;
     const [one, other] = [record.name || record.id, this.others.find((each) => each.id === id)?.name || id];
@@ -215,7 +215,7 @@ class BesideTab {
     const lines = (/** @type {MapDifference} */ of, /** @type {string[]} */ names) => () =>
       sideTraces(of, names);
     const difference = { ...map, values: map.difference, long_name: `difference, ${map.long_name}` };
-    // of curves both stand in the first figure
+    // both curves are in the first figure
     two.element.parentElement?.toggleAttribute("hidden", map.y.length === 1);
     await drawMap(
       one,

@@ -1,10 +1,10 @@
-/** The traces of two maps on one scale of colours, and of their difference. */
+/** The traces of two maps on one colour scale, and of their difference. */
 /** @import { MapAnswer, MapDifference, Row, Trace } from "./types.js" */
 
 import { colour, CURVES, DASHES } from "./figure.js";
 import { mapTraces } from "./map_figure.js";
 
-/** White at 0; purple and orange are told apart by every kind of colour vision. */
+/** White at 0; purple and orange are distinguishable with any colour vision. */
 const DIVERGING = [
   [0, "#542788"],
   [0.25, "#998ec3"],
@@ -17,7 +17,7 @@ const NOTHING = { best: null, other: null, pareto: [] };
 /** @typedef {{x: number, y: number} | null} Point */
 
 /**
- * A map, coloured as if the values of another one were in it too.
+ * A map, coloured on a scale that also covers the values of another map.
  *
  * @param {MapAnswer} map @param {{values: Row[]}} other @param {Point} point
  */
@@ -32,7 +32,7 @@ export function sharedTraces(map, other, point) {
 }
 
 /**
- * The difference, white where there is none.
+ * The difference, which is white where the maps are equal.
  *
  * @param {MapDifference} map
  * @param {Point} point
@@ -57,7 +57,7 @@ export function differenceTraces(map, point) {
 }
 
 /**
- * Where one dimension varies: the curves in one figure.
+ * The curves of both studies in one figure, if only one dimension varies.
  *
  * @param {MapDifference} map
  * @param {string[]} names

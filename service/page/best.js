@@ -1,4 +1,4 @@
-/** What the best damper of a study reaches, for lists: asked for once for what is computed. */
+/** The value of the best damper of a study, for lists; requested once for each state of the study. */
 /** @import { Best, StudyRecord } from "./types.js" */
 
 import { ask, Refusal, studyPath } from "./api.js";
@@ -7,12 +7,12 @@ import { drawn } from "./numbers.js";
 import { Shown } from "./shown.js";
 import { LARGEST } from "./thumbnail.js";
 
-/** By study and how much of it is there. @type {Map<string, Promise<Best | null>>} */
+/** By study and the number of its computed points. @type {Map<string, Promise<Best | null>>} */
 const known = new Map();
 
 /**
- * @param {StudyRecord} record as the list has it
- * @returns {Promise<Best | null>} null where nothing can be said
+ * @param {StudyRecord} record as in the list
+ * @returns {Promise<Best | null>} null if there is no best damper
  */
 export function bestOf(record) {
   if (record.points_done < record.points_total || record.points_total > LARGEST) return Promise.resolve(null);
@@ -32,14 +32,14 @@ async function asked(id) {
     const { best } = leading(ranked);
     return best && spelledBest(ranked.units, best.value, new Shown(in_units));
   } catch (error) {
-    // it keeps no amplitude, or is gone
+    // the study stores no amplitude, or is gone
     if (error instanceof Refusal) return null;
     throw error;
   }
 }
 
 /**
- * The best value as it is shown.
+ * The best value in the form that is shown.
  *
  * @param {string} units
  * @param {number} value

@@ -1,4 +1,4 @@
-/** Every question that a study answers: what it is, and its name as a command, in Python and over HTTP. */
+/** Every question that a study answers: its meaning, and its name as a command, in Python and over HTTP. */
 /** @import { StudyRecord } from "./types.js" */
 
 import { el, grid } from "./dom.js";

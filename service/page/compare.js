@@ -3,7 +3,7 @@
  * figure.
  *
  * @typedef {{r: number[], ratio: (number | null)[], hertz: number | null, millimetres: number | null}} Curve
- *   as ratios, and what turns them into units
+ *   as ratios, with the factors to units
  * @typedef {{name: string, href: string, best: string, damper: string, curve: Curve | null}} Compared
  */
 /** @import { DesignAnswer, View } from "./types.js" */
@@ -51,7 +51,7 @@ export async function compareView(root, { query }) {
       ),
     ),
     drawn.length > 0 && chart.element,
-    drawn.length < found.length && quiet("Drawn are those with a displacement over a band."),
+    drawn.length < found.length && quiet("Only responses that are displacements over a band are drawn."),
   );
   if (drawn.length === 0) return;
   await chart.draw(

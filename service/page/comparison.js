@@ -1,4 +1,4 @@
-/** The study's damper beside a tuned mass damper, with the controls that put the latter out of tune. */
+/** The study's damper compared with a tuned mass damper, with controls that detune the latter. */
 /** @import { Comparison, Session, Shown, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -95,7 +95,7 @@ class ComparisonTab {
   change(what) {
     Object.assign(this.asked, what);
     const { criterion, detuning, damping_detuning, tmd_mass_ratio } = this.asked;
-    // at once: a moment later another tab may have the address
+    // set immediately, because a moment later another tab may own the address
     this.session.kept.keep({
       criterion: criterion === USUAL ? null : criterion,
       detuning: detuning || null,
@@ -161,14 +161,14 @@ function share(label, now, onChange) {
 }
 
 /**
- * Which is better, in a sentence and a number.
+ * Which damper is better, in a sentence and a number.
  *
  * @param {Comparison} answer
  * @param {Shown} shown
  */
 function verdict(answer, shown) {
   const sentences = shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence)));
-  // of too few frequencies a ratio would say more than is known
+  // with too few frequencies, a ratio would claim more than is known
   if (answer.ratio === null || !answer.judged) return sentences;
   return [
     el(
@@ -190,7 +190,7 @@ function traces(answer, shown) {
   ]);
   const mode = answer.frequency_ratio.length < 2 ? "markers" : "lines";
   return curves.map(([name, title], i) => {
-    // what has a closed form is drawn between the study's frequencies too
+    // curves with a closed form are drawn between the study's frequencies too
     const { frequency_ratio = [], [name]: values = [] } = name in answer.exact ? answer.exact : answer;
     return {
       type: "scatter",

@@ -1,6 +1,6 @@
 /**
- * Dampers judged by their worst case, over the records of a suite or over base amplitudes: a measure over two
- * dimensions, and the best of them.
+ * Dampers judged by their worst case over the records of a suite or over base amplitudes: a map of a measure over two
+ * dimensions, and the best dampers.
  */
 /** @import { MapAnswer, Ranked, Ranking, Session, Tab } from "./types.js" */
 
@@ -23,7 +23,7 @@ import { WORDS } from "./words.js";
 const MOST = 240;
 const TOP = 10;
 
-/** What is met by a damper of a suite, and of a study over base amplitudes. */
+/** The dimension that no designer chooses, in a suite and in a study over base amplitudes. */
 const SUITE = {
   axes: WORDS.suite_axes,
   damper: WORDS.damper,
@@ -144,10 +144,10 @@ class DampersTab {
     );
   }
 
-  /** Keep what differs from the usual view in the address. */
+  /** Keep in the address what differs from the default view. */
   keep() {
     const { metric, met } = this.view;
-    // a limit is one of a metric
+    // a limit applies to one metric
     const limit = metric === this.keptMetric ? {} : { limit: null };
     this.keptMetric = metric;
     const { kept } = this.session;
@@ -163,7 +163,7 @@ class DampersTab {
     this.point?.look();
   }
 
-  /** The map as it is asked for; what is empty is left out. */
+  /** The parameters of the request for the map, without empty ones. */
   whole() {
     const { selection } = this.session;
     const { x, y } = this.axes;
@@ -197,7 +197,7 @@ class DampersTab {
   }
 
   /**
-   * The smallest value, where a designer chooses both dimensions, and the point.
+   * Markers of the smallest value, if a designer chooses both dimensions, and of the point.
    *
    * @param {MapAnswer} map
    */
@@ -216,7 +216,7 @@ class DampersTab {
   }
 
   /**
-   * Rank the dampers; a study that has grown leads to the best of them, unless somebody has chosen one.
+   * Rank the dampers. When a study has grown, select the best damper, unless the user has chosen one.
    *
    * @param {boolean} [grown]
    */
@@ -260,7 +260,7 @@ class DampersTab {
     ];
   }
 
-  /** Under what a damper has its worst case. @param {Ranked} one */
+  /** The conditions of a damper's worst case. @param {Ranked} one */
   where(one) {
     const { shown } = this.session;
     if (this.kind === SUITE) return [one.record, short(one.scale)];
@@ -271,7 +271,7 @@ class DampersTab {
     ];
   }
 
-  /** The one case that counts, where one is chosen. @returns {Record<string, string>} */
+  /** The only case that is considered, if one is chosen. @returns {Record<string, string>} */
   only() {
     const { met } = this.view;
     if (!met) return {};
@@ -279,7 +279,7 @@ class DampersTab {
   }
 }
 
-/** The smallest value of a map, and where it lies; null where nothing is known. @param {MapAnswer} map */
+/** The smallest value of a map, and where it lies; null if no value is known. @param {MapAnswer} map */
 function leastOf({ x, y, values }) {
   const known = values.flatMap((row, j) =>
     row.flatMap((value, i) => (value === null ? [] : [{ x: x[i], y: y[j], value }])),

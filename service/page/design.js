@@ -1,6 +1,6 @@
 /**
- * One design: how far it is and the best so far while it is searched; then its answer in drawing values, its
- * figures, its report.
+ * One design: while it is searched, its progress and the best damper so far; then its answer in drawing values, its
+ * figures and its report.
  */
 /** @import { Answered, Built, Design, DesignAnswer, Known, OfMass, OtherName, Scale } from "./types.js" */
 /** @import { View, Worst } from "./types.js" */
@@ -120,7 +120,7 @@ class DesignView {
       if (this.left) return;
       this.design = now;
       this.drawBody();
-      // its buttons may have the focus: they stay while they mean the same
+      // its buttons may have the focus, so they stay as long as their meaning is the same
       if (now.state !== before.state || now.message !== before.message) this.drawHead();
       if (!isActive(now.state)) say(`${now.name || now.id}: ${now.state}`);
     } catch (error) {
@@ -130,7 +130,7 @@ class DesignView {
   }
 }
 
-/** What is known so far, and what is left. @param {Design} design */
+/** What is known so far, and the remaining budget. @param {Design} design */
 function underWay(design) {
   const done = design.points + design.points_of_round;
   return [
@@ -138,7 +138,7 @@ function underWay(design) {
       "section",
       { class: "box", "aria-label": "Progress" },
       el("h2", {}, "How far it is"),
-      // no value: a search ends when it has found its damper, mostly long before its budget
+      // the bar has no value, since a search usually ends long before its budget is spent
       el("progress", { "aria-label": `Points of ${design.name || design.id}` }),
       el("p", {}, `${count(done)} of at most ${counted(design.budget_points, "point")}.`),
       design.stage &&
@@ -148,7 +148,7 @@ function underWay(design) {
           `${capital(design.stage)}: ${design.studies_done} of the ${design.studies.length} studies of ` +
             `round ${design.round} are done.`,
         ),
-      !design.stage && el("p", {}, "It waits for its turn."),
+      !design.stage && el("p", {}, "It is waiting for its turn."),
     ),
     design.known &&
       el(
@@ -183,7 +183,7 @@ function answered(design) {
 }
 
 /**
- * What the values of its figures are in.
+ * The unit of the values in its figures.
  *
  * @param {DesignAnswer} answer
  * @returns {Scale}
@@ -201,7 +201,7 @@ function scaleOf(answer) {
  * @param {DesignAnswer} answer
  */
 function recommended(answer) {
-  // an answer that was kept before there was a verdict has its sentences alone
+  // an answer stored by an older version has no verdict, only sentences
   const { sentences = [], rows = [], next = "" } = answer.verdict ?? {};
   const probability = answer.limits.length ? answer.probability : null;
   const found = onDrawing(answer.design, answer.worst, probability, undamped(answer));
@@ -229,7 +229,7 @@ function recommended(answer) {
 }
 
 /**
- * The worst without any damper, where what is judged is a value at one frequency.
+ * The worst case without a damper, if the judged value is at one frequency.
  *
  * @param {DesignAnswer} answer
  */
@@ -261,7 +261,7 @@ function underEach(answer, cases) {
  * @param {Built} built
  * @param {Worst} worst
  * @param {number | null} [probability]
- * @param {number | null} [without] the worst without a damper
+ * @param {number | null} [without] the worst case without a damper
  */
 function onDrawing(built, worst, probability = null, without = null) {
   const rows = quantities
@@ -277,7 +277,7 @@ function onDrawing(built, worst, probability = null, without = null) {
 }
 
 /**
- * A quantity of a damper: in its unit, or as a ratio; empty where there is none.
+ * A quantity of a damper in its unit or as a ratio; empty if the damper lacks it.
  *
  * @param {Built} built
  * @param {string} name
@@ -292,7 +292,7 @@ function quantity(built, name) {
 }
 
 /**
- * What a response in ratios is over.
+ * The reference of a response in ratios.
  * @param {Worst} worst
  */
 function reference(worst) {
@@ -310,13 +310,13 @@ export function spelledDamper(built) {
     .join(", ");
 }
 
-/** The worst of the best damper so far, for a list. @param {Known} known */
+/** The worst case of the best damper so far, for a list. @param {Known} known */
 export function spelledWorst({ worst, feasible }) {
   const { measure, units, value } = worst;
   return response({ measure, units, value }) + (feasible ? "" : ", exceeds a limit");
 }
 
-/** What a value of an answer is. @param {Judged} answer */
+/** The name of the judged value of an answer. @param {Judged} answer */
 function judged({ worst: { measure, units } }) {
   return { measure, units };
 }
@@ -350,8 +350,8 @@ function margins(answer) {
   const rows = quantities.filter(({ name }) => answer.margins[name]);
   if (!rows.length) return null;
   return table(
-    "How far each quantity may move alone",
-    ["Quantity", "From", "To", "Seen to fail at"],
+    "How far each quantity may change alone",
+    ["Quantity", "From", "To", "Fails at"],
     rows.map(({ name, label }) => {
       const one = answer.margins[name];
       const fails = [one.fails_below, one.fails_above]
@@ -383,7 +383,7 @@ function others(answer) {
   return table("Beside other dampers", ["Damper", "Worst case", "Ratio"], rows);
 }
 
-/** The responses that starts meet where there are several. @param {DesignAnswer} answer */
+/** The responses that different starts lead to, where there are several. @param {DesignAnswer} answer */
 function starts({ starts: known, worst }) {
   if (!known?.where.length) return null;
   const rows = known.where.flatMap((at) =>
@@ -415,7 +415,7 @@ function starts({ starts: known, worst }) {
 }
 
 /**
- * What each mass of the particle does, and what each of these dampers is.
+ * The response for each mass of the particle, and each of these dampers.
  *
  * @param {DesignAnswer} answer
  * @param {OfMass[]} masses
@@ -433,7 +433,7 @@ function ofEachMass(answer, masses) {
     count(each.looked_at),
   ]);
   return table(
-    "Mass against response, each the best as drawn of those looked at",
+    "Response over mass: for each mass the best damper examined, as drawn",
     ["Particle", "Best found", "Tuned mass damper", "Particle alone", "Clearance", "Friction", "Looked at"],
     rows,
   );

@@ -1,6 +1,5 @@
 /**
- * The figures of a design's answer: responses over the band, over other amplitudes, and against the mass of
- * the particle.
+ * The figures of a design's answer: responses over the band, under other amplitudes, and over the mass of the particle.
  */
 /** @import { AtAmplitude, DesignAnswer, Frequency, OfMass, OtherName, OverBand, Worst } from "./types.js" */
 
@@ -11,10 +10,10 @@ import { times } from "./shown.js";
 import { WORDS } from "./words.js";
 
 /**
- * What the values of a figure are in.
+ * The scale of the values of a figure.
  *
- * @typedef {{metres: number, unit: string, measure: string, atFrequency: string}} Scale `metres` is what a
- *   value is multiplied with; what is judged, and what that is at one frequency
+ * @typedef {{metres: number, unit: string, measure: string, atFrequency: string}} Scale `metres` is the
+ *   factor to the shown unit; `measure` is the judged value, `atFrequency` its name at one frequency
  */
 
 /** @typedef {{id: string, answer: DesignAnswer}} Answered */
@@ -26,7 +25,7 @@ const OTHERS = /** @type {[OtherName, string][]} */ ([
   ["particle_alone", "particle alone"],
 ]);
 
-/** An axis is no longer than its figure: everything in it is of the structure. @param {string} measure */
+/** A short name for an axis; every quantity in these figures is of the structure. @param {string} measure */
 const shortOf = (measure) => measure.replace(" of the structure", "");
 
 /** @param {Frequency} of */
@@ -144,7 +143,7 @@ function between(share) {
 }
 
 /**
- * What mass buys: the best damper found of each, beside others of that mass.
+ * The gain from mass: the best damper found for each mass, and others of that mass.
  *
  * @param {string} id of the design
  * @param {OfMass[]} rows
@@ -152,7 +151,7 @@ function between(share) {
  */
 export function againstMass(id, rows, { metres, unit, measure }) {
   const chart = new Figure({
-    label: "The best response found of every mass, as drawn, and that of a tuned mass damper of it",
+    label: "The best response found for every mass, as drawn, and the response with a tuned mass damper of that mass",
     name: `masses-${id}`,
     height: 420,
   });
@@ -185,7 +184,7 @@ export function againstMass(id, rows, { metres, unit, measure }) {
 }
 
 /**
- * Whether nothing was to be chosen: the answer is about the damper of the specification.
+ * Whether there was nothing to choose, so that the answer is about the damper of the specification.
  *
  * @param {DesignAnswer} answer
  */
@@ -224,7 +223,7 @@ export function isItself({ design }, name) {
 }
 
 /**
- * Whether the rms over the band is judged, which is at no frequency.
+ * Whether the rms over the band is judged, which belongs to no single frequency.
  *
  * @param {Worst} worst
  */

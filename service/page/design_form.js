@@ -1,4 +1,4 @@
-/** A new design: the fields of its specification, and what the search may take. */
+/** The form of a new design: the fields of its specification, and the budget of the search. */
 /** @import { GroundRecord, Held, SpecifiedField, View } from "./types.js" */
 
 import { ask, designPath } from "./api.js";
@@ -15,7 +15,7 @@ import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 const { structure, damper, ratios, limits, numbers, contact_time: contactTime } = WORDS.specification;
-/** How a quantity of the damper is said. */
+/** The ways to state a quantity of the damper. */
 const WAYS = /** @type {[string, string][]} */ ([
   ["given", "given"],
   ["range", "in a range"],
@@ -24,11 +24,11 @@ const WAYS = /** @type {[string, string][]} */ ([
 
 /** @typedef {Record<string, number | string>} Named a value that has a name */
 
-/** What a form begins with that is about nobody's machine. */
+/** The example with which an empty form begins. */
 const EMPTY = {
   name: "your own machine",
   about: [
-    "What it is, what shakes it, and what may be chosen, in the units of a drawing. The others are examples.",
+    "The structure, its excitation and the ranges of the damper, in the units of a drawing. The others are examples.",
   ],
   definition: { name: "", structure: {}, excitation: {}, choose: { clearance_m: {}, friction_force_n: {} } },
   empty: true,
@@ -45,12 +45,12 @@ export async function designForm(root, { query }) {
     json: "The specification as JSON",
     path: "designs",
     submit: "Find the damper",
-    cost: "What it may take",
+    cost: "Budget",
     can: "be searched",
     starts: [...copied, EMPTY, ...specifications],
     first: copied[0]?.name ?? query.get("specification") ?? EMPTY.name,
     done: ({ id }) => {
-      say("The design was asked for.");
+      say("The design was requested.");
       location.hash = `#/designs/${id}`;
     },
     beside: el("section", { class: "box", "aria-label": "The model" }, modelSketch()),
@@ -61,7 +61,7 @@ export async function designForm(root, { query }) {
   });
 }
 
-/** The specification of a design that is there, to be changed. @param {string} id */
+/** The specification of an existing design, to be changed. @param {string} id */
 async function copy(id) {
   const design = await ask(designPath(id));
   const name = design.name || design.id;
@@ -72,7 +72,7 @@ async function copy(id) {
   };
 }
 
-/** What a quantity of the damper is called. @param {string} name */
+/** The name of a quantity of the damper. @param {string} name */
 function labelOf(name) {
   return damper.find((each) => each.name === name)?.label ?? name;
 }
@@ -81,11 +81,11 @@ function labelOf(name) {
  * Every field of a specification.
  *
  * @param {Held} held
- * @param {GroundRecord[]} records ground-motion records that the service has
+ * @param {GroundRecord[]} records ground-motion records of the service
  */
 function fieldsOf(held, records) {
   const measures = measuresOf(held);
-  // what a document holds is shown even where it cannot hold
+  // the content of a document is shown even if it is not valid
   const { bands } = shakenBy(held);
   const limited = limits.filter(
     (each) => !each.over_bands || bands || held.get(`limits.${each.name}`) !== undefined,
@@ -122,7 +122,7 @@ function fieldsOf(held, records) {
 }
 
 /**
- * A quantity of the damper: given, or what it may be; and its tolerance.
+ * A quantity of the damper: its value or its allowed values, and its tolerance.
  *
  * @param {Held} held
  * @param {SpecifiedField & {ratio: string}} unit
@@ -160,7 +160,7 @@ function damperField(held, unit) {
 }
 
 /**
- * Values, each with a name where it has one.
+ * Values, each with its name if it has one.
  *
  * @param {Held} held
  * @param {string} path
@@ -201,7 +201,7 @@ function numbersIn(said, each) {
   return list.map((one) => Number(typeof one === "object" ? one[each.name] : one));
 }
 
-/** How far it may be off: in the unit, or as a share. @param {Held} held @param {SpecifiedField} each */
+/** The tolerance: in the unit, or as a share. @param {Held} held @param {SpecifiedField} each */
 function tolerance(held, each) {
   const path = `tolerances.${each.name}`;
   const value = held.get(path);

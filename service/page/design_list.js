@@ -1,6 +1,5 @@
 /**
- * The list of designs, and which view an address below it shows: the list, the form of a new one, or one
- * design.
+ * The list of designs, and the view for each address below it: the list, the form of a new design, or one design.
  */
 /** @import { DesignSummary, View } from "./types.js" */
 
@@ -33,7 +32,7 @@ async function designList(root, query) {
       "p",
       { class: "quiet about" },
       help("how-to/design/", "designs"),
-      "From what must be quiet, and what may be chosen, to a damper in drawing values.",
+      "From a structure, its limits and the allowed dampers to a damper in drawing values.",
     ),
     filter.form("Designs"),
     list,

@@ -68,7 +68,7 @@ export class DesignsPanel {
     );
   }
 
-  /** How designs are judged now. */
+  /** The present criteria for judging designs. */
   judged() {
     const { objective, exclude_locked } = this.asked;
     return { objective, exclude_locked };
@@ -129,7 +129,7 @@ export class DesignsPanel {
   listed(answer, title, against) {
     const { selection, shown, words } = this.session;
     const columns = selection.varied.filter((name) => name !== FREQUENCY);
-    // what is a column already is not shown twice
+    // a quantity that is already a column is not shown twice
     const respect = against && columns.includes(WORDS.respects[against]) ? undefined : against;
     const heads = [
       `Value${shown.inBrackets(VALUE)}`,
@@ -166,14 +166,14 @@ export class DesignsPanel {
   }
 }
 
-/** What designs may be judged by, in the words of what is shown. @param {Session} session */
+/** The criteria for judging designs, named for the shown units. @param {Session} session */
 function objectivesOf({ selection, shown, words }) {
   const band = selection.varied.includes(FREQUENCY);
   const texts = shown.has(VALUE) ? WORDS.objectives_in_units : words.objectives;
   return Object.entries(texts).filter(([name]) => band || name === "resonance");
 }
 
-/** In what respects designs of a study can differ, beside what is judged. @param {Session} session */
+/** Respects in which designs of a study can be compared, besides the criterion. @param {Session} session */
 function respectsOf({ selection, shown, words, variables }) {
   const useful = (/** @type {string} */ source) =>
     source in selection.axes ? selection.varied.includes(source) : variables.includes(source);
@@ -183,7 +183,7 @@ function respectsOf({ selection, shown, words, variables }) {
 }
 
 /**
- * What a respect is called: by the quantity where that is shown in units.
+ * The name of a respect; that of the quantity if it is shown in units.
  *
  * @param {Shown} shown
  * @param {string} respect

@@ -1,6 +1,5 @@
 /**
- * A form whose fields and JSON are two views of one document: either can be edited, and the service says what
- * is wrong.
+ * A form whose fields and JSON are two views of one document. Either can be edited, and the service reports faults.
  */
 /** @import { Child } from "./types.js" */
 
@@ -10,19 +9,18 @@ import { showFaults } from "./faults.js";
 import { counted } from "./numbers.js";
 
 /**
- * @typedef {{name: string, about: string[], definition: object, empty?: boolean}} Start what a form may begin
- *   with
+ * @typedef {{name: string, about: string[], definition: object, empty?: boolean}} Start a document with which
+ *   a form may begin
  * @typedef {{document: unknown, get: <T>(path: string) => T | undefined, set: (path: string, value: unknown)
- *   => void, again: () => void, put: (document: unknown) => void}} Held the document by the paths of its
- *   fields, where undefined takes one away; `again` draws the fields anew, `put` puts another document in its
- *   place
+ * => void, again: () => void, put: (document: unknown) => void}} Held access to the document by the paths of its
+ * fields; undefined removes a field. `again` draws the fields anew, `put` replaces the document
  */
 /**
  * @template Cost, Answer
  * @typedef {{title: string, help: HTMLElement | false, json: string, path: string, submit: string, cost:
  *   string, can: string, starts: Start[], first: string, beside?: HTMLElement, fields: (held: Held) =>
  *   Child[], estimated: (cost: Cost) => Child, waits?: () => void, done: (answer: Answer) => void}} Form
- *   `waits` is called as it is submitted, `done` with the answer
+ *   `waits` is called when it is submitted, `done` with the answer
  */
 
 /**
@@ -41,7 +39,7 @@ export function documentForm(root, form) {
 class DocumentForm {
   /** @type {unknown} */
   document = {};
-  /** The last request for a judgement. */
+  /** The last request that checks the document. */
   number = 0;
   submitted = false;
   about = el("div", { class: "quiet about" });
@@ -94,7 +92,7 @@ class DocumentForm {
             "details",
             { open: wide },
             el("summary", {}, json),
-            quiet("Edit it here or in the fields: each follows the other."),
+            quiet("Edit it here or in the fields; both stay equal."),
             this.text,
             this.wrong,
           ),
@@ -104,12 +102,12 @@ class DocumentForm {
     this.begin(first);
   }
 
-  /** What is on its way to a form that was left counts no more. */
+  /** Answers that arrive after the form was left are ignored. */
   leave() {
     this.number += 1;
   }
 
-  /** @param {string} name of what the form begins with */
+  /** @param {string} name of the document with which the form begins */
   begin(name) {
     const start = /** @type {Start} */ (this.form.starts.find((one) => one.name === name));
     this.document = structuredClone(start.definition);
@@ -122,10 +120,10 @@ class DocumentForm {
     if (!start.empty) return this.changed();
     showFaults(this.fields, [], this.elsewhere);
     this.write();
-    fill(this.estimate, "Fill in the fields. What is missing, and what it will take, is said here.");
+    fill(this.estimate, "Fill in the fields. Missing values and the expected cost are shown here.");
   }
 
-  /** Draw the fields anew; who changes them by keyboard goes on from there, not from the top of the page. */
+  /** Draw the fields anew. The keyboard focus stays at its field instead of moving to the top of the page. */
   draw() {
     const label = labelOf(document.activeElement);
     fill(this.fields, ...this.form.fields(this.held()));
@@ -165,7 +163,7 @@ class DocumentForm {
   }
 
   async askForCost() {
-    // the question before is not given up, which would end the process that computes it
+    // the earlier request is not aborted, because that would end the process that computes it
     const mine = ++this.number;
     try {
       const cost = await send(this.form.path, this.document, { dry_run: true });
@@ -202,7 +200,7 @@ class DocumentForm {
   }
 }
 
-/** What a field is called, with the group that it stands in. @param {Element | null} field */
+/** The name of a field, with its group. @param {Element | null} field */
 function labelOf(field) {
   const labelled = field instanceof HTMLInputElement || field instanceof HTMLSelectElement;
   const own = labelled ? field.labels?.[0] : null;
@@ -231,7 +229,7 @@ function at(document, path) {
 }
 
 /**
- * Put a value at a path; undefined takes it away, with what is empty then.
+ * Put a value at a path; undefined removes it, and branches that become empty.
  *
  * @param {unknown} held
  * @param {string[]} path

@@ -1,6 +1,5 @@
 /**
- * Elements, made so that no text is ever read as markup: what a user typed goes in as text and as nothing
- * else.
+ * Makes elements so that text is never read as markup: what a user typed is inserted only as text.
  *
  * @typedef {Record<string, unknown>} Attributes
  */
@@ -11,8 +10,8 @@
  *
  * @template {keyof HTMLElementTagNameMap} Tag
  * @param {Tag} tag
- * @param {Attributes} [attributes] `onclick` and the like are listeners; true is an empty attribute, null,
- *   undefined and false are none; `value` and `checked` are set as properties.
+ * @param {Attributes} [attributes] `onclick` and the like are listeners; true gives an empty attribute, null,
+ *   undefined and false give none; `value` and `checked` are set as properties.
  * @param {...Child} children
  * @returns {HTMLElementTagNameMap[Tag]}
  */
@@ -38,7 +37,7 @@ function texts(children) {
 }
 
 /**
- * Put children in place of those that are there.
+ * Replace the children of an element.
  *
  * @param {Element} element
  * @param {...Child} children
@@ -62,7 +61,7 @@ export function quiet(...children) {
   return el("p", { class: "quiet" }, ...children);
 }
 
-/** What is shown once it is opened. @param {string} title @param {...Child} children */
+/** A part whose content is shown once it is opened. @param {string} title @param {...Child} children */
 export function details(title, ...children) {
   return el("details", {}, el("summary", {}, title), ...children);
 }
@@ -72,7 +71,7 @@ export function button(text, onclick, looks = {}) {
   return el("button", { type: "button", onclick, ...looks }, text);
 }
 
-/** A small one. @param {Child} text @param {() => void} onclick @param {string} [says] if not the text */
+/** A small button. @param {Child} text @param {() => void} onclick @param {string} [says] if not the text */
 export function smallButton(text, onclick, says) {
   return button(text, onclick, { class: "small", "aria-label": says });
 }
@@ -113,9 +112,9 @@ export function checkbox(label, checked, onChange) {
 }
 
 /**
- * A table that scrolls by itself where it is too wide.
+ * A table that scrolls by itself if it is too wide.
  *
- * @param {string} title for who does not see it
+ * @param {string} title for screen readers
  * @param {Child[]} columns their heads
  * @param {Child[][]} rows
  * @param {boolean} [named] whether the first cell names its row
@@ -134,7 +133,7 @@ export function grid(title, columns, rows, named = true) {
 }
 
 /**
- * A sentence of the service, with what stands between backticks as code.
+ * A sentence of the service, in which text between backticks is shown as code.
  *
  * @param {string} text
  * @returns {Child[]}
@@ -143,23 +142,23 @@ export function prose(text) {
   return text.split("`").map((part, i) => (i % 2 ? el("code", {}, part) : part));
 }
 
-/** A sentence with its first letter as sentences have it. @param {string} text */
+/** A sentence with a capital first letter. @param {string} text */
 export function capital(text) {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
-/** Say something to those who listen to the page. @param {string} text */
+/** Announce a text to screen readers. @param {string} text */
 export function say(text) {
   const place = document.getElementById("said");
   if (place) place.textContent = text;
 }
 
 /**
- * Ask before something that cannot be undone.
+ * Ask for confirmation before an action that cannot be undone.
  *
  * @param {string} title
  * @param {string} text
- * @param {string} action what the button says
+ * @param {string} action label of the button
  * @returns {Promise<boolean>}
  */
 export function confirmed(title, text, action) {
@@ -182,7 +181,7 @@ export function confirmed(title, text, action) {
 }
 
 /**
- * Run something once things have been quiet for a while.
+ * Delay a function until it has not been called for a while.
  *
  * @template {unknown[]} A
  * @param {number} milliseconds
@@ -199,11 +198,11 @@ export function debounced(milliseconds, run) {
 }
 
 /**
- * The object that a text of JSON says, as it is typed. While it is none, null is given, that is said, and the
- * button may not be used.
+ * Parse JSON while it is typed. As long as it is not an object, the result is null, the fault is shown, and the button
+ * is disabled.
  *
  * @param {HTMLTextAreaElement} text
- * @param {HTMLElement} wrong where the fault is said
+ * @param {HTMLElement} wrong where the fault is shown
  * @param {HTMLButtonElement} submit
  */
 export function typedObject(text, wrong, submit) {

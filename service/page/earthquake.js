@@ -1,6 +1,6 @@
 /**
- * Dampers under an earthquake: the point of the study beside no damper, a tuned mass damper, and each of its
- * parts alone.
+ * Dampers under an earthquake: the damper at the study's point compared with no damper, a tuned mass damper, and each
+ * of its parts alone.
  */
 /** @import { Earthquake, EarthquakeCase, EarthquakeHistory, Session, Tab, Trace, View } from "./types.js" */
 
@@ -22,13 +22,14 @@ const PATH = "earthquake-comparisons";
 const COMPUTING = "Computing …";
 const STARTS = 8;
 const SENSITIVE =
-  "Sensitive: a start that differs by a tenth of a micrometre ends far away, so one number means little. ";
+  "Sensitive: starts that differ by a tenth of a micrometre lead to very different responses, " +
+  "so one number means little. ";
 const USUAL_RECORD = "el-centro";
-/** Cases whose motion is drawn; each part of the damper alone would hide the others. */
+/** Cases whose motion is drawn; curves for each part of the damper alone would hide the others. */
 const MOVING = ["none", "tmd", "hybrid"];
 
 /**
- * What is asked for: the key of the request, its label and unit, and what turns metres into what is shown.
+ * The fields: key of the request, label with unit, and factor to the shown unit.
  */
 const FIELDS = /** @type {[string, string, number][]} */ ([
   ["mass_kg", "Mass of the structure [kg]", 1],
@@ -43,7 +44,7 @@ const FIELDS = /** @type {[string, string, number][]} */ ([
   ["scale", "Factor on the record", 1],
 ]);
 
-/** A cavity of which nothing is said. */
+/** The cavity of a study that does not describe it. */
 const LEVEL = Object.fromEntries(Object.values(WORDS.before).map((name) => [name, 0]));
 
 /** @type {Tab} */
@@ -75,9 +76,9 @@ class Compared {
 
   /**
    * @param {string} stem of downloads
-   * @param {() => Record<string, number>} own the sizes that it begins with
+   * @param {() => Record<string, number>} own the sizes with which it begins
    * @param {string} note about them
-   * @param {string} back what the button says that takes them again
+   * @param {string} back label of the button that restores them
    */
   constructor(stem, own, note, back) {
     this.own = own;
@@ -152,7 +153,7 @@ class Compared {
     const { asked } = this;
     const value = Number((asked[key] * scale).toPrecision(6));
     const oninput = () => {
-      // what is missing is null: the service says so
+      // a missing value is null, and the service reports it
       asked[key] = /** @type {number} */ (box.value === "" ? null : Number(box.value) / scale);
       this.look();
     };
@@ -210,7 +211,7 @@ class Compared {
 }
 
 /**
- * The point of the study with units: of its own structure where it has one, else of the paper's.
+ * The point of the study in units: with its own structure if it has one, else with the paper's.
  *
  * @param {Session} session
  */

@@ -1,5 +1,5 @@
 /**
- * What shakes the structure: one excitation, several that act one at a time, or records, found or generated.
+ * The fields of the excitation: a single one, several that act one at a time, or records, stored or generated.
  */
 /** @import { GroundRecord, Held, SpecifiedField } from "./types.js" */
 
@@ -30,7 +30,7 @@ const TITLES = {
   shock: "Shock",
   records: "Ground-motion records",
 };
-/** What a form begins with that is told to be about the other kind. */
+/** The values with which the form of another kind begins. */
 const BEGINNING = {
   band: { base_amplitude_m: 0.001, frequency_hz: 2.5 },
   sweep: { sweep: { start_hz: 2, stop_hz: 3, rate_hz_per_s: 0.1, base_amplitude_m: 0.001 } },
@@ -44,7 +44,7 @@ const BEGINNING = {
 const beginning = (kind) => structuredClone(BEGINNING[/** @type {Kind} */ (kind)]);
 /** Kinds of records that are generated. */
 const GENERATED = /** @type {Kind[]} */ (["sweep", "random_vibration", "shock"]);
-/** What a field of a sweep begins with that takes the place of another. */
+/** The value with which a field of a sweep begins when it replaces another. */
 const USUAL = /** @type {Record<string, number>} */ ({
   rate_hz_per_s: 0.1,
   rate_octaves_per_minute: 1,
@@ -53,7 +53,7 @@ const USUAL = /** @type {Record<string, number>} */ ({
   base_velocity_m_per_s: 0.05,
   base_acceleration_m_per_s2: 1,
 });
-/** What is over an amplitude of the base, which records do not have. */
+/** Fields relative to an amplitude of the base, which records do not have. */
 const IN_UNITS = { clearance_ratio: "clearance_m", friction_ratio: "friction_force_n" };
 
 /** @typedef {Record<string, unknown>} Excitation */
@@ -64,13 +64,13 @@ function kindOf(each) {
   return kind ?? "band";
 }
 
-/** Every excitation that is there; one of which nothing is said is empty. @param {Held} held */
+/** Every excitation of the document; an undescribed one is empty. @param {Held} held */
 function allOf(held) {
   return [/** @type {Excitation | Excitation[]} */ (held.get(PLACE) ?? {})].flat();
 }
 
 /**
- * What shakes the structure: bands of frequencies, records (generated ones too), or both.
+ * The kinds of the excitations: bands of frequencies, records (including generated ones), or both.
  *
  * @param {Held} held
  */
@@ -80,10 +80,10 @@ export function shakenBy(held) {
 }
 
 /**
- * Every excitation in a group of its own, and what adds one; or records.
+ * Each excitation in its own group, with buttons to add one; or records.
  *
  * @param {Held} held
- * @param {GroundRecord[]} records those that the service has
+ * @param {GroundRecord[]} records those of the service
  */
 export function excitationFields(held, records) {
   const all = allOf(held);
@@ -112,7 +112,7 @@ function fieldsOfKind(held, records, place, kind) {
 }
 
 /**
- * Where a sweep begins and ends, how fast it is, and what is constant.
+ * Ends and rate of a sweep, and its constant quantity.
  *
  * @param {Held} held
  * @param {string} path
@@ -144,7 +144,7 @@ function shockFields(held, path) {
 }
 
 /**
- * Numbers with commas between them.
+ * Numbers separated by commas.
  *
  * @param {Held} held
  * @param {string} path
@@ -156,7 +156,7 @@ function list(held, path, each, usual = "") {
 }
 
 /**
- * Which of some fields is given, and that one.
+ * A choice of which of several fields is given, and that field.
  *
  * @param {Held} held
  * @param {string} path
@@ -184,7 +184,7 @@ function oneFieldOf(held, path, title, fields, drawn = number) {
 }
 
 /**
- * Records, their scales, and what follows them.
+ * Records, their scales, and the time after them.
  *
  * @param {Held} held
  * @param {GroundRecord[]} records
@@ -216,7 +216,7 @@ function scaleFields(held, place) {
 }
 
 /**
- * Each in a group of its own, and what adds one.
+ * Each excitation in its own group, with buttons to add one.
  *
  * @param {Held} held
  * @param {GroundRecord[]} records
@@ -263,27 +263,27 @@ function oneOf(held, records, each, i) {
   ]);
 }
 
-/** One excitation over a band, like the last that there is. @param {Held} held */
+/** A new excitation over a band, like the last one. @param {Held} held */
 function likeLast(held) {
   const over = allOf(held).filter((each) => kindOf(each) === "band");
   const { name, ...like } = /** @type {Excitation} */ (over[over.length - 1] ?? BEGINNING.band);
   return structuredClone(like);
 }
 
-/** One excitation more: a list begins with the one that is there. @param {Held} held @param {unknown} more */
+/** Add an excitation; a single one becomes the first of a list. @param {Held} held @param {unknown} more */
 function add(held, more) {
   held.set(PLACE, [...allOf(held), more]);
   dropMeasure(held);
   held.again();
 }
 
-/** Take a measure away that what shakes the structure now does not have. @param {Held} held */
+/** Remove a measure that does not exist for the present excitations. @param {Held} held */
 function dropMeasure(held) {
   if (!(String(held.get("measure")) in measuresOf(held))) held.set("measure", undefined);
 }
 
 /**
- * What can be asked for under all that shakes the structure.
+ * The measures that exist under all the excitations.
  *
  * @param {Held} held
  * @returns {Record<string, string>}
@@ -319,7 +319,7 @@ function nameField(held, i) {
   return field(path, "Name", box);
 }
 
-/** What is constant over the band, how much of it, and the band. @param {Held} held @param {string} place */
+/** The constant quantity, its amplitude, and the band. @param {Held} held @param {string} place */
 function fieldsAt(held, place) {
   const has = (/** @type {string} */ name) => held.get(`${place}.${name}`) !== undefined;
   const now = motions.find((each) => has(each.name)) ?? motions[0];

@@ -1,4 +1,4 @@
-/** A study explored: slices through the point, all designs at once, and pinned points beside each other. */
+/** Explores a study: slices through the point, all designs together, and pinned points side by side. */
 /** @import { Tab } from "./types.js" */
 
 import { el, fill } from "./dom.js";

@@ -1,8 +1,8 @@
 /**
- * Faults of a form, each beneath the field that it names, in the words and the unit of that field.
+ * Faults of a form, each shown below the field that it names, in the words and the unit of that field.
  *
- * @typedef {{label?: string, unit?: string, scale?: string}} Looks what a field says of itself: its name for
- *   people, its unit, and what a value in SI is multiplied with to be in it
+ * @typedef {{label?: string, unit?: string, scale?: string}} Looks the look of a field: its label, its unit,
+ *   and the factor from SI to that unit
  */
 /** @import { Child, Fault } from "./types.js" */
 
@@ -12,7 +12,7 @@ import { short } from "./numbers.js";
 
 /** A number as the service writes it, not a part of a word. */
 const NUMBER = /(?<![\w.,])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.,]*\w)/g;
-/** What counts is in no unit. */
+/** Counts have no unit. */
 const COUNTED = /list|values|points/;
 
 /**
@@ -20,9 +20,8 @@ const COUNTED = /list|values|points/;
  *
  * @param {string} path in the document
  * @param {string} title
- * @param {Child | Child[]} inputs one, whose label the title is; of
- *   several each has its own
- * @param {{label?: string, unit?: string, scale?: number, wide?: boolean}} [looks] of what is typed
+ * @param {Child | Child[]} inputs a single one, labelled by the title; or several, each with its own label
+ * @param {{label?: string, unit?: string, scale?: number, wide?: boolean}} [looks] of the typed value
  */
 export function field(path, title, inputs, { label, unit, scale = 1, wide = false } = {}) {
   return el(
@@ -40,13 +39,13 @@ export function field(path, title, inputs, { label, unit, scale = 1, wide = fals
 }
 
 /**
- * Put each fault at its field, and mark that; what has no field here goes elsewhere.
+ * Show each fault at its field, and mark the field; faults without a field are shown elsewhere.
  *
  * @param {Element} fields
  * @param {Fault[]} faults
  * @param {Element} elsewhere
- * @param {boolean} [all] whether what is merely missing is marked too
- * @returns {{wrong: number, missing: number}} `missing` counts those that nobody has typed anything for yet
+ * @param {boolean} [all] whether missing values are marked too
+ * @returns {{wrong: number, missing: number}} `missing` counts the faults of values that were not typed yet
  */
 export function showFaults(fields, faults, elsewhere, all = true) {
   clearFaults(fields);
@@ -66,14 +65,14 @@ export function showFaults(fields, faults, elsewhere, all = true) {
   return { wrong: faults.length - missing, missing };
 }
 
-/** Take all marks away; what is wrong with a file stays until another is chosen. @param {Element} fields */
+/** Remove all marks; the fault of a file stays until another file is chosen. @param {Element} fields */
 function clearFaults(fields) {
   for (const place of fields.querySelectorAll(".faults:not(.upload)")) fill(place);
   for (const marked of fields.querySelectorAll("[aria-invalid]")) marked.removeAttribute("aria-invalid");
 }
 
 /**
- * A fault as a form says it.
+ * A fault in the words of a form.
  *
  * @param {Fault} fault
  * @param {Looks} looks of its field
@@ -88,13 +87,13 @@ export function worded(fault, { label, unit, scale }) {
     COUNTED.test(text) ? text : text.replace(NUMBER, (value) => short(Number(value) * factor));
   const found = fault.found === "nothing" ? "" : `, not ${inUnit(fault.found)}`;
   const message = `${capital(label ?? fault.field)} [${unit}]: allowed is ${inUnit(fault.allowed)}${found}.`;
-  // in which unit the service counts is nothing to somebody who types another
+  // the unit of the service does not matter to a user who types another one
   return sentences(message, fault.advice.startsWith("give it in") ? "" : fault.advice);
 }
 
 /**
- * The element of a field: that of its longest beginning, or of the quantity that it is a range or a tolerance
- * of.
+ * The element of a field: that of the longest known beginning of its path, or of the quantity whose range or tolerance
+ * it is.
  *
  * @param {Element} fields
  * @param {string} name

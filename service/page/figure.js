@@ -1,8 +1,8 @@
 /**
- * Figures: the plotting library, loaded when the first one is drawn, in the colours of the page, with
- * downloads.
+ * Figures in the colours of the page, with downloads. The plotting library is loaded when the first one is drawn.
  *
- * @typedef {Record<string, unknown>} Trace what the plotting library draws; each kind has keys of its own
+ * @typedef {Record<string, unknown>} Trace an object that the plotting library draws; each kind has its own
+ *   keys
  * @typedef {Record<string, unknown> & {dtick?: unknown, title?: string}} Axis
  * @typedef {Record<string, unknown> & {xaxis?: Axis, yaxis?: Axis, yaxis2?: Axis}} Layout
  * @typedef {{x: number, y: number, pointIndex: number, data: {name: string}}} Point of a trace
@@ -11,9 +11,9 @@
  * @typedef {{react: (plot: Plot, traces: Trace[], layout: Layout, settings: object) => Promise<Plot>,
  *   downloadImage: (plot: Plot, options: object) => Promise<string>}} Library
  * @typedef {{label: string, name: string, height?: number, keyboard?: string, python?: () => string,
- *   clicked?: (point: Point) => void, zoomed?: (change: Record<string, unknown>) => void}} Options `label` is
- *   what a screen reader says, `name` the stem of downloads; with `keyboard`, which says what the keys do,
- *   the figure can be focused; `python` gives the code that gives the same
+ * clicked?: (point: Point) => void, zoomed?: (change: Record<string, unknown>) => void}} Options `label` is for screen
+ * readers, `name` is the stem of downloads. With `keyboard`, a text about the keys, the figure can be focused. `python`
+ * gives equivalent Python code
  */
 /** @import { Drawn, Titles } from "./types.js" */
 
@@ -25,12 +25,12 @@ import { short } from "./numbers.js";
 let loading;
 
 /**
- * The library would put the rules of its maps, of which there are none here, into the page; where this id is,
- * it does not.
+ * The library would insert the style rules of its maps, which are not used here, into the page; if this id exists, it
+ * does not.
  */
 const RULES_OF_MAPS = "9f215cf04c5486422605d13261cb87401f4e7763b6296af81e98efbc0130da53";
 
-/** The figures on the page, to be drawn again in other colours. @type {Set<Figure>} */
+/** The figures on the page, which are drawn again when the colours change. @type {Set<Figure>} */
 const shown = new Set();
 
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
@@ -61,7 +61,7 @@ export function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
-/** Colours of curves, told apart by colour-blind people too; the dashes tell them apart in grey. */
+/** Colours of curves, distinguishable with any colour vision; in grey the dashes distinguish them. */
 export const CURVES = () => [
   colour("curve-1"),
   colour("curve-2"),
@@ -71,7 +71,7 @@ export const CURVES = () => [
 ];
 export const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
 
-/** How the point of a study is marked. @param {number} size @param {number} [width] of its line */
+/** The marker of the point of a study. @param {number} size @param {number} [width] of its line */
 export function thisPoint(size, width = 2.5) {
   const marker = { symbol: "circle-open", size, color: "#ff3030", line: { width, color: "#ff3030" } };
   return { type: "scatter", mode: "markers", marker, hoverinfo: "skip" };
@@ -80,19 +80,19 @@ export function thisPoint(size, width = 2.5) {
 /** Whether the page is shown on a phone. */
 export const NARROW = window.matchMedia("(max-width: 40rem)");
 
-/** 1, 2 and 5 in every decade of a logarithmic axis, each as a whole number: the library writes 2 for 20. */
+/** 1, 2 and 5 in every decade of a logarithmic axis, as complete numbers: the library would write 2 for 20. */
 const PLACES = Array.from({ length: 13 }, (_, i) => i - 6).flatMap((power) =>
   [1, 2, 5].map((first) => Number(`${first}e${power}`)),
 );
 
-/** What stands along an axis that asks for two or three marks a decade. @param {Axis} given */
+/** The ticks of an axis with two or three marks per decade. @param {Axis} given */
 function ticks(given) {
   return given.dtick === "D2"
     ? { dtick: null, tickvals: PLACES, ticktext: PLACES.map((one) => short(one)) }
     : {};
 }
 
-/** What every figure has in common. @param {Layout} layout */
+/** The layout that all figures share. @param {Layout} layout */
 function styled(layout) {
   const axis = {
     gridcolor: colour("line"),
@@ -125,7 +125,7 @@ function styled(layout) {
 
 /** A figure, empty until it is drawn. */
 export class Figure {
-  /** Draws it anew. */
+  /** Draws the figure again. */
   again = async () => {};
   wired = false;
 
@@ -178,7 +178,7 @@ export class Figure {
   }
 
   /**
-   * Both are made anew where the colours change.
+   * Both are called again when the colours change.
    *
    * @param {() => Trace[]} traces
    * @param {() => Layout} layout
@@ -197,7 +197,7 @@ export class Figure {
     await this.again();
   }
 
-  /** Who listens to a plot can do so once it is drawn. */
+  /** Listeners can be attached to a plot only once it is drawn. */
   wire() {
     if (this.wired) return;
     this.wired = true;

@@ -1,5 +1,5 @@
 /**
- * What a figure shows, as a table of comma-separated values.
+ * The content of a figure, as a table of comma-separated values.
  *
  * @typedef {{title?: {text?: string}, type?: string, range?: number[]}} Titled
  * @typedef {{type?: string, name?: string, x: unknown[], y: unknown[], z?: unknown[][], customdata?:
@@ -13,8 +13,7 @@ function titleOf(axis) {
 }
 
 /**
- * A place on an axis without what turning a ratio into a unit leaves in its last digit: 9, not
- * 8.999999999999998.
+ * A coordinate without the rounding of a unit conversion in its last digit: 9, not 8.999999999999998.
  *
  * @param {unknown} value
  */
@@ -36,8 +35,7 @@ function line(row) {
 }
 
 /**
- * One row a point: of a map its two coordinates and the value; of curves the curve's name and both
- * coordinates.
+ * One row per point: for a map its two coordinates and the value; for curves the curve's name and both coordinates.
  *
  * @param {Drawn[]} traces as they were drawn
  * @param {Titles} layout

@@ -1,4 +1,4 @@
-"""The page's files as served: compressed once, with their digest in the address, so that browsers cache them."""
+"""The page's files as they are served: compressed once, with their digest in the address, so that browsers cache them."""
 
 import gzip
 import re
@@ -14,11 +14,13 @@ from damperlab.service.page.words import MODULE, words_module
 
 PLOTLY = "plotly.min.js"
 SMALL = "plotly-cartesian.min.js"
-"""Plotly's bundle of cartesian figures, a third of the whole: `make install-dev` and `make dist` put it into the package."""
+"""Plotly's bundle of cartesian figures, a third of the size of all of Plotly. `make install-dev` and `make dist` put it
+into the package.
+"""
 _BLOCK = rb"/\*\*(?:(?!\*/)[\s\S])*\*/"
 _COMMENT = re.compile(rb"^[ \t]*(?:" + _BLOCK + rb"|//.*)\n|" + _BLOCK + rb" ?", re.MULTILINE)
-"""Complete lines, and comments with the type of an expression; no module has a multi-line text that could contain
-one.
+"""Comments on complete lines, and comments with the type of an expression. No module has a multi-line text that could
+contain one.
 """
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -56,7 +58,7 @@ class PageFile:
 
 @cache
 def page_version() -> str:
-    """Digest of every file of the page: the part of their addresses that changes when one of them does."""
+    """Digest of all files of the page. It is part of their addresses, which change when a file changes."""
     digest = sha256(version("plotly").encode() + b"\0" + plotly_path().name.encode())
     for name in page_names():
         digest.update(name.encode() + b"\0" + _read(name))
@@ -73,7 +75,7 @@ def page_names() -> tuple[str, ...]:
 
 @cache
 def page_file(name: str) -> PageFile | None:
-    """Give a file of the page by its name; None where there is none."""
+    """Give a file of the page by its name; None if there is no such file."""
     if name == PLOTLY:
         return PageFile.of(plotly_path().read_bytes(), ".js")
     if name not in page_names():
@@ -93,7 +95,7 @@ def first_page(docs: str) -> PageFile:
 
 
 def _read(name: str) -> bytes:
-    """Read a file; a module loses its comments, a fifth of its size."""
+    """Read a file. The comments of a module, a fifth of its size, are removed."""
     if name == MODULE:
         return words_module()
     content = (files("damperlab.service") / "page" / name).read_bytes()

@@ -1,6 +1,6 @@
 /**
- * What a list shows, kept in the address: part of a name and a state, or the trash; of studies also a tag and
- * a range of a parameter.
+ * The filter of a list, kept in the address: part of a name and a state, or the trash. Studies also have a tag and a
+ * range of a parameter.
  */
 /** @import { Child, Kept } from "./types.js" */
 
@@ -12,11 +12,11 @@ import { WORDS } from "./words.js";
 
 /** The dimensions of every kind of study, each once. */
 const AXES = [...new Set([...WORDS.axes, ...WORDS.amplitude_axes, ...WORDS.suite_axes])];
-/** Stands for no state, but for where those are that were deleted. */
+/** The choice that is not a state: it lists deleted items. */
 const TRASH = "trash";
 
 export class Filter {
-  /** @param {Kept} kept @param {() => void} look called when something else is wanted */
+  /** @param {Kept} kept @param {() => void} look called when the filter changes */
   constructor(kept, look) {
     const { name = "" } = kept.values;
     /** @type {Record<string, string>} */
@@ -49,20 +49,20 @@ export class Filter {
     return el("form", { class: "fields", role: "search", "aria-label": label, onsubmit }, this.row, more);
   }
 
-  /** Whether it is the trash that is listed. */
+  /** Whether the trash is listed. */
   gone = () => this.found.state === TRASH;
 
-  /** Whether anything is asked for. */
+  /** Whether any filter is set. */
   isUsed() {
     return Object.values(this.found).some(Boolean);
   }
 
-  /** As parameters of a list. @returns {Record<string, unknown>} */
+  /** The filter as parameters of a list. @returns {Record<string, unknown>} */
   wanted() {
     return { ...this.found, state: this.gone() ? "" : this.found.state, trash: this.gone() || null };
   }
 
-  /** Why nothing can be meant, where that is known without asking. */
+  /** Why the filter cannot match, if this is known without a request. */
   nothing() {
     return "";
   }
@@ -114,7 +114,7 @@ export class StudyFilter extends Filter {
     this.changed();
   }
 
-  /** Show those with a tag. @param {string} tag */
+  /** Show the studies with a tag. @param {string} tag */
   tagged(tag) {
     this.more.open = true;
     this.tag.input.value = this.found.tag = tag;
@@ -132,7 +132,7 @@ export class StudyFilter extends Filter {
     const { tag, axis, from, to } = this.found;
     if (tag && !TAG.test(tag)) return `No study has such a tag: a tag has ${WORDS.tag_words}.`;
     return axis && from && to && Number(from) > Number(to)
-      ? "The range holds nothing: it ends below where it begins."
+      ? "The range is empty: its end is below its start."
       : "";
   }
 }

@@ -1,4 +1,4 @@
-/** What a prototype is, from what was measured of it: a table, what is known, and what is sought. */
+/** Estimates parameters of a prototype from a measured table and known values. */
 /** @import { Fitted, FittedField, Held, View } from "./types.js" */
 
 import { documentForm } from "./document_form.js";
@@ -18,14 +18,14 @@ const STARTS = [
   {
     name: "your own measurement",
     about: [
-      "Amplitudes over frequency, or one time history: what is known of the machine, and what is sought.",
+      "Amplitudes over frequency, or one time history; known values of the machine, and what to estimate.",
     ],
     definition: { measured: "", structure: {}, fit: {} },
     empty: true,
   },
   {
     name: "friction of a structure",
-    about: ["Five amplitudes of a structure that is shaken by 1 mm; its friction is sought."],
+    about: ["Five amplitudes of a structure that is shaken by 1 mm; its friction is estimated."],
     definition: {
       measured: TABLE,
       structure: {
@@ -50,7 +50,7 @@ export async function fitView(root, { query }) {
     json: "The question as JSON",
     path: "fits",
     submit: "Estimate",
-    cost: "What it may take",
+    cost: "Expected time",
     can: "be estimated",
     starts: STARTS,
     first: query.get("example") ?? STARTS[0].name,
@@ -74,7 +74,7 @@ function fieldsOf(held) {
       held.again();
     }),
     ...sought.map((each) => quantityField(held, each)),
-    group("How sure the measurement is", "deviation", [number(held, "deviation", SHARE)]),
+    group("Uncertainty of the measurement", "deviation", [number(held, "deviation", SHARE)]),
   ];
 }
 
@@ -89,23 +89,23 @@ function measuredField(held) {
     rows: 8,
     spellcheck: "false",
     value: held.get("measured") ?? "",
-    "aria-label": "Table of what was measured",
+    "aria-label": "Table of measured values",
     oninput: () => held.set("measured", text.value),
   });
   const file = el("input", {
     type: "file",
     accept: ".csv,.txt,text/plain,text/csv",
-    "aria-label": "File of what was measured",
+    "aria-label": "File of measured values",
     onchange: async () => {
       const chosen = file.files?.[0];
       if (chosen) held.set("measured", (text.value = await chosen.text()));
     },
   });
-  const title = "What was measured: a first line with names and units, then one row for each frequency";
+  const title = "Measured values: a first line with names and units, then one row for each frequency";
   return field("measured", title, [text, file], { wide: true });
 }
 
-/** A quantity that is known, sought, or neither. @param {Held} held @param {FittedField} each */
+/** A quantity that is known, to be estimated, or neither. @param {Held} held @param {FittedField} each */
 function quantityField(held, each) {
   const place = `structure.${each.path}`;
   const range = `fit.${each.name}`;
@@ -128,7 +128,7 @@ function quantityField(held, each) {
 }
 
 /**
- * Where it is looked for; both empty for where it usually lies.
+ * The range of the search; both ends empty for the default range.
  *
  * @param {Held} held
  * @param {string} path
@@ -168,9 +168,9 @@ function answered(place, found) {
     "Parameter",
     "Value",
     `Interval of ${short(100 * found.confidence)} %`,
-    "Do the data say it?",
+    "Determined by the data?",
   ];
-  const chart = new Figure({ label: "What was measured, and the fitted model", name: "fit", height: 380 });
+  const chart = new Figure({ label: "Measurement and fitted model", name: "fit", height: 380 });
   fill(
     place,
     el(

@@ -1,6 +1,5 @@
 /**
- * What a study's ranking comes to, before anything else is read: the design to look at, or why there is none
- * yet.
+ * The result of a study's ranking, shown first: the recommended design, or why there is none yet.
  */
 /** @import { Frequencies, Ranked, Ranking, Session, Shown } from "./types.js" */
 
@@ -9,12 +8,12 @@ import { count, short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
 import { WORDS } from "./words.js";
 
-/** What designs are judged by is an amplitude, of one frequency or of a band. */
+/** Designs are judged by an amplitude, at one frequency or over a band. */
 export const VALUE = "amplitude_ratio";
-/** A study of which less is computed is a fragment, whose best design says little. */
+/** If less of a study is computed, its best design means little. */
 const FRAGMENT = 0.5;
 /**
- * Doubts that hold for whichever design is shown; the others are about the optimum, of all that is computed.
+ * Doubts that apply to whichever design is shown; the others concern only the optimum.
  */
 const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
 
@@ -50,7 +49,7 @@ export function headline({ record, selection, shown }, ranked) {
   const value = shown.withError(VALUE, best.value, best.error) + shown.unit(VALUE);
   const next = ranked.next_frequencies;
   const judged = shown.has(VALUE) ? WORDS.objectives_in_units[ranked.objective] : ranked.long_name;
-  // while points are missing a better one may come; of a band only the frequencies that are there are judged
+  // while points are missing, a better design may follow; over a band only the computed frequencies are judged
   const soFar = record.points_done < record.points_total ? " so far" : "";
   const few = record.points_done < FRAGMENT * record.points_total;
   const doubts = shown
@@ -95,10 +94,9 @@ export function headline({ record, selection, shown }, ranked) {
 }
 
 /**
- * Where one frequency was computed: to the form of a new study, which is this one over a band.
+ * If only one frequency was computed, a link to the form of a new study: this one over a band.
  *
- * @param {string} id @param {Shown} shown @param {Frequencies | null | undefined} next none where
- *   there is a band
+ * @param {string} id @param {Shown} shown @param {Frequencies | null | undefined} next none if there is a band
  */
 export function judgedOver(id, shown, next) {
   if (!next) return null;

@@ -1,15 +1,15 @@
-/** Links to the documentation, where the service has it. */
+/** Links to the documentation, if the service has it. */
 
 import { el } from "./dom.js";
 
-/** Where it is; empty where the service has none. */
+/** Its address; empty if the service has no documentation. */
 const PLACE = document.documentElement.dataset.docs ?? "";
 
 /**
- * A link to a page of the documentation, in a tab of its own.
+ * A link to a page of the documentation, opened in a new tab.
  *
  * @param {string} page its address within the site
- * @param {string} about what it tells of
+ * @param {string} about its subject
  * @returns {HTMLElement | false}
  */
 export function help(page, about) {
@@ -30,7 +30,7 @@ export function help(page, about) {
   );
 }
 
-/** The same as an entry of the navigation. */
+/** The link as an entry of the navigation. */
 export function documentationLink() {
   return PLACE !== "" && el("a", { href: PLACE, target: "_blank", rel: "noopener" }, "Documentation");
 }

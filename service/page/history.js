@@ -1,4 +1,4 @@
-/** A computed motion: columns over time, as the service samples them, and what is read off them. */
+/** A computed motion: columns over time, as sampled by the service, and quantities derived from them. */
 
 /**
  * @typedef {{time: number[], u: number[], u_rate: number[], v: number[], v_rate: number[], p: (number |
@@ -12,7 +12,7 @@ export class History {
     this.columns = columns;
     this.r = r;
     this.first = columns.time[0] ?? 0;
-    /** Cycles since the first sample, of each sample. */
+    /** The time of each sample in cycles since the first one. */
     this.cycles = columns.time.map((time) => ((time - this.first) * r) / (2 * Math.PI));
     this.length = Math.round(this.cycles[this.cycles.length - 1] ?? 0);
   }
@@ -45,7 +45,7 @@ export class History {
   }
 
   /**
-   * A column at a time in cycles, straight between samples.
+   * The value of a column at a time in cycles, interpolated linearly between samples.
    *
    * @param {keyof Columns} name
    * @param {number} cycle
@@ -60,13 +60,13 @@ export class History {
     return span > 0 ? here + ((next - here) * (cycle - this.cycles[i])) / span : here;
   }
 
-  /** Where the particle is in its cavity, over Z: 0 in the middle, ± the clearance at the walls. */
+  /** Position of the particle in its cavity, over Z: 0 in the middle, ± the clearance at the walls. */
   get inCavity() {
     return this.columns.p.map((p, i) => (p === null ? null : p - this.columns.u[i]));
   }
 
   /**
-   * States once a cycle at the same phase, as a Poincaré section shows them.
+   * States once per cycle at the same phase: a Poincaré section.
    *
    * @returns {{u: number[], u_rate: number[]}}
    */

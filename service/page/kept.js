@@ -1,8 +1,8 @@
-/** What a view shows, kept in its address: a link leads to the same view, and Back goes back one step. */
+/** The choices of a view, kept in its address, so that a link leads to the same view and Back goes back one step. */
 
 import { nearest } from "./numbers.js";
 
-/** Changes that follow each other faster than this, as those of a slider do, are one step. */
+/** Changes that follow each other faster than this, for example those of a slider, are one step. */
 const ONE_STEP_MILLISECONDS = 1000;
 
 export class Kept {
@@ -15,7 +15,7 @@ export class Kept {
   }
 
   /**
-   * What was kept under a name where it is one of those that are possible, else what is usual.
+   * The kept value of a name if it is possible, else the default.
    *
    * @template {string} T
    * @param {string} name @param {readonly string[]} possible @param {T} usual
@@ -26,7 +26,7 @@ export class Kept {
   }
 
   /**
-   * A number that was kept, between two limits.
+   * A kept number, within two limits.
    *
    * @param {string} name
    * @param {number} low
@@ -44,10 +44,10 @@ export class Kept {
   }
 
   /**
-   * Keep what is shown now; what is as usual is left out.
+   * Keep the present choices; defaults are left out.
    *
-   * @param {Record<string, string | number | boolean | null | undefined>} values null, undefined and "" are
-   *   as usual
+   * @param {Record<string, string | number | boolean | null | undefined>} values null, undefined and "" stand
+   *   for the default
    */
   keep(values) {
     const before = this.href;
@@ -62,12 +62,12 @@ export class Kept {
     this.last = now;
   }
 
-  /** The address with all that is kept. */
+  /** The address with all kept choices. */
   get href() {
     return this.at(this.path);
   }
 
-  /** Another view with all that is kept here. @param {string} path */
+  /** The address of another view with all choices kept here. @param {string} path */
   at(path) {
     const query = new URLSearchParams(this.values).toString();
     return query ? `${path}?${query}` : path;
@@ -75,7 +75,7 @@ export class Kept {
 }
 
 /**
- * A value of an axis in the fewest digits that tell it from its neighbours.
+ * A value of an axis in the fewest digits that distinguish it from its neighbours.
  *
  * @param {(number | string)[]} values
  * @param {number} place

@@ -1,16 +1,15 @@
-/** Lists as they are typed: values with commas, semicolons or spaces between them. */
+/** Reads typed lists: values separated by commas, semicolons or spaces. */
 
 import { el, fill, smallButton } from "./dom.js";
 
-/** One comma between two digits and no further one: a decimal comma, or two values. */
+/** A single comma between two digits: a decimal comma, or two values. */
 const EITHER = /(?<=^|\s)[+-]?\d+,\d+(?=\s|$)/;
-/** What stands between two values where no comma does; a value that has a name may have spaces in it. */
+/** Separators other than commas; a value with a name may contain spaces. */
 const SPACES = /[;\s]+/;
 export const SEMICOLON = /;/;
 
 /**
- * The parts of a list. "0,2" stays one part, since nobody can tell what it means; "1,2,3" and "0.2,0.5" are
- * lists.
+ * The parts of a list. "0,2" stays one part, since its meaning is unclear; "1,2,3" and "0.2,0.5" are lists.
  *
  * @param {string} text
  * @param {RegExp} [between]
@@ -25,7 +24,7 @@ export function parts(text, between = SPACES) {
 }
 
 /**
- * What to ask about a list, and what it is either way; null where it is plain.
+ * The question about an unclear list, and both readings; null if it is clear.
  *
  * @param {string} text
  * @param {RegExp} [between]
@@ -46,10 +45,10 @@ export function doubt(text, between = SPACES) {
 
 /**
  * @param {string} value
- * @param {(parts: string[]) => void} onChange told the parts of what is typed
+ * @param {(parts: string[]) => void} onChange called with the typed parts
  * @param {Record<string, unknown>} [attributes] of the box
- * @param {RegExp} [between] as `parts` takes it
- * @returns {HTMLElement[]} the box, and where it asks
+ * @param {RegExp} [between] as in `parts`
+ * @returns {HTMLElement[]} the box, and the place for the question
  */
 export function listBox(value, onChange, attributes = {}, between = undefined) {
   const box = el("input", { type: "text", ...attributes, value, oninput: () => typed(box.value) });

@@ -1,6 +1,5 @@
 /**
- * Which view an address shows. Addresses are fragments, so that each can be linked to and the server knows
- * one page only.
+ * The view of each address. Addresses are fragments, so each can be linked to and the server has only one page.
  *
  * @typedef {(() => void) | void} Leave
  * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave>} View
@@ -70,7 +69,7 @@ function decoded(part) {
   }
 }
 
-/** Tell the window's title and the reader where they are. @param {HTMLElement} root */
+/** Set the window's title and announce the view to screen readers. @param {HTMLElement} root */
 function arrived(root) {
   const heading = root.querySelector("h1");
   document.title = heading ? `${heading.textContent} · damperlab` : "damperlab";
@@ -94,7 +93,7 @@ async function nowhere(root) {
   fill(root, el("h1", {}, "No such view"), el("p", {}, el("a", { href: "#/" }, "All studies")));
 }
 
-/** Ask for a key in place of whatever is shown, once. */
+/** Ask for a key in place of the present view, once. */
 function signIn() {
   if (document.getElementById("key")) return;
   shown += 1;

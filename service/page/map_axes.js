@@ -1,4 +1,4 @@
-/** Which dimensions a map lies over, kept in the address, and the point on it. */
+/** The dimensions of a map, kept in the address, and the point on it. */
 /** @import { MapAnswer, Session, Shown } from "./types.js" */
 
 import { picker } from "./dom.js";
@@ -6,7 +6,7 @@ import { picker } from "./dom.js";
 export class MapAxes {
   /**
    * @param {Session} session
-   * @param {string[]} usual the first two are shown where nothing is chosen
+   * @param {string[]} usual the first two are shown if none is chosen
    * @param {string[]} choices
    */
   constructor(session, [x, y], choices) {
@@ -17,18 +17,18 @@ export class MapAxes {
     if (this.x === this.y) Object.assign(this, this.usual);
   }
 
-  /** Both, as parameters of a question. */
+  /** Both dimensions, as parameters of a question. */
   get both() {
     return { x: this.x, y: this.y };
   }
 
-  /** Both as the address keeps them. */
+  /** Both dimensions, as kept in the address. */
   get kept() {
     const usual = this.x === this.usual.x && this.y === this.usual.y;
     return usual ? { x: null, y: null } : this.both;
   }
 
-  /** The point of the study, where it is drawn. */
+  /** The drawn position of the study's point. */
   get point() {
     const { selection, shown } = this.session;
     const at = (/** @type {string} */ name) => selection.value(name) * shown.factor(name);
@@ -36,10 +36,10 @@ export class MapAxes {
   }
 
   /**
-   * Choose the point of the study where somebody clicked.
+   * Move the point of the study to a clicked position.
    *
    * @param {{x: number, y: number}} point
-   * @param {number | undefined} rows of the map; where it has one, nothing lies along y
+   * @param {number | undefined} rows of the map; with a single row nothing lies along y
    */
   choose(point, rows) {
     const { selection, shown } = this.session;
@@ -48,7 +48,7 @@ export class MapAxes {
   }
 
   /**
-   * Pickers of both; one that takes the other's dimension gives it its own.
+   * Pickers of both dimensions; choosing the other's dimension swaps them.
    *
    * @param {string[]} choices
    * @param {() => void} changed
@@ -69,7 +69,7 @@ export class MapAxes {
   }
 }
 
-/** The share of a map that is computed, and its note. @param {MapAnswer} map @param {Shown} shown */
+/** The computed share of a map, and its note. @param {MapAnswer} map @param {Shown} shown */
 export function said(map, shown) {
   const share = map.complete < 1 ? `${Math.floor(100 * map.complete)} % of this map is computed. ` : "";
   const failed = map.points_failed ? `${map.points_failed} points failed. ` : "";

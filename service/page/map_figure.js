@@ -1,6 +1,6 @@
 /**
- * The traces of a resonance map: the values, their contour lines, what is locked, failed or missing, and what
- * is best.
+ * The traces of a resonance map: the values, their contour lines, marks of locked, failed or missing points, and the
+ * best designs.
  */
 /** @import { Catalogue, Figure, Layout, MapAnswer, Row, Trace } from "./types.js" */
 
@@ -12,18 +12,18 @@ import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 const MOST_SYMBOLS = 900;
 const LOCKED = 1;
 /**
- * Of which point the class of response is, where a map is reduced over a dimension.
+ * The point to which the response class belongs, if a map is reduced over a dimension.
  *
  * @type {Record<string, string>}
  */
 const WHERE = { max: " where it is largest", min: " where it is smallest" };
 const FAILED_FROM = 2;
-/** Values of an axis that are each written beside it. */
+/** Largest number of values for which every value is written along the axis. */
 const FEW = 8;
-/** Along either axis; lines between fewer points would be inventions. */
+/** Fewest points along either axis for contour lines; between fewer, lines would be invented. */
 const CONTOUR_POINTS = 6;
 const CONTOUR_LINES = 12;
-/** Of the values: what differs less is equal but for rounding. */
+/** Relative difference below which values are equal up to rounding. */
 const ROUNDING = 1e-9;
 
 /**
@@ -42,7 +42,7 @@ const ROUNDING = 1e-9;
  * @param {Overlays} overlays
  * @param {Marks} marks
  * @param {Words} words
- * @param {(number | null)[][]} [beside] values of another map that share the scale of colours
+ * @param {(number | null)[][]} [beside] values of another map that share the colour scale
  * @returns {Trace[]}
  */
 export function mapTraces(map, overlays, marks, words, beside) {
@@ -100,9 +100,8 @@ export function mapTraces(map, overlays, marks, words, beside) {
 }
 
 /**
- * Round levels within the values, at most `CONTOUR_LINES`; none where the values are equal but for rounding,
- * as in a study whose first points are all locked: there the library's own levels leave it without a line to
- * draw, and it fails.
+ * Round levels within the values, at most `CONTOUR_LINES`; none if the values are equal up to rounding, for example if
+ * all points so far are locked. The library's own levels would then leave no line to draw, and it would fail.
  *
  * @param {(number | null)[][]} z
  */
@@ -118,7 +117,7 @@ function contourLevels(z) {
 }
 
 /**
- * The codes of a variable, shown or beside what is shown.
+ * The codes of a variable, which is the shown one or a companion.
  *
  * @param {MapAnswer} map
  * @param {"response_class" | "status"} name
@@ -128,7 +127,7 @@ function codesOf(map, name) {
 }
 
 /**
- * Values as they are coloured, and the bar beside them.
+ * Values as they are coloured, and the colour bar.
  *
  * @param {MapAnswer} map
  * @param {(number | null)[][]} [beside]
@@ -165,7 +164,7 @@ function scale(map, beside) {
   };
 }
 
-/** Where the bar stands: beside the map, on a phone below it. */
+/** The position of the bar: beside the map, or below it on a phone. */
 function barLook() {
   const common = { thickness: 14, outlinewidth: 0 };
   return NARROW.matches ? { ...common, orientation: "h", y: -0.22, yanchor: "top", x: 0.5 } : common;
@@ -213,7 +212,7 @@ function hover(map, coded) {
 }
 
 /**
- * One symbol at each point where something holds, thinned where there are too many.
+ * One symbol at each point that meets a condition, thinned if there are too many.
  *
  * @param {MapAnswer} map
  * @param {number[][] | undefined} codes
@@ -247,7 +246,7 @@ function thinned(found) {
 }
 
 /**
- * Every class by its own shape.
+ * Markers of every class, each with its own shape.
  *
  * @param {MapAnswer} map
  * @param {number[][]} kinds
@@ -336,7 +335,7 @@ export function mapLayout(map) {
 }
 
 /**
- * Type and range of an axis: from the outer edge of the first cell to that of the last.
+ * Type and range of an axis, from the outer edge of the first cell to that of the last.
  *
  * @param {number[]} values
  */
@@ -347,7 +346,7 @@ function span(values) {
     along.length > 1
       ? [(along[1] - along[0]) / 2, (along[along.length - 1] - along[along.length - 2]) / 2]
       : [0.5, 0.5];
-  // within a decade the library writes every digit, one over the other
+  // within a decade the library would write every digit, one over the other
   const few = { tickvals: values, ticktext: values.map((value) => short(value, 3)) };
   const ticks = !log ? {} : values.length <= FEW ? few : { dtick: "D2" };
   return {
@@ -358,7 +357,7 @@ function span(values) {
 }
 
 /**
- * Draw a map; where only one dimension varies, a curve in its place.
+ * Draw a map, or a curve if only one dimension varies.
  *
  * @param {Figure} chart
  * @param {MapAnswer} map
@@ -371,7 +370,7 @@ export async function drawMap(chart, map, traces, lines = () => lineTraces(map))
 }
 
 /**
- * Where only one dimension varies: a curve in place of a map.
+ * A curve in place of a map, if only one dimension varies.
  *
  * @param {MapAnswer} map
  */

@@ -1,4 +1,4 @@
-/** The map of a study with everything that chooses what it shows, and the point beside it. */
+/** The map of a study with its controls, and the selected point. */
 /** @import { Found, Kept, MapAnswer, Marked, Session, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -15,7 +15,7 @@ import { sliders } from "./sliders.js";
 import { DIMENSIONS } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
-/** Values along either axis that are asked for: about as many as a screen tells apart. */
+/** Number of values requested along either axis, about as many as a screen can show. */
 const MOST = 240;
 const PATIENCE_MILLISECONDS = 1500;
 const USUAL_METRIC = "amplitude_ratio";
@@ -124,7 +124,7 @@ class MapTab {
     this.look();
   }
 
-  /** Keep what differs from the usual view. */
+  /** Keep what differs from the default view. */
   keep() {
     const { metric, contours, classes, window } = this.view;
     this.session.kept.keep({
@@ -138,7 +138,8 @@ class MapTab {
   }
 
   /**
-   * What the map is asked for: the other dimensions at the point, the frequency open where the worst counts.
+   * The request for the map: the other dimensions are fixed at the point; the frequency is left open if the worst is
+   * judged.
    */
   whole() {
     const { selection } = this.session;
@@ -147,7 +148,7 @@ class MapTab {
     return { x, y, metric: this.view.metric, ...selection.at(except) };
   }
 
-  /** The same as the screen can show it. */
+  /** The request at the resolution of the screen. */
   question() {
     return { ...this.whole(), most: MOST, ...this.view.window };
   }
@@ -175,7 +176,7 @@ class MapTab {
     await drawMap(this.chart, map, () => mapTraces(map, view, this.marks(), this.session.words));
   }
 
-  /** What is marked: what lies in this map, not what lies beside it. */
+  /** The marks: only designs that lie in this map. */
   marks() {
     const { selection, shown } = this.session;
     const { x, y } = this.axes;
@@ -201,15 +202,14 @@ class MapTab {
   }
 
   /**
-   * What is looked at more closely is kept in the address, and asked for again: a map that was thinned shows
-   * more there.
+   * A zoomed range is kept in the address and requested again, since a thinned map shows more there.
    *
    * @param {Record<string, unknown>} event
    */
   zoomed(event) {
     if (event["xaxis.autorange"] && this.view.window.x_range) return this.change({ window: {} });
     if (event["xaxis.range[0]"] === undefined && event["yaxis.range[0]"] === undefined) return;
-    // kept in ratios, so that an address means the same to who looks at units
+    // kept in ratios, so that an address has the same meaning in units
     const span = (/** @type {"x" | "y"} */ axis) => {
       const { type, range = [] } = this.chart.plot.layout[`${axis}axis`] ?? {};
       return range
@@ -237,7 +237,7 @@ class MapTab {
   }
 }
 
-/** What else of a map was kept. @param {Kept} kept @param {string[]} variables */
+/** The other kept choices of a map. @param {Kept} kept @param {string[]} variables */
 function keptLook(kept, variables) {
   const { x_range, y_range } = kept.values;
   const span = /^[-+.\de]+,[-+.\de]+$/;
@@ -258,7 +258,7 @@ function usualAxes(varied) {
   return [x, y];
 }
 
-/** At most once in a while, and once more at the end. @param {number} milliseconds @param {() => void} run */
+/** Limit calls to one per interval, with a last one at the end. @param {number} milliseconds @param {() => void} run */
 function throttled(milliseconds, run) {
   let waiting = false;
   let again = false;

@@ -7,8 +7,8 @@ import { inBrackets } from "./shown.js";
 import { WORDS } from "./words.js";
 
 /**
- * Results of a study: those of a suite are in units; over base amplitudes they are where the study is shown
- * so, else ratios.
+ * Results of a study. Those of a suite are in units; those over base amplitudes are in units if the study is shown so,
+ * else ratios.
  *
  * @param {Session} session @returns {Variable[]}
  */
@@ -23,7 +23,7 @@ export function measures({ words, variables, shown, selection }) {
 }
 
 /**
- * What a result is called, with the unit that it is shown in.
+ * The name of a result, with its shown unit.
  *
  * @param {{long_name: string, units: string}} variable
  */
@@ -38,7 +38,7 @@ const USUAL = "amplitude_ratio";
  *
  * @param {Session} session
  * @param {string} key in the address
- * @param {() => void} look what follows a choice
+ * @param {() => void} look called after a choice
  */
 export function chosenMeasure({ words, variables, kept, shown }, key, look) {
   const offered = words.variables.filter((one) => variables.includes(one.name) && !one.coded);

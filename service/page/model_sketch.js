@@ -1,4 +1,4 @@
-/** The model at rest, with the symbols that a specification speaks of. */
+/** The model at rest, with the symbols used in a specification. */
 
 import { coil, cylinder, svg } from "./sketch.js";
 
@@ -36,7 +36,7 @@ export function modelSketch(particle = true) {
     class: "sketch model",
     role: "img",
     "aria-label":
-      "The structure M on spring k and dashpot c, rubbing with the force F_f on its shaken base " +
+      "The structure M on spring k and dashpot c, with the friction force F_f on its shaken base " +
       `z${particle ? PARTICLE : ""}`,
   });
   picture.append(

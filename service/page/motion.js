@@ -16,16 +16,16 @@ import { sketch } from "./sketch.js";
 import { designDimensions } from "./vocabulary.js";
 
 const COMPUTING = "Computing the motion …";
-/** Cycles shown of a response that repeats: as many whole periods as fit into so many. */
+/** Cycles shown of a response that repeats: as many complete periods as fit into this number. */
 const CYCLES = 6;
 const MOST_CYCLES = 60;
-/** Of one that does not repeat, or of which nobody knows. */
+/** Cycles shown of a response that does not repeat, or whose period is unknown. */
 const CYCLES_OF_OTHERS = 12;
-/** The most that the service sends: with fewer, impacts would be among what is left out. */
+/** The most samples that the service sends; with fewer, impacts could be left out. */
 const SAMPLES = 20000;
-/** Between a closed curve and the frame, over its width. */
+/** Space between a closed curve and the frame, over the curve's width. */
 const MARGIN = 0.05;
-/** Of the largest amplitude: what is less is rounding. */
+/** Share of the largest amplitude below which a value is rounding. */
 const NOTHING = 1e-6;
 const MEASURES = [
   "impacts_per_cycle",
@@ -75,7 +75,7 @@ export class MotionPanel {
    * Compute and draw the motion of the point.
    *
    * @param {number} r frequency ratio
-   * @param {number} period cycles after which the stored response repeats, 0 where it does not
+   * @param {number} period cycles after which the stored response repeats, 0 if it does not
    * @param {AbortSignal} signal
    */
   async look(r, period, signal) {
@@ -84,7 +84,7 @@ export class MotionPanel {
     if (!time.element.isConnected) fill(element, goesOn);
     /** @param {string} words */
     const tell = (words) => {
-      // a motion that is shown stays until the next is there, unless that takes as long as a compiler
+      // the shown motion stays until the next one arrives, unless kernels must be compiled first
       if (words && !goesOn.isConnected) fill(element, goesOn);
       fill(goesOn, words || COMPUTING);
     };
@@ -119,8 +119,8 @@ export class MotionPanel {
       spectrum.element,
       forces.element,
       quiet(
-        "Spring, damping and friction; an instantaneous impact has no finite force, so it has no " +
-          "place in the figure.",
+        "Spring, damping and friction; an instantaneous impact has no finite force, so it is not " +
+          "in the figure.",
       ),
       measures(answer, session),
     );
@@ -179,7 +179,7 @@ function forceLayout(history, shown) {
 }
 
 /**
- * Room around curves along an axis: a line that touches the frame looks cut.
+ * Space around curves along an axis, since a line that touches the frame looks cut off.
  *
  * @param {{x: number[], y: number[]}[]} traces
  * @param {"x" | "y"} axis
@@ -194,14 +194,14 @@ function around(traces, axis) {
   return { autorangeoptions: { include: [low - room, high + room] } };
 }
 
-/** Cycles to show: whole periods. @param {number} period */
+/** Cycles to show, as complete periods. @param {number} period */
 function cyclesShown(period) {
   if (period < 1) return CYCLES_OF_OTHERS;
   return period <= CYCLES ? period * Math.floor(CYCLES / period) : Math.min(period, MOST_CYCLES);
 }
 
 /**
- * What lengths, speeds and frequencies are shown in: all in units or none.
+ * The units of lengths, speeds and frequencies: either all are in units, or none.
  *
  * @param {Shown} shown
  */
@@ -243,7 +243,7 @@ function design({ selection, record }, r, cycles) {
   };
 }
 
-/** What the figures show. @param {StudyRecord} record @param {Simulated} answer @param {History} history */
+/** The caption of the figures. @param {StudyRecord} record @param {Simulated} answer @param {History} history */
 function shownNote(record, answer, history) {
   const period = answer.metrics.period ?? 0;
   const cycles = `${history.length} cycle${history.length === 1 ? "" : "s"}`;
@@ -259,13 +259,13 @@ function shownNote(record, answer, history) {
   const other =
     start === "rest"
       ? ""
-      : " The study starts its points elsewhere, so this may be another response than the stored one.";
+      : " The study uses other starts, so this response may differ from the stored one.";
   return quiet(
     `${cycles} of the steady response that a start from rest leads to${repeats}.${impacts}${other}`,
   );
 }
 
-/** What the simulation measured. @param {Simulated} answer @param {Session} session */
+/** The measured results of the simulation. @param {Simulated} answer @param {Session} session */
 function measures({ metrics }, { words, shown }) {
   const measured = (/** @type {string} */ name) => metrics[name] ?? 0;
   const known = words.variables.filter(
@@ -413,11 +413,11 @@ function impactMarks(x, y) {
 }
 
 /**
- * The forces that are there, over the cycles.
+ * The nonzero forces, over the cycles.
  *
  * @param {number[]} cycles
- * @param {Record<string, number[]>} forces as the service has them, over k·Z
- * @param {number} factor from that to what is shown
+ * @param {Record<string, number[]>} forces from the service, over k·Z
+ * @param {number} factor from these to the shown unit
  */
 function forceTraces(cycles, forces, factor) {
   return FORCES.filter(([name]) => forces[name].some((force) => force !== 0)).map(([name, title], i) => ({

@@ -1,7 +1,7 @@
-/** Numbers, times and sizes in words, and how far numbers reach. */
+/** Numbers, times and sizes as text, and the extent of numbers. */
 
 /**
- * A number with a few digits that matter.
+ * A number with a few significant digits.
  *
  * @param {number | null | undefined} value
  * @param {number} [digits]
@@ -59,13 +59,13 @@ export function size(bytes) {
   return `${short(bytes, 3)} ${units[step]}`;
 }
 
-/** A moment, in the reader's own time. @param {string | null} iso */
+/** A time, in the reader's time zone. @param {string | null} iso */
 export function moment(iso) {
   if (!iso) return "–";
   return new Date(iso).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
 }
 
-/** Whether values grow by a factor rather than by a step. @param {number[]} values */
+/** Whether values grow by a factor instead of a step. @param {number[]} values */
 export function isLogarithmic(values) {
   if (values.length < 3 || values[0] <= 0) return false;
   const last = values[values.length - 1];
@@ -73,7 +73,7 @@ export function isLogarithmic(values) {
   return factor > 1.05 && values.every((value, i) => Math.abs(value / (values[0] * factor ** i) - 1) < 1e-6);
 }
 
-/** The place of the value nearest to one that is wanted. @param {number[]} values @param {number} wanted */
+/** The index of the value nearest to a wanted one. @param {number[]} values @param {number} wanted */
 export function nearest(values, wanted) {
   let best = 0;
   values.forEach((value, i) => {
@@ -82,11 +82,11 @@ export function nearest(values, wanted) {
   return best;
 }
 
-/** Values that differ more than this are coloured by their logarithm. */
+/** Values whose ratio exceeds this are coloured by their logarithm. */
 const WIDE = 20;
 
 /**
- * The least and the greatest of what is known; not a number of two where nothing is.
+ * The smallest and the largest known value; both NaN if none is known.
  *
  * @param {(number | null)[][]} rows
  */
@@ -102,7 +102,7 @@ export function extentOf(rows) {
   return [low, high];
 }
 
-/** Whether values of that extent are coloured by their logarithm. @param {number[]} extent */
+/** Whether values with this extent are coloured by their logarithm. @param {number[]} extent */
 export function isWide([low, high]) {
   return low > 0 && high > WIDE * low;
 }

@@ -1,4 +1,4 @@
-/** All designs at once: parallel coordinates that can be brushed, by the pointer on an axis or by sliders. */
+/** All designs together: parallel coordinates that can be brushed with the pointer on an axis or with sliders. */
 /** @import { Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -10,7 +10,7 @@ import { FREQUENCY } from "./selection.js";
 const MOST = 2000;
 const HEIGHT = 260;
 const [TOP, BOTTOM] = [26, 240];
-/** Between two axes, in units of the drawing. */
+/** Distance between two axes, in units of the drawing. */
 const STEP = 130;
 const STEPS = 100;
 const PATIENCE_MILLISECONDS = 300;
@@ -127,7 +127,7 @@ export class ParallelPanel {
     );
   }
 
-  /** An axis with its ends, its brush, and what takes the pointer. @param {Axis} axis @param {number} i */
+  /** An axis with its ends, its brush, and the area that takes the pointer. @param {Axis} axis @param {number} i */
   head(axis, i) {
     const x = xOf(i);
     const brush = svg("rect", { x: x - 6, width: 12, class: "brush" });
@@ -144,7 +144,7 @@ export class ParallelPanel {
   }
 
   /**
-   * A drag along an axis brushes it, a click on it takes the brush away.
+   * A drag along an axis brushes it; a click on it removes the brush.
    *
    * @param {Axis} axis
    * @param {SVGElement} handle
@@ -212,7 +212,7 @@ export class ParallelPanel {
     this.session.kept.keep(Object.fromEntries(kept));
   }
 
-  /** Whether the brushes leave a design. @param {Ranked} design */
+  /** Whether a design is within the brushes. @param {Ranked} design */
   within(design) {
     return this.axes.every((axis) => {
       const share = shareOf(axis, axis.of(design));
@@ -221,7 +221,7 @@ export class ParallelPanel {
     });
   }
 
-  /** Draw what the brushes leave. */
+  /** Draw the designs within the brushes. */
   update() {
     const { found, axes, parts } = this;
     if (found.length === 0) return void fill(this.said, "No design is left.");
@@ -263,7 +263,7 @@ export class ParallelPanel {
     output.textContent = `${least} to ${most}`;
   }
 
-  /** @param {number} inside how many the brushes leave @param {Ranked | null} best of them */
+  /** @param {number} inside number of designs within the brushes @param {Ranked | null} best of them */
   say(inside, best) {
     const { selection, shown } = this.session;
     const { found, total } = this;
@@ -282,7 +282,7 @@ export class ParallelPanel {
 }
 
 /**
- * The axes: what varies, and what comes of it.
+ * The axes: the varied quantities and the results.
  *
  * @param {Session} session
  * @param {Ranked[]} designs

@@ -1,4 +1,4 @@
-/** A request that may wait for a compiler: what goes on is said until the answer is there. */
+/** A request that may wait for the compiler; its progress is reported until the answer arrives. */
 /** @import { Answer, Readiness } from "./types.js" */
 
 import { send } from "./api.js";
@@ -7,12 +7,12 @@ import { counted } from "./numbers.js";
 const LOOK_MILLISECONDS = 1000;
 
 /**
- * Send a document that is computed, and say meanwhile whether kernels are compiled for it first.
+ * Send a document to be computed, and report meanwhile whether kernels are being compiled for it.
  *
  * @template {string} Path
  * @param {Path} path
  * @param {unknown} document
- * @param {(words: string) => void} tell told what goes on where that is not computing
+ * @param {(words: string) => void} tell called with the activity, unless it is computing
  * @param {AbortSignal} [signal]
  * @param {Record<string, unknown>} [parameters]
  * @returns {Promise<Answer<Path>>}
@@ -41,7 +41,7 @@ export async function sendPatiently(path, document, tell, signal = undefined, pa
 }
 
 /**
- * That kernels are compiled, and how many are.
+ * A sentence that kernels are being compiled, and how many are done.
  *
  * @param {{phase_done: number | null, phase_total: number | null}} at how many of them
  */

@@ -1,4 +1,4 @@
-/** Points that were pinned: their frequency responses in one figure, beside that of the point. */
+/** Pinned points: their frequency responses in one figure with that of the selected point. */
 /** @import { Curve, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -9,7 +9,7 @@ import { FREQUENCY } from "./selection.js";
 import { times } from "./shown.js";
 
 const PATIENCE_MILLISECONDS = 200;
-/** As many as there are kinds of line beside the point's own. */
+/** Most pins: the number of line styles besides that of the point. */
 const MOST = 4;
 
 export class PinsPanel {
@@ -45,7 +45,7 @@ export class PinsPanel {
     );
   }
 
-  /** Places along the dimensions, of pins that lie in the study. @returns {number[][]} */
+  /** Grid indices of the pins that lie in the study. @returns {number[][]} */
   readPins() {
     const { kept, selection } = this.session;
     const texts = (kept.values.pins ?? "").split(",").filter(Boolean);
@@ -73,7 +73,7 @@ export class PinsPanel {
     this.look();
   }
 
-  /** A pin in the list, with what goes there and what removes it. @param {number[]} pin @param {number} i */
+  /** A pin in the list, with buttons to select and to remove it. @param {number[]} pin @param {number} i */
   item(pin, i) {
     const { selection, shown } = this.session;
     const words = this.along.map(

@@ -1,4 +1,4 @@
-/** One design point: its curve over the frequency, its motion, and what is known about it. */
+/** One design point: its curve over the frequency, its motion, and its stored results. */
 /** @import { Curve, Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -70,7 +70,7 @@ export class PointPanel {
       const place = this.frequencyPlace(response);
       fill(about, stored(session, response, runs, place));
       await this.drawCurve(response, place);
-      // cycles after which the stored response repeats; 0 where it does not, or nobody knows
+      // cycles after which the stored response repeats; 0 if it does not, or if this is unknown
       const period = Math.max(0, periods?.values[place] ?? 0);
       await this.motion.look(response.frequency_ratio[place], period, signal);
       say(`${heading.textContent}: ${about.querySelector("dd")?.textContent ?? ""}`);
@@ -90,7 +90,7 @@ export class PointPanel {
   }
 
   /**
-   * The frequency that is looked at: where the response is largest, or what the slider says.
+   * The shown frequency: that of the largest response, or the one of the slider.
    *
    * @param {Curve} response
    */
@@ -125,13 +125,13 @@ function title({ selection, record, shown }) {
   ]);
 }
 
-/** Whether nothing of a curve is computed. @param {Curve} response */
+/** Whether no point of a curve is computed. @param {Curve} response */
 function empty(response) {
   return response.values.every((value) => value === null);
 }
 
 /**
- * What the study has stored about the point.
+ * The stored results of the point.
  *
  * @param {Session} session
  * @param {Curve} response

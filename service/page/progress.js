@@ -1,4 +1,4 @@
-/** A study's state: its badge, its progress, and what can be done with it. */
+/** A study's state: its badge, its progress, and the buttons for actions on it. */
 /** @import { Listed, StudyRecord } from "./types.js" */
 
 import { ask, refusalBox } from "./api.js";
@@ -28,7 +28,7 @@ export function outdatedNote(record) {
   );
 }
 
-/** A state as a sign and a word: never by colour alone. @param {string} state */
+/** A state as a sign and a word, never by colour alone. @param {string} state */
 export function badge(state) {
   return el(
     "span",
@@ -39,7 +39,7 @@ export function badge(state) {
 }
 
 /**
- * What a study does before its first block; empty where it is beyond that.
+ * The activity of a study before its first block; empty afterwards.
  *
  * @param {StudyRecord} record
  */
@@ -49,7 +49,7 @@ function preparation(record) {
   return record.phase === "compiling" ? compiling(record) : "";
 }
 
-/** How far a study is, as a bar and in words. @param {StudyRecord} record */
+/** The progress of a study, as a bar and in words. @param {StudyRecord} record */
 export function progressBar(record) {
   const done = record.points_done;
   const total = record.points_total;
@@ -80,7 +80,7 @@ export function progressBar(record) {
  * @template {Listed & {outdated?: boolean, points_done?: number}} T
  * @param {"studies" | "designs"} kind
  * @param {T} record
- * @param {(record: T | null) => void} onChange told the new record, null where it is gone
+ * @param {(record: T | null) => void} onChange called with the new record, null if it was deleted
  * @param {boolean} [gone] whether it is in the trash
  */
 export function actions(kind, record, onChange, gone = false) {
@@ -117,7 +117,7 @@ export function actions(kind, record, onChange, gone = false) {
     await ask(path, {}, { method: "DELETE" });
     return null;
   };
-  // the new version is another study: nothing about this one has changed
+  // the new version is another study; this one is unchanged
   const recompute = async () => {
     location.hash = `#/studies/${(await post("recompute")).id}`;
     return undefined;

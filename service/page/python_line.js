@@ -1,4 +1,4 @@
-/** The line of Python that gives what a figure shows. */
+/** The line of Python that gives the content of a figure. */
 
 /** @param {unknown} value @returns {string} */
 function literal(value) {
@@ -15,7 +15,7 @@ function literal(value) {
 /**
  * A call of the client, with its import.
  *
- * @param {string | null} study id of the study that is asked; null for the client itself
+ * @param {string | null} study id of the study; null for the client itself
  * @param {string} method
  * @param {Record<string, unknown>} given arguments by name; null and undefined are left out
  */

@@ -1,5 +1,5 @@
 /**
- * The quantities that a study varies, as ratios or with units, and what turns one into the other.
+ * The quantities that a study varies, as ratios or in units, and the conversions between them.
  *
  * @typedef {Record<string, unknown>} Physical
  */
@@ -9,10 +9,10 @@ import { scaled } from "./axis_field.js";
 import { titled } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
-/** The structure that ratios are turned into units with, until told otherwise: the prototype of the paper. */
+/** The structure that converts ratios into units by default: the prototype of the paper. */
 export const STRUCTURE = WORDS.structure;
 
-/** Fields of ratios; each begins with what the service computes where nothing else is said. */
+/** Fields of ratios; each begins with the service's default. */
 export const RATIOS = fields("axes", WORDS.design_point, {
   clearance_ratio: { low: 0.5, high: 40, step: 0.5 },
   friction_ratio: { low: 0, high: 2, step: 0.01 },
@@ -49,7 +49,7 @@ export const PHYSICAL = fields("physical", WORDS.prototype, {
 });
 
 /**
- * @param {string} section where the quantities stand in the JSON of a study
+ * @param {string} section section of the quantities in the JSON of a study
  * @param {Record<string, number>} begins
  * @param {Record<string, Partial<Quantity> & {low: number, high: number, step: number}>} looks
  * @returns {Record<string, Quantity>}
@@ -62,12 +62,12 @@ function fields(section, begins, looks) {
   return Object.fromEntries(whole);
 }
 
-/** Which physical quantity stands for which ratio, of those that have a field here. */
+/** For each ratio, the corresponding physical quantity, if it has a field here. */
 export const STANDS_FOR = Object.fromEntries(
   Object.entries(WORDS.stands_for).filter(([, name]) => name in PHYSICAL),
 );
 
-/** What ratios are made with, NaN what is not one number. @param {Physical | undefined} physical */
+/** The quantities that define ratios; NaN if not a single number. @param {Physical | undefined} physical */
 function structureOf(physical) {
   const [mass, frequency, amplitude] = ["mass_kg", "natural_frequency_hz", "base_amplitude_m"].map((name) =>
     typeof physical?.[name] === "number" ? physical[name] : NaN,
@@ -76,11 +76,11 @@ function structureOf(physical) {
 }
 
 /**
- * What a ratio is multiplied with to get its physical quantity.
+ * The factor from a ratio to its physical quantity.
  *
  * @param {string} ratio
  * @param {Physical | undefined} physical
- * @returns {number | null} null where the structure is not given in single numbers
+ * @returns {number | null} null if the structure is not given in single numbers
  */
 export function unitFactor(ratio, physical) {
   const { mass, frequency, amplitude, acceleration } = structureOf(physical);
@@ -97,7 +97,7 @@ export function unitFactor(ratio, physical) {
 const STANDARD_GRAVITY = 9.80665;
 
 /**
- * How the cavity of a study's point lies and how its particle rubs there, in the names of a physical block.
+ * Tilt of the cavity and friction of the particle at a study's point, in the names of a physical block.
  *
  * @param {StudyRecord} record of the study
  * @param {(ratio: string) => number} value of the point
@@ -107,7 +107,7 @@ export function cavityOf({ definition, dimensions }, value, physical) {
   const { particle_friction_coefficient: friction, tilt_deg: angle } = definition.physical ?? {};
   const of = (/** @type {string} */ ratio) =>
     dimensions.includes(ratio) ? value(ratio) / weightOf(physical) : 0;
-  // of an axis the point has one value
+  // the point has one value along an axis
   const tilt =
     typeof angle === "number" ? angle : (Math.asin(Math.min(1, of("gravity_ratio"))) * 180) / Math.PI;
   const lying = tilt === 90 ? 0 : Math.cos((tilt * Math.PI) / 180);
@@ -123,7 +123,7 @@ function weightOf(physical) {
 }
 
 /**
- * The same study with its ratios in units.
+ * The study with its ratios converted to units.
  *
  * @param {Definition} study
  * @returns {Definition}
@@ -142,7 +142,7 @@ export function inUnits(study) {
 }
 
 /**
- * The same study as ratios alone; as it is where its tilt is a range, which no range of ratios stands for.
+ * The study in ratios alone. It is unchanged if its tilt is a range, which corresponds to no range of ratios.
  *
  * @param {Definition} study
  * @returns {Definition}

@@ -1,4 +1,4 @@
-/** Ground-motion records: those that are there, what each looks like, and one's own from a file. */
+/** Ground-motion records: those of the service, figures of each, and uploads from a file. */
 /** @import { GroundRecord } from "./types.js" */
 
 import { ask, faultText, Refusal, refusalBox } from "./api.js";
@@ -8,7 +8,7 @@ import { short } from "./numbers.js";
 import { WORDS } from "./words.js";
 
 /**
- * Choose a record, or put up a file.
+ * Choose a record, or upload a file.
  *
  * @param {string} chosen id
  * @param {(id: string) => void} onChange
@@ -63,20 +63,20 @@ export function recordPicker(chosen, onChange) {
 }
 
 /**
- * Put a record up.
+ * Upload a record.
  *
  * @param {Record<string, string>} given
  * @param {RequestInit} options
- * @returns {Promise<GroundRecord>} as the service lists it
+ * @returns {Promise<GroundRecord>} as listed by the service
  */
 async function put(given, options) {
   return /** @type {GroundRecord} */ (/** @type {unknown} */ (await ask("records", given, options)));
 }
 
 /**
- * A file of one's own to be kept as a record.
+ * Upload of a file that becomes a record.
  *
- * @param {(kept: GroundRecord) => void | Promise<void>} onKept the record as the service lists it
+ * @param {(kept: GroundRecord) => void | Promise<void>} onKept the record as listed by the service
  */
 export function uploadField(onKept) {
   const trouble = el("div", { class: "upload faults", role: "alert" });
@@ -86,7 +86,7 @@ export function uploadField(onKept) {
     onchange: () => upload(),
   });
   const names = WORDS.acceleration_units.map((unit) => [unit, unit.replace("2", "²")]);
-  const options = [["", "as the file says"], ...names];
+  const options = [["", "as stated in the file"], ...names];
   const units = el(
     "select",
     {},
@@ -126,7 +126,7 @@ export function uploadField(onKept) {
 }
 
 /**
- * Figures of the record that is chosen, drawn once they are opened.
+ * Figures of the chosen record, drawn once they are opened.
  *
  * @returns {{element: HTMLElement, show: (id: string) => void}}
  */
@@ -142,7 +142,7 @@ export function recordFigures() {
   const element = el(
     "details",
     { class: "more", ontoggle: () => draw() },
-    el("summary", {}, "What the record looks like"),
+    el("summary", {}, "Figures of the record"),
     place,
   );
   let wanted = "";

@@ -1,5 +1,5 @@
 /**
- * A search around the best design: follow-up studies, submitted and waited for until the best is known well
+ * A search around the best design: it submits follow-up studies and waits for them, until the best design is known well
  * enough.
  */
 /** @import { Refinement, Session } from "./types.js" */
@@ -17,12 +17,12 @@ const LOOK_MILLISECONDS = 500;
 export class RefinePanel {
   told = el("div", { role: "status" });
   stopped = false;
-  /** The follow-up studies that are computed. @type {{id: string}[]} */
+  /** The computed follow-up studies. @type {{id: string}[]} */
   rounds = [];
 
   /**
    * @param {Session} session
-   * @param {() => Record<string, unknown>} judged as the ranking above is asked for
+   * @param {() => Record<string, unknown>} judged parameters of the ranking above
    */
   constructor(session, judged) {
     this.session = session;
@@ -36,9 +36,9 @@ export class RefinePanel {
       { class: "more" },
       el("summary", {}, "Refine: is a better design nearby?"),
       quiet(
-        "Computes further designs between those of the grid, in studies of their own, until none can be " +
-          "better by 1 % or 20,000 points are spent. What is computed is kept: a search that was stopped " +
-          "goes on from there.",
+        "Computes further designs between those of the grid, in separate studies, until none can be " +
+          "better by 1 % or 20,000 points are spent. Computed points are kept, so a stopped search " +
+          "continues from there.",
       ),
       el("div", { class: "row" }, this.button, this.stop),
       this.told,
@@ -72,7 +72,7 @@ export class RefinePanel {
     }
   }
 
-  /** Say what is known, and give the studies that are still to be computed. */
+  /** Show what is known, and give the studies that remain to be computed. */
   async ask() {
     const { rounds } = this;
     const known = rounds.map(({ id }) => id);
@@ -82,7 +82,7 @@ export class RefinePanel {
     return (answer.follow_ups ?? []).filter(({ id }) => !known.includes(id));
   }
 
-  /** Wait for a study, and say how far it is. @param {{id: string}} study */
+  /** Wait for a study, and show its progress. @param {{id: string}} study */
   async ended(study) {
     const words = this.told.appendChild(el("p", {}));
     for (;;) {

@@ -1,4 +1,4 @@
-/** Name, tags and note of a study, and the name of a design: read, and written. */
+/** Shows and edits the name, tags and note of a study, and the name of a design. */
 /** @import { Design, StudyRecord } from "./types.js" */
 
 import { ask, designPath, refusalBox, studyPath } from "./api.js";
@@ -8,7 +8,7 @@ import { WORDS } from "./words.js";
 export const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
 
 /**
- * Tags as they stand in a list: a click on one shows the studies that have it.
+ * Tags as shown in a list; a click on one shows the studies that have it.
  *
  * @param {string[]} tags
  * @param {(tag: string) => void} choose
@@ -30,7 +30,7 @@ export function tagList(tags, choose) {
  * A form for all three.
  *
  * @param {StudyRecord} record
- * @param {(name: string) => void} renamed told the name that is kept
+ * @param {(name: string) => void} renamed called with the stored name
  */
 export function remarksForm(record, renamed) {
   const name = nameBox(record.name);
@@ -41,7 +41,7 @@ export function remarksForm(record, renamed) {
     autocomplete: "off",
   });
   const note = el("textarea", { class: "wide", rows: 4, value: record.note, maxlength: 4000 });
-  const fields = { Name: name, "Tags, with commas between them": tags, Note: note };
+  const fields = { Name: name, "Tags, separated by commas": tags, Note: note };
   return savedForm("Name, tags and note", fields, async () => {
     const said = { name: name.value, tags: tags.value.split(/[\s,]+/).filter(Boolean), note: note.value };
     const odd = said.tags.filter((tag) => !TAG.test(tag));
@@ -57,7 +57,7 @@ export function remarksForm(record, renamed) {
  * A form for the name of a design.
  *
  * @param {Design} design
- * @param {(name: string) => void} renamed told the name that is kept
+ * @param {(name: string) => void} renamed called with the stored name
  */
 export function nameForm(design, renamed) {
   const name = nameBox(design.name);
@@ -85,9 +85,9 @@ function change(path, said) {
 /**
  * Fields with a button that saves them.
  *
- * @param {string} what they are
+ * @param {string} what name of the fields
  * @param {Record<string, HTMLElement>} fields by their labels
- * @param {() => Promise<string | void>} save what is wrong with them, nothing where they are saved
+ * @param {() => Promise<string | void>} save gives the fault, or nothing if they are saved
  */
 function savedForm(what, fields, save) {
   const trouble = el("div");

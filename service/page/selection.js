@@ -1,4 +1,4 @@
-/** Which point of a study is looked at: one place along each of its dimensions. */
+/** The selected point of a study: one index along each of its dimensions. */
 /** @import { Axes } from "./types.js" */
 
 import { nearest } from "./numbers.js";
@@ -7,16 +7,16 @@ export const FREQUENCY = "frequency_ratio";
 export const RECORD = "record";
 export const AMPLITUDE = "base_amplitude_m";
 
-/** @param {number[]} values of records texts @param {number | string} wanted */
+/** @param {number[]} values texts for records @param {number | string} wanted */
 function placeOf(values, wanted) {
   return typeof values[0] === "string"
     ? Math.max(0, values.indexOf(/** @type {number} */ (wanted)))
     : nearest(values, Number(wanted));
 }
 
-/** The point, and whether the frequency is left open: then a map shows the worst over the band. */
+/** The point, and whether the frequency is left open, in which case a map shows the worst over the band. */
 export class Selection extends EventTarget {
-  /** @param {Axes} axes values along each dimension: numbers, of a suite's records texts */
+  /** @param {Axes} axes values along each dimension: numbers, or texts for the records of a suite */
   constructor(axes) {
     super();
     this.axes = axes;
@@ -32,7 +32,7 @@ export class Selection extends EventTarget {
     return Object.keys(this.axes).filter((name) => this.axes[name].length > 1);
   }
 
-  /** Ids of the records of a suite; none of another study. @returns {string[]} */
+  /** Ids of the records of a suite; empty for other studies. @returns {string[]} */
   get records() {
     return /** @type {string[]} */ (/** @type {unknown} */ (this.axes[RECORD] ?? []));
   }
@@ -43,7 +43,7 @@ export class Selection extends EventTarget {
   }
 
   /**
-   * The values of the dimensions, as parameters of a question; those of length 1 say themselves.
+   * The values of the dimensions, as parameters of a question; those of length 1 are left out.
    *
    * @param {string[]} [except]
    * @returns {Record<string, number>}
@@ -55,7 +55,7 @@ export class Selection extends EventTarget {
   }
 
   /**
-   * Choose places, and tell who listens: `moved` where a map has to be asked for again, `chosen` in any case.
+   * Choose indices, and notify listeners: by `moved` if a map must be requested again, by `chosen` in any case.
    *
    * @param {Record<string, number>} places index by dimension
    */
@@ -73,14 +73,14 @@ export class Selection extends EventTarget {
     this.choose(Object.fromEntries(known.map(([name, value]) => [name, placeOf(this.axes[name], value)])));
   }
 
-  /** Choose the place of a design; the frequency stays. @param {Record<string, number>} design */
+  /** Choose the point of a design; the frequency stays. @param {Record<string, number>} design */
   chooseDesign(design) {
     const named = this.varied.filter((name) => name !== FREQUENCY);
     this.chooseValues(Object.fromEntries(named.map((name) => [name, design[name]])));
   }
 
   /**
-   * Rest at a design as long as nobody has chosen a point: a study opens where its optimum lies.
+   * Select a design as long as the user has chosen no point, so that a study opens at its optimum.
    *
    * @param {Record<string, number>} design
    */
@@ -91,7 +91,7 @@ export class Selection extends EventTarget {
     this.dispatchEvent(new Event("chosen"));
   }
 
-  /** Leave the frequency open, or not. @param {boolean} worst */
+  /** Set whether the frequency is left open. @param {boolean} worst */
   leaveFrequency(worst) {
     this.worst = worst;
     this.chosen = true;

@@ -1,4 +1,4 @@
-/** The settings of a study that are no axes: contact, starts, and when a response counts as steady. */
+/** The settings of a study apart from its axes: contact, starts, and when a response counts as steady. */
 /** @import { Definition, Spec } from "./types.js" */
 
 import { axisField } from "./axis_field.js";
@@ -7,7 +7,7 @@ import { field } from "./faults.js";
 import { help } from "./help.js";
 import { WORDS } from "./words.js";
 
-/** What is put in where a kind of start that has settings is chosen. @type {Record<string, object>} */
+/** The initial settings of each kind of start. @type {Record<string, object>} */
 const STARTS = { ensemble: { n: 10, seed: 0 }, continuation: { direction: "up" } };
 
 /**
@@ -23,7 +23,7 @@ export function numberField(label, path, value, onChange) {
   return field(path, label, box);
 }
 
-/** What a quantity that acts on the particle between impacts is called. @param {string} name */
+/** The name of a quantity that acts on the particle between impacts. @param {string} name */
 export function cavityField(name) {
   const about = WORDS.fitted.find((each) => each.name === name);
   if (!about) throw new Error(`no words for ${name}`);
@@ -31,7 +31,7 @@ export function cavityField(name) {
 }
 
 /**
- * What acts on the particle between impacts; 0 leaves it out of the study.
+ * Fields of friction and tilt, which act on the particle between impacts; 0 leaves them out of the study.
  *
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change
@@ -48,7 +48,7 @@ export function cavityFields(study, change) {
 }
 
 /**
- * What excites the structure.
+ * The field of the excitation.
  *
  * @param {Definition} study
  * @param {(study: Definition) => void} redraw
@@ -72,7 +72,7 @@ export function excitationField(study, redraw) {
 }
 
 /**
- * How impacts happen.
+ * The fields of the contact.
  *
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change
@@ -99,7 +99,7 @@ export function contactField(study, change, redraw) {
 }
 
 /**
- * Where each point starts from.
+ * The fields of the start of each point.
  *
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change
@@ -132,7 +132,7 @@ export function startField(study, change, redraw) {
 }
 
 /**
- * When a response counts as steady.
+ * The fields that decide when a response counts as steady.
  *
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change

@@ -1,8 +1,7 @@
 /**
- * A list of what is kept, studies or designs: live, and with cards that are sorted, compared and deleted
- * together.
+ * A live list of stored studies or designs, whose cards can be sorted, compared and deleted together.
  *
- * @typedef {{text: string, unit: string, value: number}} Best what the best damper of it reaches
+ * @typedef {{text: string, unit: string, value: number}} Best the value of its best damper
  */
 /** @import { Child, Filter, Kept, Listed } from "./types.js" */
 
@@ -13,9 +12,9 @@ import { actions, isActive } from "./progress.js";
 
 const LOOK_MILLISECONDS = 2000;
 const PAGE = 50;
-/** The most that the service lists at once. */
+/** The most items that the service lists at once. */
 const MOST = 200;
-/** As many as there are colours of curves. */
+/** The most items to compare: the number of colours for curves. */
 export const MOST_COMPARED = 5;
 const SORTS = /** @type {[string, string][]} */ ([
   ["", "newest first"],
@@ -23,7 +22,7 @@ const SORTS = /** @type {[string, string][]} */ ([
   ["name", "name"],
 ]);
 
-/** What something is called in a list. @param {{id: string, name: string}} record */
+/** The name of an item in a list. @param {{id: string, name: string}} record */
 export function nameOf({ id, name }) {
   return name || `(no name) ${id}`;
 }
@@ -57,8 +56,8 @@ export class Shelf {
   trouble = el("div");
 
   /**
-   * @param {HTMLElement} list where the cards are
-   * @param {HTMLElement} controls where the controls over all of them are
+   * @param {HTMLElement} list place of the cards
+   * @param {HTMLElement} controls place of the controls for all of them
    * @param {Shelved<T>} what
    */
   constructor(list, controls, what) {
@@ -83,7 +82,7 @@ export class Shelf {
   }
 
   /**
-   * Ask anew; what is shown stays as it is where nothing has changed.
+   * Request the list again; unchanged items stay as they are.
    *
    * @param {string} [cursor] of a further page
    */
@@ -126,13 +125,13 @@ export class Shelf {
     const wanted = this.sorted().map((record) => this.card(record));
     const { ul } = this;
     const same = wanted.length === ul.children.length && wanted.every((item, i) => ul.children[i] === item);
-    // an element that is moved loses the keyboard
+    // moving an element would take the keyboard focus from it
     if (!same) fill(ul, wanted);
     for (const id of this.chosen) if (!this.records.some((one) => one.id === id)) this.chosen.delete(id);
     this.drawBar();
   }
 
-  /** Those without a best value come last; values in unlike units are not mixed. */
+  /** Items without a best value come last; values in different units are not mixed. */
   sorted() {
     if (this.sort === "name") return [...this.records].sort((a, b) => a.name.localeCompare(b.name));
     if (this.sort !== "best") return this.records;
@@ -151,7 +150,7 @@ export class Shelf {
     const drawn = JSON.stringify([record, this.gone]);
     const held = known.item.contains(document.activeElement);
     const mine = this.acted.delete(id);
-    // what somebody holds stays as it is while it goes on, but not what was acted on
+    // an item with the focus stays as it is while the study continues, unless it was acted on
     if (known.drawn === drawn || (held && known.drawn && !mine)) return known.item;
     known.drawn = drawn;
     this.draw(known.item, record);
@@ -195,7 +194,7 @@ export class Shelf {
 
   /** @param {HTMLElement} place @param {T} record */
   async drawBest(place, record) {
-    // always later: what is drawn now is put in its place first
+    // always called later, so that the item is inserted first
     const best = await (this.gone ? null : this.what.best(record));
     this.bests.set(record.id, best);
     if (best) fill(place, el("span", { class: "quiet" }, "best "), el("strong", {}, best.text));

@@ -1,4 +1,4 @@
-/** Whether quantities of a study are shown as ratios or in units; remembered, and the same on every view. */
+/** Whether quantities are shown as ratios or in units; the choice is remembered, and the same on every view. */
 /** @import { MapAnswer, MapDifference, Row, Worded, Words } from "./types.js" */
 
 import { el } from "./dom.js";
@@ -9,18 +9,18 @@ import { WORDS } from "./words.js";
 
 const REMEMBERED = "damperlab.ratios";
 
-/** What stands in units for a ratio: symbol, name, unit, and the unit over that of SI. */
+/** The quantity in units for each ratio: symbol, name, unit, and the factor from SI. */
 const QUANTITIES = WORDS.in_units;
 
-/** Dimensions and results in SI that are lengths are shown in mm, like those that stand for ratios. */
+/** Lengths in SI are shown in mm, like those that correspond to ratios. */
 export const LENGTH_IN_SI = /_m$/;
 export const MILLIMETRES = 1000;
 
-/** The last digit that is shown of a value, over the value. */
+/** The last shown digit of a value, relative to the value. */
 const SHOWN_DIGIT = 5e-6;
 
 export class Shown {
-  /** @param {Record<string, number>} inUnits what ratios of the study are multiplied with to be in SI */
+  /** @param {Record<string, number>} inUnits factors from ratios of the study to SI */
   constructor(inUnits) {
     const known = Object.entries(QUANTITIES).filter(([name]) => name in inUnits);
     this.factors = Object.fromEntries(known.map(([name, [, , , scale]]) => [name, inUnits[name] * scale]));
@@ -28,7 +28,7 @@ export class Shown {
     this.inUnits = this.possible && localStorage.getItem(REMEMBERED) !== "yes";
   }
 
-  /** Remember another choice. @param {boolean} inUnits */
+  /** Remember a new choice. @param {boolean} inUnits */
   remember(inUnits) {
     if (inUnits) localStorage.removeItem(REMEMBERED);
     else localStorage.setItem(REMEMBERED, "yes");
@@ -39,7 +39,7 @@ export class Shown {
     return this.inUnits && name in this.factors;
   }
 
-  /** What a ratio, or a quantity in SI, is multiplied with to be shown. @param {string} name */
+  /** The factor from a ratio, or from a quantity in SI, to the shown value. @param {string} name */
   factor(name) {
     if (LENGTH_IN_SI.test(name)) return MILLIMETRES;
     return this.has(name) ? this.factors[name] : 1;
@@ -51,7 +51,7 @@ export class Shown {
     return unit ? ` ${unit}` : "";
   }
 
-  /** The same in brackets. @param {string} name */
+  /** The unit in brackets. @param {string} name */
   inBrackets(name) {
     return this.unit(name).replace(" ", " [") + (this.unit(name) ? "]" : "");
   }
@@ -61,28 +61,28 @@ export class Shown {
     return this.has(name) ? QUANTITIES[name][1] + this.inBrackets(name) : titled(name);
   }
 
-  /** The same without its unit. @param {string} name */
+  /** Name and symbol of a dimension, without its unit. @param {string} name */
   called(name) {
     return this.has(name) ? QUANTITIES[name][1] : called(name);
   }
 
-  /** Its symbol in plain text, with its unit. @param {string} name */
+  /** Symbol of a dimension in plain text, with its unit. @param {string} name */
   short(name) {
     const symbol = this.has(name) ? QUANTITIES[name][0] : WORDS.symbols[name];
     return symbol.replace("_", "") + this.inBrackets(name);
   }
 
-  /** The same as the plotting library sets it. @param {string} name */
+  /** Symbol of a dimension in the markup of the plotting library, with its unit. @param {string} name */
   axis(name) {
     return this.has(name) ? this.title(name) : axisTitle(name);
   }
 
-  /** What stands along an axis of frequencies. */
+  /** The title of an axis of frequencies. */
   frequency() {
     return this.has(FREQUENCY) ? this.title(FREQUENCY) : "frequency ratio r";
   }
 
-  /** The symbol of a dimension as it is printed. @param {string} name @returns {HTMLElement} */
+  /** The symbol of a dimension as an element. @param {string} name @returns {HTMLElement} */
   symbol(name) {
     return this.has(name) ? lowered(QUANTITIES[name][0]) : symbol(name);
   }
@@ -101,7 +101,7 @@ export class Shown {
   }
 
   /**
-   * A value without its unit, and its error where a digit that is shown may be wrong.
+   * A value without its unit, and its error if a shown digit may be wrong.
    *
    * @param {string} name
    * @param {number} value
@@ -114,7 +114,7 @@ export class Shown {
   }
 
   /**
-   * The error of a value, in a table: a word where it is rounding.
+   * The error of a value in a table; a word if it is only rounding.
    *
    * @param {string} name
    * @param {number | null | undefined} value
@@ -128,7 +128,7 @@ export class Shown {
   }
 
   /**
-   * What a variable is called, with its unit or what it is over.
+   * The name of a variable, with its unit or its reference.
    *
    * @param {string} name
    * @param {string} otherwise
@@ -141,7 +141,7 @@ export class Shown {
   }
 
   /**
-   * The words of an answer: those in units where the study is shown so.
+   * The words of an answer, in units if the study is shown so.
    *
    * @param {Worded} answer
    * @returns {Required<Words>}
@@ -150,18 +150,18 @@ export class Shown {
     return { note: "", verdict: [], doubts: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
   }
 
-  /** The name by which a quantity is asked for in the units it is shown in. @param {string} name */
+  /** The name under which a quantity is requested in its shown units. @param {string} name */
   nameInSi(name) {
     return this.has(name) ? WORDS.names_in_si[name] : name;
   }
 
-  /** In SI where it is shown in units, a ratio elsewhere. @param {string} name @param {number} value */
+  /** A value in SI if it is shown in units, else the ratio. @param {string} name @param {number} value */
   inSi(name, value) {
     return this.has(name) ? (value * this.factors[name]) / QUANTITIES[name][3] : value;
   }
 
   /**
-   * A map less another one that was asked for by `nameInSi`, as it is shown.
+   * A difference of maps that was requested by `nameInSi`, in the shown units.
    *
    * @param {MapDifference} answer
    * @param {{x: string, y: string, metric: string}} names of its axes and its metric as ratios
@@ -183,7 +183,7 @@ export class Shown {
     };
   }
 
-  /** A map of the service as it is shown. @param {MapAnswer} answer */
+  /** A map of the service in the shown units. @param {MapAnswer} answer */
   map(answer) {
     const { metric, x_dimension: x, y_dimension: y } = answer;
     return {
@@ -199,7 +199,7 @@ export class Shown {
 }
 
 /**
- * Numbers times a factor; what is not known stays so.
+ * Numbers times a factor; unknown values stay unknown.
  *
  * @template {number | null} T
  * @param {T[]} values
@@ -213,7 +213,7 @@ export function times(values, factor) {
 }
 
 /**
- * A unit of the service as it is printed, in brackets after a name: lengths in mm; nothing for a ratio.
+ * A unit of the service for display, in brackets after a name; lengths are in mm. Empty for a ratio.
  *
  * @param {string} units
  */
@@ -224,7 +224,7 @@ export function inBrackets(units) {
 }
 
 /**
- * The switch, where there is something to switch.
+ * The switch between ratios and units, if the study has both.
  *
  * @param {Shown} shown
  * @param {() => void} again shows the view anew

@@ -1,6 +1,5 @@
 /**
- * Signing in with a key, where the service asks for one: the key is turned into a cookie that no script can
- * read.
+ * Signing in with a key, if the service requires one. The key is exchanged for a cookie that no script can read.
  */
 
 import { ask, refusalBox, send } from "./api.js";
@@ -9,7 +8,7 @@ import { button, el, fill } from "./dom.js";
 /**
  * A form that takes a key.
  *
- * @param {() => void} onDone once the service knows who asks
+ * @param {() => void} onDone called once the user is signed in
  * @returns {Node[]}
  */
 export function signInForm(onDone) {
@@ -49,11 +48,11 @@ export function signInForm(onDone) {
     trouble,
   );
   const words =
-    "This service asks for a key. Its operator creates one with the command damperlab admin keys create.";
+    "This service requires a key. Its operator creates one with the command damperlab admin keys create.";
   return [el("h1", {}, "Sign in"), el("p", {}, words), form];
 }
 
-/** Say in the header who is signed in, with a way out. */
+/** Show in the header who is signed in, with a button to sign out. */
 export async function showSession() {
   const place = /** @type {HTMLElement} */ (document.getElementById("session"));
   let session;

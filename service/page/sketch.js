@@ -1,6 +1,5 @@
 /**
- * A sketch of the damper that moves as it was computed: base, spring and dashpot, friction pad, cavity and
- * particle.
+ * An animated sketch of the damper's computed motion: base, spring and dashpot, friction pad, cavity and particle.
  */
 /** @import { History } from "./types.js" */
 
@@ -9,22 +8,22 @@ import { button, el, quiet, smallButton } from "./dom.js";
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 760;
 const HEIGHT = 190;
-/** Where the base, the mass and the floor are at rest, in the picture's own units. */
+/** Rest positions of the base, the mass and the floor, in the picture's units. */
 const WALL = 70;
 const MIDDLE = 420;
 const FLOOR = 160;
 const RADIUS = 13;
-/** How far the mass may move in the picture, and how wide half its cavity may be. */
+/** Largest motion of the mass in the picture, and largest half width of its cavity. */
 const TRAVEL = 120;
 const HALF_CAVITY = 110;
 const SECONDS_PER_CYCLE = 1.6;
 const SLOW = 4;
-/** Of a cycle: how long an impact is shown, and one step of the button. */
+/** Shares of a cycle: the time for which an impact is shown, and one step of the button. */
 const FLASH = 0.02;
 const STEP = 1 / 64;
-/** Slip slower than this share of the base's own speed is shown as stick. */
+/** Slip slower than this share of the base's speed is shown as sticking. */
 const STUCK = 1e-9;
-/** Nearer to a wall than this share of the clearance the particle rides on it. */
+/** A particle closer to a wall than this share of the clearance is shown in contact with it. */
 const RIDES = 1e-6;
 
 /**
@@ -65,7 +64,7 @@ export function cylinder(length) {
  *
  * @param {History} history
  * @param {{clearance: number | null, friction: number}} design clearance over Z, and the friction ratio
- * @param {(u: number) => string} say puts a displacement over Z into words
+ * @param {(u: number) => string} say formats a displacement over Z
  */
 export function sketch(history, design, say) {
   return new Sketch(history, design, say).element;
@@ -185,7 +184,7 @@ class Sketch {
     this.words.textContent = `Cycle ${cycle.toFixed(2)}: x = ${x}${contact}${place}`;
   }
 
-  /** Show the particle, and say what it does. @param {number} cycle @param {number} clearance */
+  /** Show the particle, and describe what it does. @param {number} cycle @param {number} clearance */
   showParticle(cycle, clearance) {
     const { history, particle } = this;
     const [left, right] = this.walls;
@@ -198,7 +197,7 @@ class Sketch {
     right.classList.toggle("hit", hit && inside > 0);
     if (hit) return ", impact";
     const rides = clearance - Math.abs(inside) < RIDES * clearance;
-    return rides ? ", the particle rides on a wall" : ", the particle flies";
+    return rides ? ", the particle stays on a wall" : ", the particle flies";
   }
 
   start() {

@@ -1,4 +1,4 @@
-/** The point as sliders, one for each dimension that varies: what a click on the map does, keys do here. */
+/** Sliders of the point, one for each dimension that varies. They do by keys what a click on the map does. */
 /** @import { Selection, Shown } from "./types.js" */
 
 import { checkbox, el, fill } from "./dom.js";
@@ -10,7 +10,7 @@ import { NAMES, symbol } from "./vocabulary.js";
  *
  * @param {Selection} selection
  * @param {Shown} shown
- * @param {boolean} [curves] what is asked for are curves over the frequency, so it is not chosen
+ * @param {boolean} [curves] whether curves over the frequency are shown, so that the frequency is not chosen
  */
 export function sliders(selection, shown, curves = false) {
   const place = el("fieldset", { class: "sliders" });

@@ -1,4 +1,4 @@
-/** Fields of a specification: one number each, or from one to another, at its place in the document. */
+/** Fields of a specification: a single number or a range, at its place in the document. */
 /** @import { Child, Held, SpecifiedField } from "./types.js" */
 
 import { capital, el } from "./dom.js";
@@ -43,7 +43,7 @@ export function number(held, path, each, title = titled(each)) {
 }
 
 /**
- * A number, or from one to another.
+ * A number, or a range.
  *
  * @param {Held} held
  * @param {string} path
@@ -75,18 +75,18 @@ export function span(held, path, each, title = titled(each)) {
   return field(path, title, [el("span", { class: "ends" }, start, "to", stop)], each);
 }
 
-/** What stands above a field. @param {SpecifiedField} each */
+/** The title of a field. @param {SpecifiedField} each */
 export function titled(each) {
   return capital(each.label) + (each.unit ? ` [${each.unit}]` : "");
 }
 
-/** A number as it is shown. @param {unknown} value @param {SpecifiedField} each @returns {unknown} */
+/** A number in the shown unit. @param {unknown} value @param {SpecifiedField} each @returns {unknown} */
 export function shown(value, each) {
   return typeof value === "number" ? Number((value * each.scale).toPrecision(12)) : (value ?? "");
 }
 
 /**
- * A number as it was typed; text stays what it is, for the service to judge.
+ * A typed number; other text stays as it is, and the service checks it.
  *
  * @param {string} typed
  * @param {SpecifiedField} each
@@ -99,7 +99,7 @@ export function read(typed, each) {
 }
 
 /**
- * A list of numbers, or of what else its parts are read as.
+ * A list of numbers, or of other entries into which its parts are read.
  *
  * @param {Held} held
  * @param {string} path

@@ -1,4 +1,4 @@
-/** The list of studies: live, searchable, and helpful where there is none yet. */
+/** The list of studies: live, searchable, and with help if there is none yet. */
 /** @import { StudyRecord, View } from "./types.js" */
 
 import { bestOf } from "./best.js";
@@ -64,7 +64,7 @@ async function nothingYet() {
       {},
       "You know the structure, in kg, Hz and mm, and want a damper for it? ",
       el("a", { href: "#/designs/new" }, "Specify a design"),
-      ": what must be quiet and what may be chosen, in the units of a drawing.",
+      ": the structure, its limits and the ranges of the damper, in the units of a drawing.",
     ),
     el(
       "ul",

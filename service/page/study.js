@@ -1,4 +1,4 @@
-/** One study: its state, and what can be asked of it, in tabs. */
+/** One study: its state, and its questions in tabs. */
 /** @import { Catalogue, StudyRecord, View } from "./types.js" */
 
 import { address, ask, follow, Refusal, studyPath } from "./api.js";
@@ -38,7 +38,7 @@ const TABS = [
   ["data", "Data", dataTab],
 ];
 
-/** What can be asked of dampers that are judged by their worst case. @type {[string, string, Tab][]} */
+/** Tabs of studies whose dampers are judged by their worst case. @type {[string, string, Tab][]} */
 const DAMPER_TABS = [
   ["map", "Map and dampers", dampersTab],
   ["beside", "Compare", besideTab],
@@ -57,7 +57,7 @@ export async function studyView(root, { parts, query }) {
 }
 
 /**
- * A study and what is looked at, which the address says, or its best design.
+ * A study and its selected point, which is that of the address or the best design.
  *
  * @param {string} id
  * @param {string} tab
@@ -95,7 +95,7 @@ class StudyView {
   title = el("h1");
   steering = el("span", { class: "row" });
   state = el("div");
-  /** The state that the buttons are for. */
+  /** The state for which the buttons were made. */
   steered = "";
   /** @type {(() => void) | undefined} */
   stop;
@@ -112,7 +112,7 @@ class StudyView {
       el("a", { class: "button small", href: copy }, "Edit a copy"),
       this.steering,
     ];
-    // what holds the keyboard stays as it is while the study goes on
+    // an element with the focus stays as it is while the study continues
     this.head = el(
       "div",
       { class: "head" },
@@ -142,8 +142,7 @@ class StudyView {
   }
 
   /**
-   * What can be done with the study in its state; where a button that was held is gone, the title holds the
-   * keyboard.
+   * Buttons for the study in its state; if a button with the focus disappears, the title gets the focus.
    *
    * @param {StudyRecord} now
    */
@@ -191,7 +190,7 @@ async function restAtBest(record, selection) {
     const { best } = leading(await ask(studyPath(record.id, "optimal-designs"), { top: 1 }));
     if (best) selection.rest(best);
   } catch (error) {
-    // Nothing is computed yet, or the study keeps no amplitude: any point will do.
+    // Nothing is computed yet, or the study stores no amplitude, so any point will do.
     if (!(error instanceof Refusal)) throw error;
   }
 }
@@ -205,7 +204,7 @@ function keepPoint({ selection, kept }) {
 }
 
 /**
- * Links to the tabs, and the one that is shown.
+ * Links to the tabs, and the shown tab.
  *
  * @param {string} current
  * @param {HTMLElement} place
@@ -288,7 +287,7 @@ function report(id) {
       "p",
       {},
       el("a", { class: "button", href, target: "_blank", rel: "noopener" }, "Open the report"),
-      " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep " +
+      " Maps, designs, a comparison with a tuned mass damper, accuracy and versions on one page, to keep " +
         "or to print.",
     ),
   ];

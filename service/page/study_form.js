@@ -1,4 +1,4 @@
-/** A new study: the fields of its form, and what it will cost. */
+/** The form of a new study: its fields, and the expected cost. */
 /** @import { Definition, Estimate, View } from "./types.js" */
 
 import { ask, studyPath } from "./api.js";
@@ -26,7 +26,7 @@ export async function studyForm(root, { query }) {
     json: "The study as JSON",
     path: "studies",
     submit: "Run the study",
-    cost: "What it will cost",
+    cost: "Expected cost",
     can: "run",
     starts: [...copied, ...studies, SURVEY],
     first: copied[0]?.name ?? query.get("scene") ?? FIRST_SCENE,
@@ -43,7 +43,7 @@ export async function studyForm(root, { query }) {
 }
 
 /**
- * A study that is there, to be changed and run again: where the address says so over other frequencies.
+ * An existing study, to be changed and run again, over other frequencies if the address gives them.
  *
  * @param {URLSearchParams} query `from` is its id, `frequencies` start, stop and number
  */
@@ -149,7 +149,7 @@ function withParticleAgain(study) {
   return study.physical ? inUnits(next) : next;
 }
 
-/** How much of the time kernels take that are compiled first. @param {Estimate} cost */
+/** The part of the time that compiling kernels takes. @param {Estimate} cost */
 function compilingPart(cost) {
   return cost.compiling_seconds ? `, ${duration(cost.compiling_seconds)} of it to compile kernels` : "";
 }

@@ -10,7 +10,7 @@ import { recordFigures, uploadField } from "./records.js";
 import { cavityField, contactField, numberField } from "./settings_fields.js";
 import { WORDS } from "./words.js";
 
-/** Records that a new survey begins with. */
+/** Records with which a new survey begins. */
 const FIRST = ["el-centro-180", "loma-prieta-000", "northridge-090", "san-fernando-164"];
 
 /** @type {Record<string, Quantity>} */
@@ -26,7 +26,7 @@ const AXES = Object.fromEntries(
   ].map((quantity) => [quantity.field.split(".")[1], quantity]),
 );
 
-/** What stands for a survey among the studies that a new one may start from. */
+/** The entry for a survey among the studies from which a new one may start. */
 export const SURVEY = {
   name: "ground-motion suite",
   about: [
@@ -50,7 +50,7 @@ export const SURVEY = {
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change
  * @param {(study: Definition) => void} redraw
- * @param {GroundRecord[]} records those that the service has
+ * @param {GroundRecord[]} records those of the service
  */
 export function surveyFields(study, change, redraw, records) {
   const name = el("input", {
@@ -64,7 +64,7 @@ export function surveyFields(study, change, redraw, records) {
     field("name", "Name", name, { wide: true }),
     recordsField(study, change, records),
     Object.entries(AXES).map(([key, quantity]) => {
-      // what is left out is the paper's prototype
+      // omitted values are those of the paper's prototype
       const spec = study.axes?.[key] ?? quantity.usual / (quantity.scale ?? 1);
       return axisField(quantity, spec, (value) => change(quantity.field, value));
     }),
@@ -104,12 +104,12 @@ export function surveyFields(study, change, redraw, records) {
 }
 
 /**
- * Every record that there is, to be chosen, and a file of one's own.
+ * A choice of all records, and the upload of a file.
  *
  * @param {{records?: unknown}} study
  * @param {(path: string, value: unknown) => void} change
- * @param {GroundRecord[]} records those that the service has
- * @param {string} [field] where faults of them are
+ * @param {GroundRecord[]} records those of the service
+ * @param {string} [field] field at which faults of records are shown
  */
 export function recordsField(study, change, records, field = "records") {
   const chosen = new Set(ids(study.records).map((id) => whole(id, records)));
@@ -154,7 +154,7 @@ export function recordsField(study, change, records, field = "records") {
 }
 
 /**
- * Records of a document: texts, or what a study that is stored keeps of them.
+ * Records of a document: texts, or the entries of a stored study.
  *
  * @param {unknown} given
  * @returns {string[]}
@@ -166,7 +166,7 @@ function ids(given) {
 }
 
 /**
- * The id of a record that may be written as an earthquake's name.
+ * The id of a record that may be named by its earthquake.
  *
  * @param {string} written
  * @param {GroundRecord[]} records

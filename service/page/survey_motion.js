@@ -157,12 +157,12 @@ export class SurveyMotion {
   }
 }
 
-/** @param {string} title of what is shown over the time */
+/** @param {string} title of the quantity shown over time */
 export function overTime(title) {
   return { xaxis: { title: "time [s]" }, yaxis: { title: title } };
 }
 
-/** How a spectrum of the drift is laid out. */
+/** The layout of a spectrum of the drift. */
 export function overFrequency() {
   return {
     xaxis: { title: "frequency [Hz]" },
@@ -205,7 +205,7 @@ export function line(history, y, name, shade, dash = "solid") {
 }
 
 /**
- * Where the particle is against the middle of its cavity, and the walls.
+ * The position of the particle relative to the middle of its cavity, and the walls.
  *
  * @param {EarthquakeHistory} history
  * @param {number} clearance
@@ -252,7 +252,7 @@ export function spectrumOf({ spectrum }, name, shade, dash = "solid") {
 function energies(found) {
   const lost = ENERGIES.slice(1).reduce((sum, [name]) => sum + found[name], 0);
   const share = (/** @type {string} */ name) =>
-    name !== "work_in_j" && lost > 0 ? `, ${short((100 * found[name]) / lost, 3)} % of what is lost` : "";
+    name !== "work_in_j" && lost > 0 ? `, ${short((100 * found[name]) / lost, 3)} % of the losses` : "";
   return [
     el("h3", {}, "Energies"),
     facts(ENERGIES.map(([name, words]) => [words, `${short(found[name], 4)} J${share(name)}`])),

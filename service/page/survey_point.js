@@ -54,7 +54,7 @@ export class SurveyPoint {
     const wanted = kept.number("limit", Number.MIN_VALUE, Infinity, 0) || "";
     const oninput = () => (this.keepLimit(), this.exceeded(this.number));
     this.box = el("input", { type: "number", step: "any", min: 0, value: wanted, oninput });
-    /** Whose limit it is that is typed. */
+    /** The result to which the typed limit applies. */
     this.limited = wanted ? view.metric : "";
     this.exceeded = debounced(200, (/** @type {number} */ mine) => this.askFragility(mine));
     this.figures = this.drawFigures();
@@ -102,12 +102,12 @@ export class SurveyPoint {
     return this.session.selection.at([RECORD, SCALE]);
   }
 
-  /** Those whose curves are drawn. */
+  /** The records whose curves are drawn. */
   get some() {
     return this.session.selection.records.slice(0, MOST_RECORDS);
   }
 
-  /** Ask for the damper's results and draw them. */
+  /** Request the damper's results and draw them. */
   async look() {
     const mine = ++this.number;
     const { scales, figures, trouble, metric } = this;
@@ -130,7 +130,7 @@ export class SurveyPoint {
     }
   }
 
-  /** Say which damper it is. */
+  /** Name the damper. */
   name() {
     const { shown } = this.session;
     const at = Object.entries(this.damper).flatMap(([name, value], i) => [
@@ -165,7 +165,7 @@ export class SurveyPoint {
     return { x: SCALE, y, metric: this.view.metric, record, ...selection.at([RECORD, SCALE, y]) };
   }
 
-  /** The same, in units that are shown. @param {string} one */
+  /** The results in the shown units. @param {string} one */
   async overScales(one) {
     const { selection, record } = this.session;
     const question = this.question(one);
@@ -174,7 +174,7 @@ export class SurveyPoint {
     return times(values[selection.axes[y].length === 1 ? 0 : selection.place[y]], this.factor);
   }
 
-  /** Keep the limit in the address, in the unit that it is typed in. */
+  /** Keep the limit in the address, in the unit in which it was typed. */
   keepLimit() {
     const limit = Number(this.box.value);
     this.limited = this.view.metric;
@@ -182,7 +182,7 @@ export class SurveyPoint {
   }
 
   /**
-   * The middle of what is there, as an example: no limit counts that nobody named.
+   * The middle of the results, as an example; a limit is used only if the user gave it.
    *
    * @param {Row[]} rows
    */
@@ -197,8 +197,8 @@ export class SurveyPoint {
   }
 
   /**
-   * Asked by the look whose number it is given: by now another result may be shown, of which this is no
-   * limit.
+   * Draw the fragility for the request with this number; by now another result may be shown, to which this limit does
+   * not apply.
    *
    * @param {number} mine
    */
@@ -236,7 +236,7 @@ export class SurveyPoint {
       "All cases as a table",
       grid("Cases of the damper", heads, cells),
       records.length > MOST_RECORDS &&
-        quiet(`The first ${MOST_RECORDS} of ${records.length} records; the fragility is of all.`),
+        quiet(`The first ${MOST_RECORDS} of ${records.length} records; the fragility includes all.`),
     );
   }
 }

@@ -1,4 +1,4 @@
-/** A small picture of a study's map, for the list of studies: asked for where it is seen, and once. */
+/** A small picture of a study's map for the list of studies, requested once, when it becomes visible. */
 /** @import { StudyRecord } from "./types.js" */
 
 import { ask, Refusal, studyPath } from "./api.js";
@@ -8,13 +8,13 @@ import { orderOf } from "./vocabulary.js";
 
 /** Values along either axis of a picture. */
 const MOST = 32;
-/** A picture of a larger study would make the service read more than a glance is worth. */
+/** Largest study with a picture; a larger one would make the service read too much for a small picture. */
 export const LARGEST = 1_000_000;
-/** Pictures that are asked for at once. */
+/** Most pictures requested at the same time. */
 const AT_ONCE = 2;
-/** A study that goes on is drawn again after each such share of it. */
+/** A running study is drawn again after each such share of its points. */
 const STEPS = 5;
-/** Cividis as matplotlib has it, at nine even places: the colours of the maps. */
+/** matplotlib's colour scale cividis at nine equally spaced places: the colours of the maps. */
 const CIVIDIS = [
   [0, 34, 78],
   [26, 56, 111],
@@ -28,13 +28,13 @@ const CIVIDIS = [
 ];
 
 /**
- * The pictures that have been begun, by study and how much of it was there.
+ * The pictures begun so far, by study and its number of computed points.
  *
  * @type {Map<string, HTMLCanvasElement>}
  */
 const begun = new Map();
 /**
- * What a canvas on the page is to show, until it has been seen.
+ * The drawing function of each canvas that has not been visible yet.
  *
  * @type {WeakMap<Element, () => Promise<void>>}
  */
@@ -55,10 +55,10 @@ const seen = new IntersectionObserver((entries) => {
 });
 
 /**
- * The picture of a study, empty until it has been seen and drawn.
+ * The picture of a study, empty until it was visible and is drawn.
  *
- * @param {StudyRecord} record as the list has it
- * @returns {HTMLElement} a place of the picture's size that says why where there is nothing to draw
+ * @param {StudyRecord} record as in the list
+ * @returns {HTMLElement} a place of the picture's size, which gives the reason if there is nothing to draw
  */
 export function thumbnail(record) {
   const plane = planeOf(record);
@@ -69,7 +69,7 @@ export function thumbnail(record) {
   const canvas = el("canvas", { class: "thumbnail", width: 1, height: 1, "aria-hidden": "true" });
   begun.set(key, canvas);
   waiting.set(canvas, async () => {
-    // asked again where it could not be had: the list itself says what is wrong
+    // requested again if it failed; the list itself reports the fault
     if (!(await drawn(canvas, record.id, plane))) begun.delete(key);
   });
   seen.observe(canvas);
@@ -77,12 +77,12 @@ export function thumbnail(record) {
 }
 
 /**
- * The dimensions of a picture; none where nothing can be shown.
+ * The dimensions of a picture; none if it cannot show anything.
  *
  * @param {StudyRecord} record
  */
 function planeOf(record) {
-  // a study that has ended half-way may have nothing of the plane, and is refused then
+  // a study that ended half-way may have no point of the plane, and the request is then refused
   const there =
     record.points_done > 0 && (record.state === "running" || record.points_done === record.points_total);
   if (!there || record.points_total > LARGEST) return null;
@@ -116,7 +116,7 @@ async function work() {
 }
 
 /**
- * Draw a picture; false where the study is gone or the service away.
+ * Draw a picture; false if the study is gone or the service does not answer.
  *
  * @param {HTMLCanvasElement} canvas
  * @param {string} id
@@ -133,14 +133,14 @@ async function drawn(canvas, id, plane) {
 }
 
 /**
- * One pixel a value, the first row at the bottom.
+ * One pixel per value, the first row at the bottom.
  *
  * @param {HTMLCanvasElement} canvas
  * @param {(number | null)[][]} rows
  */
 function paint(canvas, rows) {
   [canvas.width, canvas.height] = [rows[0].length, rows.length];
-  // so few pixels are not worth a place in the memory of the graphics card
+  // such a small canvas need not be in the memory of the graphics card
   const context = canvas.getContext("2d", { willReadFrequently: true });
   const extent = extentOf(rows);
   if (!context || Number.isNaN(extent[0])) return;

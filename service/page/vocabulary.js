@@ -1,4 +1,4 @@
-/** What a study can be made of and what its results mean, asked for once. */
+/** The parts of studies and the meaning of their results, requested once. */
 /** @import { Catalogue, Definition } from "./types.js" */
 
 import { ask } from "./api.js";
@@ -22,10 +22,10 @@ const SYMBOLS = WORDS.symbols;
 
 export const DIMENSIONS = WORDS.dimensions;
 
-/** Dimensions that mean nothing without a particle. */
+/** Dimensions without meaning if there is no particle. */
 export const OF_PARTICLE = WORDS.of_particle;
 
-/** What a design of a study is made of. @param {Definition} definition */
+/** The dimensions of a design of a study. @param {Definition} definition */
 export function designDimensions(definition) {
   const without = definition.particle === false;
   const before = Object.entries(WORDS.before).filter(
@@ -37,7 +37,7 @@ export function designDimensions(definition) {
   return [...before.map(([name]) => name), ...always];
 }
 
-/** Names for people, of the dimensions of suites too. */
+/** Readable names of dimensions, including those of suites. */
 export const NAMES = WORDS.names;
 
 /** Name and symbol of a dimension. @param {string} dimension */
@@ -45,29 +45,29 @@ export function called(dimension) {
   return SYMBOLS[dimension] ? `${NAMES[dimension]} ${SYMBOLS[dimension]}` : NAMES[dimension];
 }
 
-/** The same with its unit, where it has one. @param {string} dimension */
+/** Name and symbol of a dimension, with its unit if it has one. @param {string} dimension */
 export function titled(dimension) {
   const unit = WORDS.units[dimension];
   return called(dimension) + (unit ? ` [${unit}]` : "");
 }
 
-/** The same as the plotting library sets it, with the index lowered. @param {string} dimension */
+/** Name and symbol in the markup of the plotting library. @param {string} dimension */
 export function axisTitle(dimension) {
   return titled(dimension).replace(/_(\w)/, "<sub>$1</sub>");
 }
 
-/** The symbol of a dimension as it is printed. @param {string} dimension @returns {HTMLElement} */
+/** The symbol of a dimension as an element. @param {string} dimension @returns {HTMLElement} */
 export function symbol(dimension) {
   return lowered(SYMBOLS[dimension] ?? "");
 }
 
-/** A symbol with its index lowered. @param {string} text @returns {HTMLElement} */
+/** A symbol with its subscript. @param {string} text @returns {HTMLElement} */
 export function lowered(text) {
   const [letter, index] = text.split("_");
   return el("i", {}, letter, index && el("sub", {}, index));
 }
 
-/** Which kind of study has some dimensions. @param {string[]} dimensions */
+/** The kind of study that has given dimensions. @param {string[]} dimensions */
 export function kindOf(dimensions) {
   if (dimensions.includes(RECORD)) return "suite";
   return dimensions.includes(AMPLITUDE) ? "amplitudes" : "harmonic";
@@ -84,8 +84,7 @@ export function orderOf(dimensions) {
 export const TUNINGS = Object.entries(WORDS.criteria);
 
 /**
- * Response classes: a colour that colour-blind people tell apart (Okabe and Ito 2008), and a shape for
- * everyone.
+ * Response classes: a colour distinguishable with any colour vision (Okabe and Ito 2008), and a shape.
  *
  * @type {Record<string, {colour: string, shape: string}>}
  */

@@ -25,7 +25,7 @@ export const WORDS: {
   names: Record<string, string>;
   /** Units that dimensions in SI are shown in: lengths in mm. */
   units: Record<string, string>;
-  /** Dimensions that mean nothing without a particle. */
+  /** Dimensions without meaning if there is no particle. */
   of_particle: string[];
   /**
    * Dimensions in the order in which a map shows them, of a harmonic study, of a suite and of a study over

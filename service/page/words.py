@@ -1,4 +1,4 @@
-"""The service's vocabulary for the page, as a module: all taken from the registries."""
+"""The service's vocabulary for the page, as a module generated from the registries."""
 
 import json
 from typing import Any
@@ -62,7 +62,7 @@ from damperlab.studies.vocabulary import (
 )
 
 _IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_per_cycle": ENERGY}
-"""The name in SI units of each result, if there is one."""
+"""The name in SI units of each result that has one."""
 
 _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
 """Results that are not lengths."""
@@ -76,7 +76,7 @@ MODULE = "words.js"
 
 _SOURCES = {each.name for each in PHYSICAL_QUANTITIES}
 _SELDOM = ("damping_n_s_per_m", *MADE_BY.values())
-"""Fields that a fit's form shows if a document has them."""
+"""Fields that the form of a fit shows only if a document has them."""
 
 
 def words_module() -> bytes:
@@ -250,7 +250,7 @@ def _prototype() -> dict[str, float]:
 
 
 def _names_in_si() -> dict[str, str]:
-    """Name the dimensions that a harmonic study lacks."""
+    """Name the dimensions in SI units, which a harmonic study lacks."""
     amplitude = AMPLITUDE_DIMENSIONS[AMPLITUDE][1].removesuffix(" Z")
     return {AMPLITUDE: _capital(amplitude)} | {
         name: _capital(words.removesuffix(f" {SUITE_SYMBOLS.get(name, '')}"))
@@ -265,7 +265,7 @@ def _shown_unit(unit: str) -> str:
 
 
 def _in_units() -> dict[str, tuple[str, str, str, float]]:
-    """Give the quantity in units for each ratio that a study in units displays so."""
+    """Give, for each ratio that a study in units displays in units, the quantity."""
     shown = {}
     for name, (symbol, label, unit, scale) in PRINTED.items():
         if name in SYMBOLS:
@@ -283,7 +283,7 @@ def _names_in_si_of_ratios() -> dict[str, str]:
 
 
 def _judged() -> list[str]:
-    """Name the results that are to be small: no error, no energy, no count."""
+    """Name the results that should be small, without errors, energies and counts."""
     lengths = [
         name for names in AMPLITUDES.items() for name in names if not name.startswith("amplitude_error")
     ]

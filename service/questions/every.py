@@ -1,4 +1,4 @@
-"""The questions to a study's cube, in the order of every interface. A new one needs one file, and one line here."""
+"""The questions to a study's cube, in the order of every interface. A new question needs one file, and one line here."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Conversion of an answer into a document, and back into the same Dataset by a client."""
+"""Converts an answer into a document, and back into the same Dataset at a client."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -38,7 +38,7 @@ class Form:
         Makes a document of a Dataset. It contains `columns`, a description of each column, so that a program can
         rebuild it.
     read : callable
-        Makes the parts of the Dataset of a document.
+        Makes the parts of the Dataset from a document.
     """
 
     write: "Callable[[xr.Dataset], dict[str, Any]]"
@@ -46,7 +46,7 @@ class Form:
 
 
 def metric_of(answer: "xr.Dataset") -> str:
-    """Name the metric of an answer, which comes before its companions."""
+    """Name the metric of an answer; it comes before its companions."""
     return str(next(iter(answer.data_vars)))
 
 
@@ -83,8 +83,8 @@ def _read_curve(document: Mapping[str, Any]) -> Parts:
 
 
 def _described(answer: "xr.Dataset") -> dict[str, Any]:
-    """Write one metric: ``values``; its companions in the same shape; ``at``, the grid point of the other
-    dimensions; and in the attributes ``note``, that choice in words.
+    """Write one metric: ``values``; its companions in the same shape; ``at``, the grid point of the other dimensions;
+    and ``note`` in the attributes, which describes that point in words.
     """
     metric = metric_of(answer)
     return {
@@ -114,7 +114,7 @@ def _flags(name: str) -> dict[str, str]:
 def _ranking(answer: "xr.Dataset") -> dict[str, Any]:
     """Write designs, the best first, each with its coordinates and results; then their number."""
     said = {str(name): value for name, value in answer.attrs.items()}
-    worst = "metric" in said  # of dampers that are ranked by their worst case
+    worst = "metric" in said  # the companions of dampers that are ranked by their worst case
     first = answer.coords if worst else (*dimensions_of(answer.coords), "value", "error", "response_class")
     names = list(dict.fromkeys(map(str, ("rank", *first, *answer.data_vars))))
     rows = zip(*(answer[name].values.tolist() for name in names), strict=True)
@@ -193,7 +193,7 @@ def _parts(
 
 
 def array_of(values: Any, dtype: str) -> "np.ndarray[Any, Any]":
-    """Make an array of a list: JSON has no NaN; numpy reads null as NaN if the type is a float."""
+    """Make an array of a list. JSON has no NaN; numpy reads null as NaN if the type is a float."""
     import numpy as np
 
     return np.asarray(values, np.dtype(dtype))

@@ -1,8 +1,8 @@
-"""A question to a study's cube: everything that the interfaces need, in one value.
+"""A question to a study's cube: one value that holds everything the interfaces need.
 
-Its route, command, client method, entry on the page, cache key and process all follow from this value. Functions
-import heavy modules only where needed: the client and the command line read these values without loading solver,
-cluster or web.
+Its route, command, client method, entry on the page, cache key and process all follow from this value. Functions import
+heavy modules only when needed, so the client and the command line can read these values without loading solver, cluster
+or web.
 """
 
 from collections.abc import Callable, Mapping
@@ -32,7 +32,7 @@ A = TypeVar("A", covariant=True)
 
 @dataclass(frozen=True)
 class Subject:
-    """The study of the question, with the store of the others.
+    """The study of the question, and access to other studies.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Subject:
     called : str
         The study as the user named it.
     http : bool
-        Whether the question came by HTTP: then its answer is bounded and every choice must be named.
+        Whether the question came by HTTP. The size of its answer is then limited, and no choice is left to a default.
     """
 
     record: "Record"
@@ -53,7 +53,7 @@ class Subject:
 
     @cached_property
     def cube(self) -> "xr.Dataset":
-        """Its present results."""
+        """The present results of the study."""
         return self.store.cube(self.record.id)
 
     def beside(self, name: str) -> "Subject":
@@ -100,7 +100,7 @@ class Question(Generic[A]):
         Called with a `Subject` and one value of each of `asks`; gives a Dataset. Its docstring is the HTTP
         description.
     gives : type
-        The document's shape, a TypedDict, whose name the schema has.
+        The shape of the document, a TypedDict; the schema gets its name.
     form : Form
         Conversion of the Dataset into a document, and back.
     draw : callable
@@ -137,7 +137,7 @@ class Question(Generic[A]):
 
     @property
     def method(self) -> str:
-        """Its name in the client."""
+        """Name of the question's method in the client."""
         return self.route.replace("-", "_")
 
     @property
@@ -147,7 +147,7 @@ class Question(Generic[A]):
 
     @property
     def studies(self) -> tuple[str, ...]:
-        """Parameters that name further studies, whose results are part of the answer."""
+        """Names of the parameters that name further studies, whose results are part of the answer."""
         return tuple(each.key for each in self.fields if each.studies)
 
     @property
@@ -158,7 +158,7 @@ class Question(Generic[A]):
         return (*BEFORE, *DIMENSIONS, *(() if self.kinds == (HARMONIC,) else (AMPLITUDE,)))
 
     def of(self, study: Subject, *asked: object) -> "xr.Dataset":
-        """Answer it, with one value of each of `asks`; refuse a study of a kind that has no answer."""
+        """Answer the question, with one value of each of `asks`; refuse a study of a kind that cannot answer."""
         if SUITE not in self.kinds:
             from damperlab.studies.answers.suite import require_harmonic
 
@@ -167,5 +167,5 @@ class Question(Generic[A]):
 
 
 def in_front(record: "Record", answer: Mapping[str, Any]) -> dict[str, Any]:
-    """Add the study to its answer."""
+    """Put the study in front of the answer."""
     return {"study": record.id, "name": record.name, "state": record.state, **answer}

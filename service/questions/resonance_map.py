@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 MOST_POINTS = 4_000_000
-"""Most values of a map in a request, which matches a screen; a larger answer would be built in memory."""
+"""Most values of a map in a request, enough for a screen; a larger answer would need much memory."""
 
 
 class ResonanceMap(OfMetric):
@@ -48,7 +48,7 @@ class ResonanceMap(OfMetric):
 def answer(
     study: Subject, axes: Axes, selection: Selection, second: Subtracted, shown: Window
 ) -> "xr.Dataset":
-    """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`.
+    """Slice the cube: `values[y][x]`. Other dimensions are fixed by `<dimension>=value`, or reduced with `over`.
 
     If no frequency is given, the map shows the largest value over the study's band. With `minus` the answer has
     `other`, the values of the second study, and `difference`, the first minus the second.
@@ -75,7 +75,7 @@ def _axes(study: Subject, axes: Axes, selection: Selection) -> tuple[str, str]:
 
 
 def _check(study: Subject, axes: Axes, x: str, y: str) -> None:
-    """Refuse a request without axes, or whose map would be too large."""
+    """Refuse a request that names no axes or whose map would be too large."""
     from damperlab.service.problems import lacking
     from damperlab.studies.answers.selection import dimensions_of
     from damperlab.studies.units import in_ratios

@@ -81,7 +81,7 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, design: Design) -> Words:
-    """Name the better of the two, and where."""
+    """Name the better damper, and say where it is better."""
     from damperlab.service.cli.words import completeness_sentence, rows_table, words_of
     from damperlab.studies.answers.excited import excitation_of
     from damperlab.studies.answers.one_amplitude import at_one_amplitude
@@ -91,7 +91,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, de
     if not details:
         return Words(words["brief"], [])
     cube, _ = at_one_amplitude(study.cube, design.at)
-    # a force in a study with a shaken base has no base amplitude as reference of its static displacement
+    # under a force, a study with a shaken base has no base amplitude to which the static displacement could refer
     of_force = found.attrs["excitation"] != excitation_of(cube)
     phrases = Phrases.of(cube.drop_vars(list(cube.data_vars)) if of_force else cube)
     meant = dict.fromkeys(("hybrid", "tmd", "no_damper"), "amplitude_ratio")

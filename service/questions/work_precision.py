@@ -26,7 +26,7 @@ class WorkPrecision(OfPoints):
 
 
 def answer(study: Subject) -> "xr.Dataset":
-    """Sort the points by run time, and say how exact those of each time are."""
+    """Sort the points by run time, and give the errors for each time."""
     from damperlab.studies.answers.work_precision import work_precision
 
     return work_precision(study.cube)

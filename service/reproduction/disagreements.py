@@ -8,7 +8,7 @@ from damperlab.studies.tmd.tunings import den_hartog
 
 def disagreements(solve: Solve, quick: bool) -> Section:
     """Compare numbers of the paper with values computed from others of its numbers."""
-    section = Section("The paper beside itself")
+    section = Section("The paper compared with itself")
     known = paper_numbers()
     value = {name: number.value for name, number in known.items()}
     hybrid = [value[f"hybrid_{k}"] for k in (1, 2, 3)]
@@ -44,12 +44,14 @@ def disagreements(solve: Solve, quick: bool) -> Section:
             1 - value["earthquake_peak_hybrid_m"] / value["earthquake_peak_tmd_m"], "from Table A1: agrees"),
     ]  # fmt: skip
     section.verdict = (
-        "Some of its numbers contradict each other, three clearances and contact times among them."
+        "Some of its numbers contradict each other, including three clearances and contact times."
     )
     section.words = [
-        "Here both columns are the paper's: what it prints, and what follows from its other numbers.",
-        "Text against text: (12) is said to be infinite at resonance \"with any magnitude of the friction force\", and 0.6 "
-        "to be \"quite close to the theoretical limit of π/4\", beyond which it is not; (1) is unforced as printed; "
-        "conservation of momentum is said to hold for elastic impacts only.",
+        "Here both columns come from the paper: the printed number, and what follows from its other numbers.",
+        "The text also contradicts itself. It says that (12) is infinite at resonance \"with any magnitude "
+        "of the friction "
+        "force\", and that 0.6 is \"quite close to the theoretical limit of π/4\", beyond which (12) is "
+        "finite. Equation (1) "
+        "is unforced as printed. Momentum is conserved, according to the text, in elastic impacts only.",
     ]  # fmt: skip
     return section

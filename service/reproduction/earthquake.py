@@ -60,14 +60,15 @@ def table_a1(solve: Solve, quick: bool) -> Section:
             less("fd"), "least peak over all forces tried"),
     ]  # fmt: skip
     section.verdict = (
-        "The paper states neither clearance, friction force nor scale of that run, and its record is not "
-        "free; another record of the same earthquake replaces it."
+        "The paper states neither clearance, friction force nor scale of that run, and its record may not "
+        "be redistributed; another record of the same earthquake replaces it."
     )
     section.words = [
         SOURCE_NOTE,
-        f"Here the record is {motion.name}, multiplied by {factor:.4g}, which gives the structure without a damper the "
-        "paper's peak against its base; every cavity of the prototype, and the friction force that gives the 16.22 of "
-        "Table 3 for each base amplitude that its labels may mean, were tried. Amplitudes are those against the base.  "
+        f"Here the record is {motion.name}, multiplied by {factor:.4g}, which gives the structure without a "
+        "damper the paper's peak against its base. Every cavity of the prototype was tried. So was, for "
+        "each base amplitude that the labels may mean, the friction force that gives the 16.22 of Table 3. "
+        "Amplitudes are those against the base.  "
         "If a response depends on its start in the seventh digit, the row also gives the range of its "
         "peak over "
         f"{STARTS} such starts.",
@@ -94,9 +95,9 @@ def figure_a2(solve: Solve, quick: bool) -> Section:
     cavity, force = 1e3 * values["clearance_m"], values["friction_force_n"]
     section.verdict = "As Table A1: one damper of each kind, under the other record."
     section.words = [
-        "The paper draws the displacement over time; ours are compared with its Table A1. Drawn here is one "
-        f"damper of each kind, d = {cavity:g} mm and F_f = {force:g} N, against the base; Table A1 above has every cavity "
-        "and friction force that the paper may have meant.",
+        "The paper draws the displacement over time; our peaks are compared with its Table A1. The figure "
+        f"shows one damper of each kind, d = {cavity:g} mm and F_f = {force:g} N, against the base. Table A1 "
+        "above has every cavity and friction force that the paper may have meant.",
     ]
     return section
 

@@ -55,11 +55,11 @@ def figure_9(solve: Solve, quick: bool) -> Section:
     ]  # fmt: skip
     section.figures["figure-9.png"] = draw_finite_time(r, friction, steady.values, finite, cycles)
     section.verdict = (
-        f"The peak of {wanted.value:g} is that of {seconds:.3g} s from rest; the steady one is "
+        f"The peak of {wanted.value:g} belongs to the first {seconds:.3g} s from rest; the steady peak is "
         f"{section.rows[0].ours:.4g}."
     )
     section.words = [
-        f"The paper's peak of about 20 is that of a finite time, which it does not print. The steady peak is "
+        f"The paper's peak of about 20 belongs to a finite time, which it does not print. The steady peak is "
         f"{section.rows[0].ours:.4g}; a start from rest passes {wanted.value:g} in cycle {cycles}, after {seconds:.3g} s.",
         "Equation (12) leaves viscous damping out: with it the resonance is finite at any friction, and the amplitude "
         "relative to the base is close to (1 − 4γ_F/π)/(2ζ). Above π/4 friction alone holds the mass near its base.",
@@ -101,18 +101,18 @@ def figure_10(solve: Solve, quick: bool) -> Section:
     levels = {f"Δs = {compression[name].value:g} mm": peak.value for name, peak in peaks.items()}
     section.figures["figure-10.png"] = draw_friction_law(axis, curves, levels)
     section.verdict = (
-        f"They disagree: the spring's law gives {law:.3g} times the friction of 3 mm at 4 mm, the measured peaks "
+        f"They disagree: by the spring's law the friction of 4 mm is {law:.3g} times that of 3 mm, by the measured peaks "
         + listing(f"{one['hybrid'] / one['compared']:.3g}" for one in found.values())
-        + "."
+        + " times."
     )
     section.words = [
-        f"With F_N = k_s Δs the friction of 4 mm is {law:.4g} times that of 3 mm: γ_F = {ratio * law:g}, above π/4, where "
-        "friction alone would all but stop the resonance. The measured peaks ask for "
+        f"With F_N = k_s Δs the friction of 4 mm is {law:.4g} times that of 3 mm: γ_F = {ratio * law:g}, "
+        "above π/4, where friction alone would almost prevent the resonance. The measured peaks require "
         + "; ".join(
             f"{one['hybrid'] / one['compared']:.3g} times ({reading})" for reading, one in found.items()
         )
-        + ". So the comparison of Figures 9 and 10, the spring's law and Table 3 do not agree with each other; a spring "
-        "that was in touch before its zero reading would be one way out.",
+        + ". So the comparison of Figures 9 and 10, the spring's law and Table 3 contradict each other. One "
+        "explanation would be a spring that touched before its zero reading.",
     ]
     return section
 

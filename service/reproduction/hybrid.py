@@ -87,10 +87,9 @@ def figure_11(solve: Solve, quick: bool) -> Section:
         "r = 1, where the paper draws them."
     )
     section.words = [
-        "The paper draws its contours at resonance only and prints none of their values; ours is "
-        "compared with the lowest value of Table 3. Designs that look superb at r = 1 are poor over the "
-        "band, because a particle that rides on its wall moves the resonance to about r = 0.953: "
-        "compare the two maps.",
+        "The paper draws its contours only at resonance and prints none of their values; our values are "
+        "compared with the lowest one of Table 3. Designs that look superb at r = 1 are poor over the band: "
+        "a particle that rides on its wall moves the resonance to about r = 0.953. Compare the two maps.",
     ]
     return section
 
@@ -125,12 +124,12 @@ def figure_12(solve: Solve, quick: bool) -> Section:
         panels.append(panel)
     section.figures["figure-12.png"] = draw_responses(panels)
     section.verdict = (
-        "The paper prints neither values of its curves nor their friction; ours are compared with the "
+        "The paper prints neither values of its curves nor their friction; our peaks are compared with the "
         "hybrid's entries of Table 3."
     )
     section.words = [
-        "The paper draws measured curves for several compressions of the friction spring and prints none "
-        "of their values. Ours is compared with the hybrid's entry in Table 3 for the same cavity. The "
+        "The paper draws measured curves for several compressions of the friction spring and prints none of "
+        "their values. Our peak is compared with the hybrid's entry in Table 3 for the same cavity. The "
         f"friction ratio of a compression is not printed either, so {listing(f'{g:g}' for g in FRICTION_RATIOS)} "
         f"are shown. The figure shows contact {INSTANT}; shading is one error.",
     ]
@@ -210,11 +209,16 @@ def table_3(solve: Solve, quick: bool) -> Section:
         f"{readings[0].factor:.3g}."
     )
     section.words = [
-        "Open in the paper: base amplitude Z (its labels d/Z = 5, 10, 15 of d = 7.5, 22.5, 37.5 mm need three different "
-        "ones), contact, the friction ratio of 4 mm, and whether \"at resonance\" is r = 1 or the peak of the curve, and "
-        "\"amplitude\" the usual or the largest peak of a response that does not repeat.",
-        f"All {len(readings)} combinations were computed; the {SHOWN_READINGS} nearest to the paper's six numbers with a "
-        f"particle (alone: {printed['particle']}; hybrid: {printed['hybrid']}) are listed, and the default "
+        "The paper leaves open the contact, the friction ratio of 4 mm, and the base amplitude Z: its "
+        "labels d/Z = 5, 10, 15 "
+        "of d = 7.5, 22.5, 37.5 mm need three different ones. It also leaves open whether \"at resonance\" "
+        "means r = 1 or the "
+        "peak of the curve, and whether \"amplitude\" means the usual or the largest peak of a response "
+        "that does not repeat.",
+        f"All {len(readings)} combinations were computed. The table lists the {SHOWN_READINGS} nearest to "
+        "the paper's six "
+        f"numbers with a particle (alone: {printed['particle']}; hybrid: {printed['hybrid']}). It also "
+        "lists the default "
         f"({LABELS}, instant, γ_F = {CHOSEN_FRICTION:g}, r = 1, mean), which comes {ahead}th. A factor is the root mean "
         f"square of the logarithms. The nearest is off by a factor of {readings[0].factor:.3g} on "
         "average. The paper's numbers are measured on a prototype.",

@@ -67,16 +67,16 @@ def figure_7(solve: Solve, quick: bool) -> Section:
     )
     section.words = [
         contacts_in_words(),
-        "Ours are compared with the measured values of Table 3 for the particle alone; the paper prints "
+        "Our values are compared with the measured ones of Table 3 for the particle alone; the paper prints "
         "no values of the curves. A particle in a short cavity rides on its wall and moves the resonance to about "
-        "r = 1/√(1 + β) = 0.953, so the peak of the curve and the value at r = 1 are not the same thing.",
+        "r = 1/√(1 + β) = 0.953, so the peak of the curve differs from the value at r = 1.",
         "The clearance with the lowest peak: "
         + "; ".join(f"{length:g} mm ({name})" for name, length in best.items())
         + ". The text says 37.5 mm, Table 3 says 22.5 mm.",
-        f"A particle that is held for the printed {known['contact_time_soft_s'].value:g} s, longer than a period, is carried "
-        "along as added mass: the peaks are then "
+        f"A particle that is held for the printed {known['contact_time_soft_s'].value:g} s, longer than a "
+        "period, acts as added mass: the peaks are then "
         + listing(f"{peak:.3g}" for peak in peaks[PRINTED])
-        + f", against {bare:.4g} without a damper. Nothing in the paper comes near that, so its "
+        + f", against {bare:.4g} without a damper. No value in the paper comes near these peaks, so its "
         "simulations can hardly have used such a long contact.",
     ]
     return section
@@ -122,7 +122,7 @@ def figure_8(solve: Solve, quick: bool) -> Section:
     section.words = [
         "The paper says that a higher restitution degrades the damper; it prints no number. In "
         f"{worse} of {counted(3 * len(SOFT), 'pair')} of a clearance and a contact model the harder wall is the worse "
-        "one: which is better depends on the clearance, not on the restitution alone.",
+        "one: so the better wall depends on the clearance too, not on the restitution alone.",
         f"The figure shows {SHOWN_CYCLES} cycles from rest, contact {INSTANT}.",
     ]
     return section

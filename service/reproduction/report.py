@@ -31,7 +31,7 @@ SECTIONS: dict[str, Callable[[Solve, bool], Section]] = {
     "figure 14": figure_14,
     "table A1": table_a1,
     "figure A2": figure_a2,
-    "the paper beside itself": disagreements,
+    "the paper compared with itself": disagreements,
 }
 """Sections by the text shown during their work; each computes its studies through `solve`."""
 PAPER = (
@@ -91,14 +91,15 @@ def in_markdown(report: dict[str, Any]) -> str:
         f"{report['paper']}.",
         "",
         f"Computed {report['created']} with damperlab {report['version']} (kernels {report['kernels']}) in "
-        f"{report['seconds']:.0f} s. Every number under *This run* was computed for this report; those of the paper are as "
-        "printed. X/Z is the mean over steady cycles of the largest |x|/Z of a cycle, unless a row says otherwise; *Error* is "
-        "its standard error, or its distance from periodicity. *Difference* is this run over the paper, less one.",
+        f"{report['seconds']:.0f} s. Every number under *This run* was computed for this report; the "
+        "numbers of the paper are as printed. X/Z is the mean over steady cycles of the largest |x|/Z of a "
+        "cycle, unless a row says otherwise. *Error* is its standard error, or its distance from "
+        "periodicity. *Difference* is this run over the paper, minus one.",
         "",
     ]
     if report["quick"]:
         lines += ["**Short form: few points of each study and short runs, for trying out.**", ""]
-    lines += ["| Part | Numbers met | What comes out |", "|---|---:|---|"]
+    lines += ["| Part | Numbers met | Result |", "|---|---:|---|"]
     for section in report["sections"]:
         met, printed = section["met"]
         lines.append(_line((section["title"], f"{met} of {printed}" if printed else "", section["verdict"])))

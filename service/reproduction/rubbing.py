@@ -191,19 +191,20 @@ def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[flo
     ranges = {name: RANGES[name] for name in FREE}
     return [
         "The paper lists μ_i, internal friction, among its symbols, and its particle slides on a rail. Here the numbers of "
-        "Table 3 are read as peaks of the curves, at one base amplitude Z for all cavities. e is the measured one. γ_F is "
-        f"that with which friction alone has the peak printed ({known['friction_alone'].value:g}). The rest is fitted to the "
+        "Table 3 are read as peaks of the curves, at one base amplitude Z for all cavities. The restitution "
+        "e is the measured one, and γ_F is chosen so that friction alone has the printed peak "
+        f"({known['friction_alone'].value:g}). The rest is fitted to the "
         f"six numbers with a particle, within Z of {factor * ranges['base_amplitude_m'][0]:g} to "
         f"{factor * ranges['base_amplitude_m'][1]:g} mm, ζ of {ranges['damping_ratio'][0]:g} to "
-        f"{ranges['damping_ratio'][1]:g} and μ_i up to {ranges['particle_friction'][1]:g}. The deviation is the root mean "
-        "square of the logarithms of ours over the paper's.",
+        f"{ranges['damping_ratio'][1]:g} and μ_i up to {ranges['particle_friction'][1]:g}. The deviation is "
+        "the root mean square of the logarithms of our values over the paper's.",
         f"With friction of the particle the fit has, at {CONFIDENCE:.0%}, Z of {factor * z[0]:.3g} to {factor * z[1]:.3g} mm, "
         f"ζ of {zeta[0]:.3g} to {zeta[1]:.3g} and μ_i of {mu[0]:.2g} to {mu[1]:.2g}. The last table has the best Z "
         "and ζ for given values of μ_i.",
         f"The hybrids of the two longer cavities are printed as {known['hybrid_2'].value:g} and "
-        f"{known['hybrid_3'].value:g}, all but equal. With friction of the particle they come out as "
-        f"{peaks['hybrid_2']:.3g} and {peaks['hybrid_3']:.3g}. Equal numbers say that the particle reaches no wall and "
-        "damps by its friction alone.",
+        f"{known['hybrid_3'].value:g}, almost equal. With friction of the particle they come out as "
+        f"{peaks['hybrid_2']:.3g} and {peaks['hybrid_3']:.3g}. Equal numbers mean that the particle reaches "
+        "no wall and damps by its friction alone.",
         f"The fitted ζ is {best.damping_ratio / known['damping_ratio'].value:.2g} times the measured "
         f"{known['damping_ratio'].value:g}. The measured one is that of the structure without a damper. The paper does "
         "not say what adds damping on the prototype.",

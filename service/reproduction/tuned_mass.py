@@ -47,13 +47,15 @@ def table_4(solve: Solve, quick: bool) -> Section:
             f"numerical minimax, ζ of the structure {damping:g}: γ = {least.tuning:.6g}, ζ = {least.damping_ratio:.6g}")
     )  # fmt: skip
     section.verdict = (
-        f"The frequency is right. The damping {printed.value:g} is over the structure's frequency; by (15) "
+        f"The frequency is right. The damping {printed.value:g} is relative to the structure's frequency; "
+        "by (15) "
         f"it is {right.damping_ratio:.4g}."
     )
     section.words = [
-        "Table 4's 0.1679 is not what (15) gives. It is √(3μ/(8(1+μ)³)), the same optimum quoted as c/(2 m ω_n), over the "
-        "structure's natural frequency in place of the absorber's own. Both name one dashpot; put into (13), whose ζ is "
-        "over the absorber's own frequency, the number of Table 4 makes it too weak.",
+        "Table 4's 0.1679 is not what (15) gives. It is √(3μ/(8(1+μ)³)), the same optimum as c/(2 m ω_n): "
+        "over the structure's natural frequency in place of the absorber's own. Both describe the same "
+        "dashpot. But the ζ of (13) is over the absorber's own frequency, so the number of Table 4, put "
+        "into (13), makes the dashpot too weak.",
     ]
     return section
 
@@ -102,10 +104,11 @@ def figure_14(solve: Solve, quick: bool) -> Section:
         else f"The hybrid does not come within {ALIKE:.0%} of the tuned mass damper's peak."
     )
     section.words = [
-        "The paper prints no number of its Figure 14; it says that the tuned mass damper has the smaller peak at resonance "
-        "and the hybrid is effective over a wider band. "
+        "The paper prints no number of its Figure 14; it says that the tuned mass damper has the smaller "
+        "peak at resonance, and the hybrid works over a wider band. "
         + (
-            f"Ours has a peak within {ALIKE:.0%} of the tuned mass damper's at γ_F = {listing(alike)} ({INSTANT})."
+            f"Our hybrid has a peak within {ALIKE:.0%} of the tuned mass damper's at γ_F = {listing(alike)} "
+            f"({INSTANT})."
             if alike
             else f"Ours has no peak within {ALIKE:.0%} of the tuned mass damper's."
         ),

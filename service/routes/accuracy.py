@@ -15,10 +15,10 @@ router = APIRouter(prefix="/api/v1", tags=["accuracy"])
     "/accuracy/reports",
     response_class=Document,
     responses={200: gives(AccuracyReports)},
-    summary="Which accuracy reports there are",
+    summary="The available accuracy reports",
 )
 def list_reports(service: TheService) -> Document:
-    """List time and version of each: the latest one of this data directory, or none."""
+    """List time and version of the latest report of this data directory, if there is one."""
     report = last_report(service.settings.data_dir)
     told = ("created", "version", "passed")
     kept = [] if report is None else [{name: report[name] for name in told if name in report}]

@@ -57,7 +57,7 @@ ThePromise = Annotated[Promise, Depends(_promise)]
 async def fetch(promise: ThePromise) -> Response:
     """Give the answer to the request with its status; 202 while it is computed.
 
-    A request is deferred if it asks for it (`Prefer: respond-async, wait=5`) and takes longer than it waits. The
+    A request is deferred if it allows this (`Prefer: respond-async, wait=5`) and takes longer than the given wait. The
     answer is kept for ten minutes, for the caller who requested it.
     """
     if promise.ended is None:
@@ -75,6 +75,6 @@ async def fetch(promise: ThePromise) -> Response:
     summary="Cancel a deferred answer",
 )
 async def give_up(promise: ThePromise, promises: Annotated[Promises, Depends(_promises)]) -> Response:
-    """Stop computing it, or delete the stored answer."""
+    """Stop computing the answer, or delete it if it is stored."""
     promises.give_up(promise)
     return Response(status_code=204)

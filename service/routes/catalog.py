@@ -1,4 +1,4 @@
-"""Parts of a study: the named studies, the dimensions, the variables and their meanings."""
+"""The parts of which studies consist: named studies, dimensions, variables and their meanings."""
 
 from typing import Annotated, Any
 
@@ -29,7 +29,7 @@ class Named(TypedDict):
 
 
 class Bounds(TypedDict):
-    """A quantity, and its limits."""
+    """A quantity with its limits."""
 
     name: str
     lowest: Number
@@ -62,7 +62,7 @@ class SuiteDimension(TypedDict):
 
 
 class OfSuites(TypedDict):
-    """Parts of ground-motion suites."""
+    """The parts of ground-motion suites."""
 
     dimensions: list[SuiteDimension]
     variables: list[AboutVariable]

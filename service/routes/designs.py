@@ -42,7 +42,7 @@ class DesignDocument(KeptDocument):
     """A design, the progress of its studies, and its answer."""
 
     studies_done: Count
-    points_of_round: Annotated[Count, Says(description="Points of the round's studies that are there.")]
+    points_of_round: Annotated[Count, Says(description="Computed points of the round's studies.")]
     answer: DesignAnswer | None
 
 
@@ -51,12 +51,12 @@ DesignOrBudget = TypeAliasType("DesignOrBudget", DesignDocument | DesignSize)
 
 
 class AskQuery(BaseModel):
-    """Parameters of a requested design."""
+    """Parameters of the request for a design."""
 
     model_config = ConfigDict(extra="forbid")
 
     dry_run: bool = Field(
-        False, description="Say how many points its budget allows, and neither keep nor compute anything."
+        False, description="Give the number of points that the budget allows; store and compute nothing."
     )
 
 
@@ -67,7 +67,7 @@ class DesignsQuery(BaseModel):
 
     limit: int = Field(50, ge=1, le=200, description="Largest number of designs on one page.")
     cursor: str | None = Field(
-        None, pattern="^[0-9]{20}-[0-9a-f]{12}$", description="`cursor` of the page before."
+        None, pattern="^[0-9]{20}-[0-9a-f]{12}$", description="`cursor` of the previous page."
     )
     state: State | None = None
     name: str | None = Field(None, max_length=200, description="Only designs whose name contains this text.")
@@ -87,9 +87,9 @@ class DesignsQuery(BaseModel):
     summary="Ask for a design",
 )
 async def ask(request: Request, service: TheService, query: Annotated[AskQuery, Query()]) -> Document:
-    """Take a specification as JSON or YAML. The same one again answers 200 with the existing design.
+    """Take a specification as JSON or YAML. If it was submitted before, the answer is 200 with the existing design.
 
-    One that was cancelled, or has failed, stays so until it is resumed.
+    A design that was cancelled or has failed stays so until it is resumed.
     """
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
@@ -132,7 +132,7 @@ def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -
     "/{design_id}",
     response_class=Document,
     responses={200: gives(DesignDocument), **documented(404, 503)},
-    summary="A design: how far it is, and its answer",
+    summary="A design: its progress and its answer",
 )
 def show(service: TheService, design: TheDesign) -> Document:
     """Give the progress; once the design is done, `answer` is the output of `damperlab design --json`."""
@@ -153,7 +153,9 @@ async def ask_report(
     """
     if design.state != "done":
         raise Problem(
-            409, "design-not-done", f"The design is {design.state}: its report comes with its answer."
+            409,
+            "design-not-done",
+            f"The design is {design.state}; a report exists only once it has an answer.",
         )
     text = (await run_sync(service.designer.shelf.report, design.id)).decode()
     return await document(request, service, query, text, f"{stem(design.name, 'design')}-{design.id}")
@@ -177,10 +179,10 @@ def cancel(service: TheService, design: TheExactDesign) -> Document:
     "/{design_id}/resume",
     response_class=Document,
     responses={200: gives(DesignDocument), **documented(404, 409, 503)},
-    summary="Go on with a design",
+    summary="Resume a design",
 )
 def resume(service: TheService, design: TheExactDesign) -> Document:
-    """Go on with a design that was cancelled or has failed; studies that are done are not computed again."""
+    """Resume a design that was cancelled or has failed; completed studies are not computed again."""
     kept = service.designer.resume(design)
     if kept.state == "done":
         raise Problem(409, "design-ended", "The design is done: there is nothing left to compute.")

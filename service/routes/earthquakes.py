@@ -58,11 +58,11 @@ class RecordQuery(BaseModel):
 
     format: Literal["at2", "csv"] | None = Field(
         None,
-        description="File format: at2 is that of the PEER database, csv has two columns, time and acceleration. "
+        description="File format: at2 of the PEER database, or csv with two columns, time and acceleration. "
         "By default csv for text/csv, otherwise at2.",
     )
     units: AccelerationUnits | None = Field(
-        None, description="Units of the acceleration where the file does not state them."
+        None, description="Units of the acceleration, if the file does not state them."
     )
     name: str = Field("", max_length=200, description="Name of the record.")
 
@@ -72,7 +72,7 @@ class ShownQuery(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    samples: int = Field(2000, ge=2, le=400_000, description="Most samples; thinned ones keep the peaks.")
+    samples: int = Field(2000, ge=2, le=400_000, description="Most samples; thinning keeps the peaks.")
 
 
 class ComparisonQuery(ComputeQuery):
@@ -82,7 +82,8 @@ class ComparisonQuery(ComputeQuery):
         0,
         ge=0,
         le=50_000,
-        description="Most samples of the time history of each case; 0 for no histories. Thinned ones keep the peaks.",
+        description="Most samples of the time history of each case; 0 for no histories. Thinning keeps the "
+        "peaks.",
     )
 
 
@@ -106,7 +107,7 @@ def _list(service: Service) -> Document:
     response_class=Document,
     status_code=201,
     responses={
-        200: gives(GroundMotionDocument, "The same samples are there already"),
+        200: gives(GroundMotionDocument, "The same samples exist already"),
         201: gives(GroundMotionDocument, "Kept"),
         **documented(413, 415, 422, 429, 503, 507),
     },
@@ -166,7 +167,7 @@ def _generated(body: bytes) -> GroundMotion:
                     "body",
                     describe(document),
                     WRITTEN,
-                    "write what to generate, or send a file as text/plain or text/csv",
+                    "describe the record to generate, or send a file as text/plain or text/csv",
                 )
             ]
         )

@@ -31,7 +31,7 @@ FILES: dict[ExportFormat, tuple[str, str]] = {
 """Suffix and media type of each format."""
 COMPLETE = "X-Complete"
 CACHING = "private, no-cache"
-"""A client may cache an export, and revalidates it each time."""
+"""Header by which a client may cache an export but must revalidate it each time."""
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
@@ -56,7 +56,10 @@ class ExportQuery(BaseModel):
         200: {
             "content": {NETCDF: {}, "text/csv": {}, PARQUET: {}},
             "headers": {
-                "ETag": {"description": "Of a study that has ended.", "schema": {"type": "string"}},
+                "ETag": {
+                    "description": "Tag of the content, for a study that has ended.",
+                    "schema": {"type": "string"},
+                },
                 COMPLETE: {
                     "description": "Share of the points that have been computed.",
                     "schema": {"type": "number"},
@@ -64,7 +67,7 @@ class ExportQuery(BaseModel):
             },
         },
         206: {"description": "The part that Range asked for", "content": {NETCDF: {}}},
-        304: {"description": "The client has it already"},
+        304: {"description": "The client has this content already"},
         416: {"description": "The range lies outside"},
         **documented(404, 422, 429, 503),
     },
@@ -79,7 +82,7 @@ async def export(
         return Response(status_code=304, headers={"ETag": tag, "Cache-Control": CACHING})
     _, file = await written(request, service, study, _write, query.format, query.names, export=True)
     response = _download(request, study, query.format, tag, file)
-    # the record was read first: the file may hold more, but not less
+    # the record was read first, so the file may hold more points than it says, but not fewer
     response.headers[COMPLETE] = f"{study.points_done / study.points_total:.6g}"
     response.headers["Cache-Control"] = CACHING
     if tag is not None:
@@ -88,7 +91,7 @@ async def export(
 
 
 def _write(store: Store, study: Record, place: Path, written_as: ExportFormat, names: bool) -> None:
-    """Write the complete cube, so that damage is detected before anything is sent."""
+    """Write the complete cube before anything is sent, so that damage is detected."""
     cube = store.cube(study.id)
     write_file(cube if names else without_names(cube), place, written_as)
 
@@ -96,7 +99,7 @@ def _write(store: Store, study: Record, place: Path, written_as: ExportFormat, n
 def _download(
     request: Request, study: Record, written_as: ExportFormat, tag: str | None, file: BinaryIO
 ) -> Response:
-    """Send a file, or the part of it in Range."""
+    """Send a file, or the part of it that Range requests."""
     size = file.seek(0, SEEK_END)
     part = part_asked(request, size, tag) if tag is not None and written_as == "netcdf" else None
     start, stop = part or (0, size)

@@ -33,7 +33,9 @@ FittedOrReadiness = TypeAliasType("FittedOrReadiness", FittedDocument | FittedHi
     summary="Estimate parameters from a measured response or time history",
 )
 async def ask_fit(request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]) -> Response:
-    """Answer with the output of `damperlab fit --json`; a fit beyond the time of a request needs the command line."""
+    """Answer with the output of `damperlab fit --json`; a fit that takes longer than a request may needs the command
+    line.
+    """
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
     asked, wanted = await service.work.run(request, fit_asked, body)

@@ -39,11 +39,11 @@ async def live() -> Document:
     "/ready",
     response_class=Document,
     responses={200: gives(Ready), **documented(503)},
-    summary="Studies can be taken, queried and run",
+    summary="Studies can be submitted, queried and run",
 )
 async def ready(request: Request) -> Document:
     """Give the state of the store, its folders and the service's threads at the last check, and of the cluster."""
-    # nothing here waits: no store, no lock, and no thread of a pool that others may occupy
+    # nothing here waits for a store, a lock, or a thread of a pool that others may occupy
     service: Service = request.app.state.service
     if service.closing.is_set():
         raise Problem(503, "closing", "The service is shutting down.")

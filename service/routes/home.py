@@ -1,4 +1,4 @@
-"""The web page and its files. A header tells the browser to load nothing from elsewhere."""
+"""The web page and its files. A header tells the browser to load nothing from other hosts."""
 
 from fastapi import APIRouter
 from starlette.exceptions import HTTPException
@@ -33,7 +33,9 @@ def home(request: Request) -> Response:
 
 @router.get("/page/{version}/{name}")
 def page(request: Request, version: str, name: str) -> Response:
-    """Send a file of the page; under a versioned address it never changes, under another it is the present one."""
+    """Send a file of the page; at a versioned address the file never changes, at any other address it is the present
+    file.
+    """
     file = page_file(name)
     if file is None:
         raise HTTPException(404)

@@ -38,7 +38,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         [({"version": code_version(), "solver": source_hash()}, 1)],
     )  # fmt: skip
     _tell(
-        lines, "studies", "gauge", "Studies kept, by state.",
+        lines, "studies", "gauge", "Stored studies, by state.",
         [({"state": state}, totals[state].studies if state in totals else 0) for state in STATES],
     )  # fmt: skip
     for name, meaning in (
@@ -59,7 +59,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         lines,
         "blocks_left",
         "gauge",
-        "Blocks of studies that wait or run, here or elsewhere, which are yet to be computed.",
+        "Blocks not computed yet of studies that wait or run, here or elsewhere.",
         [({}, sum(one.blocks_left for state, one in totals.items() if state not in ENDED))],
     )
     workers, in_flight, retries = service.dispatcher.workload()
@@ -71,7 +71,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         [({"standing": standing}, count) for standing, count in workers.items()],
     )
     _tell(lines, "blocks_in_flight", "gauge", "Blocks at workers.", [({}, in_flight)])
-    _tell(lines, "block_retries_total", "counter", "Blocks that were begun again.", [({}, retries)])
+    _tell(lines, "block_retries_total", "counter", "Blocks that were started again.", [({}, retries)])
     trouble = service.dispatcher.trouble is not None
     _tell(
         lines,
@@ -85,22 +85,22 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         lines,
         "background_down",
         "gauge",
-        "1 while a background thread does not get on with its work.",
+        "1 while a background thread cannot do its work.",
         [({"thread": each.name}, int(each.trouble is not None)) for each in threads],
     )
     _tell(
         lines,
         "background_failures_total",
         "counter",
-        "Failures of background threads, which were begun again.",
+        "Failures of background threads, which were restarted.",
         [({"thread": each.name}, each.failures) for each in threads],
     )
     _tell(
-        lines, "requests_total", "counter", "Requests answered; status 0 where the client left before.",
+        lines, "requests_total", "counter", "Requests answered; status 0 if the client left before.",
         [({"method": method, "status": status}, count) for (method, status), count in sorted(counts.items())],
     )  # fmt: skip
     _tell(
-        lines, "request_seconds_total", "counter", "Time that these requests took together.",
+        lines, "request_seconds_total", "counter", "Total time of these requests.",
         [({}, sum(each.seconds for each in durations.values()))],
     )  # fmt: skip
     _tell_durations(lines, durations)
@@ -116,7 +116,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         lines,
         "compile_seconds_total",
         "counter",
-        "Time that this took, side by side counted each.",
+        "Time that this took; parallel compilations are added up.",
         [({}, seconds)],
     )
     for name, (kind, meaning, value) in own_process().items():

@@ -104,7 +104,7 @@ def _write(store: Store, study: Record, place: Path, route: str, asked: tuple[An
 
 
 def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
-    """Send the content of a file, completely if it is short, so that it is tagged and may be cached."""
+    """Send the content of a file. A short file is sent in one piece, so that it is tagged and may be cached."""
     size = file.seek(0, SEEK_END)
     if size > TAGGED_BYTES:
         return StreamingResponse(pieces(file, 0, size), headers=headers)
@@ -117,12 +117,12 @@ def answered(study: Record, answer: dict[str, Any]) -> Document:
     Raises
     ------
     Problem
-        409 if the study stopped before any part of the answer was computed: it is computed only on request.
+        409 if the study stopped before any part of the answer was computed; it is computed only on request.
     """
     if study.state in ("cancelled", "failed") and answer.get("complete", 1) < 1:
-        resume = f"POST /api/v1/studies/{study.id}/resume computes what is missing"
+        resume = f"POST /api/v1/studies/{study.id}/resume computes the missing points"
         if answer["complete"] == 0:
-            detail = f"The study is {study.state}, and nothing of what was asked for is computed. {resume}."
+            detail = f"The study is {study.state}, and no requested point is computed. {resume}."
             raise Problem(409, f"study-{study.state}", detail)
         answer = answer | {"note": f"{answer['note']} The study is {study.state}: {resume}."}
     return Document(in_front(study, answer))

@@ -44,7 +44,7 @@ RefinementOrFollowUps = TypeAliasType("RefinementOrFollowUps", FollowUpsDocument
 FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
     200: gives(
         RefinementOrFollowUps,
-        "Nothing new is stored: a dry run, nothing left to ask, or follow-ups that are there",
+        "Nothing new was stored: it was a dry run, nothing is left to compute, or the follow-ups existed",
     ),
     201: gives(FollowUpsDocument, "Stored and queued", Location="Address of the first of them."),
     **documented(404, 409, 422, 429, 503, 507),
@@ -54,8 +54,8 @@ FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
 def refine(
     settings: Settings, study: Record, known: FollowUps, search: Search, judging: Judging
 ) -> Refinement:
-    """Search where a better design may lie; name completed follow-ups with `with`."""
-    cubes = _cubes(settings, study, known)  # first, because it refuses other kinds of study
+    """Search where a better design may lie; completed follow-ups are named by `with`."""
+    cubes = _cubes(settings, study, known)  # called first, because it refuses other kinds of study
     return refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
 
 

@@ -50,7 +50,7 @@ _BODY = {
     "",
     response_class=Document,
     responses={200: gives(Session)},
-    summary="Who asks, and whether a key is needed",
+    summary="The caller, and whether a key is required",
 )
 def show(request: Request, caller: TheCallerOrNobody) -> Document:
     """Say whether the service requires keys, and give the caller's identity."""
@@ -77,7 +77,7 @@ async def sign_in(request: Request) -> Document:
                     "body",
                     "no key",
                     '{"key": "dlk_…"}',
-                    "send a key, and nothing else",
+                    "send a key, and no other fields",
                     'The body must be of the form {"key": "dlk_…"}.',
                 ),
             )
@@ -88,7 +88,7 @@ async def sign_in(request: Request) -> Document:
             "key",
             "a key that is not valid",
             "a key of this service",
-            "copy the whole key, from dlk_ on",
+            "copy the complete key, which begins with dlk_",
             "The key is not a valid key of this service.",
         )
         raise Problem(

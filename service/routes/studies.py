@@ -44,7 +44,7 @@ class SubmitQuery(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    dry_run: bool = Field(False, description="Say what the study would cost, and store nothing.")
+    dry_run: bool = Field(False, description="Estimate the cost of the study, and store nothing.")
     reuse: bool = Field(
         True,
         description="Reuse points already computed by earlier studies with the same solver and settings.",
@@ -53,8 +53,9 @@ class SubmitQuery(BaseModel):
         0,
         ge=PRIORITIES[0],
         le=PRIORITIES[1],
-        description="The waiting study with the highest priority starts first; below 0 it yields to those of "
-        "others, and above 0 needs a key of scope admin. An existing study keeps its own.",
+        description="The waiting study with the highest priority starts first. Below 0 it starts after "
+        "those of others; above 0 it needs a key of scope admin. An existing study keeps its "
+        "priority.",
     )
 
 
@@ -63,7 +64,7 @@ IdempotencyKey = Annotated[
     Header(
         min_length=1,
         max_length=200,
-        description="A name of this submission; with it, another definition under the same name is refused.",
+        description="A name for this submission; another definition under the same name is refused.",
     ),
 ]
 
@@ -74,21 +75,21 @@ class ListQuery(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     limit: int = Field(50, ge=1, le=200, description="Largest number of studies on one page.")
-    cursor: str | None = Field(None, max_length=100, description="`cursor` of the page before.")
+    cursor: str | None = Field(None, max_length=100, description="`cursor` of the previous page.")
     state: State | None = None
     name: str | None = Field(None, max_length=200, description="Only studies whose name contains this text.")
     tag: str | None = Field(None, max_length=200, description="Only studies with this tag.")
     axis: str | None = Field(None, max_length=200, description="Only studies that have this dimension.")
     low: float | None = Field(
-        None, alias="from", description="Only studies whose values of `axis` reach this or more."
+        None, alias="from", description="Only studies whose largest value of `axis` is at least this."
     )
     high: float | None = Field(
-        None, alias="to", description="Only studies whose values of `axis` begin at this or less."
+        None, alias="to", description="Only studies whose smallest value of `axis` is at most this."
     )
     designs: bool = Field(
         False,
-        description="Also list the studies of designs and refinements; a name, a tag or a state other than "
-        "done finds them anyway.",
+        description="Also list the studies of designs and refinements; a filter by name, tag or a state "
+        "other than done includes them anyway.",
     )
 
     trash: bool = Field(False, description="List deleted studies that can be restored.")
@@ -100,7 +101,7 @@ class DifferencesQuery(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     older: str | None = Field(
-        None, max_length=200, description="Id of the other version; by default the one before."
+        None, max_length=200, description="Id of the other version; by default the previous one."
     )
 
 
@@ -111,7 +112,7 @@ class DifferencesQuery(BaseModel):
     responses={
         200: gives(SubmittedBefore, "The same definition was submitted before; or the answer to a dry run"),
         201: gives(
-            SubmittedDocument, "Stored and queued", Location="Address of the study, where one was sent."
+            SubmittedDocument, "Stored and queued", Location="Address of the study, if a single one was sent."
         ),
         **documented(403, 413, 415, 422, 429, 503, 507),
     },
@@ -125,10 +126,11 @@ async def submit(
     caller: TheCaller,
     idempotency_key: IdempotencyKey = None,
 ) -> Document:
-    """Take a study as JSON or YAML. The same definition again answers 200 with the existing study.
+    """Take a study as JSON or YAML. If the same definition was submitted before, the answer is 200 with the existing
+    study.
 
-    A list of up to 200 studies is stored completely or not at all. The answer's `studies` are their records in the
-    list's order without definitions, each with `created`.
+    A list of up to 200 studies is stored completely or not at all. The answer then has `studies`: the records in the
+    order of the list, without definitions, each with `created`.
     """
     _require_leave(caller, query.priority)
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
@@ -150,14 +152,15 @@ async def submit(
 
 
 def _require_leave(caller: Caller, priority: int) -> None:
-    """Refuse a raised priority to anybody but an admin; raise `Problem`."""
+    """Refuse a priority above 0 unless the key has scope admin; raise `Problem`."""
     if priority > 0 and "admin" not in caller.scopes:
         fault = Fault(
             "priority",
             str(priority),
             f"{PRIORITIES[0]} to 0 with a key of scope submit",
             "leave it out, or use a key of scope admin",
-            f"A priority above 0 lets a study begin before those of others; your key ({caller.owner}) does not allow it.",
+            f"A study with a priority above 0 starts before those of others; your key ({caller.owner}) does "
+            "not allow this.",
         )
         raise Problem(403, "scope-lacking", "The key does not allow this priority.", (fault,))
 
@@ -195,8 +198,8 @@ def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery, key
 def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
     """List records without their definitions, which may be long; ask for one study to see its own.
 
-    With a range of an axis a page may be short, or empty, although `cursor` leads to others: only a part of a large
-    catalogue is examined for one page.
+    With a range of an axis, a page may be short or empty although `cursor` leads to further studies, because only part
+    of a large catalogue is examined for one page.
     """
     try:
         wanted = Wanted(
@@ -224,7 +227,7 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
     summary="A study's record",
 )
 async def show(study: TheStudy) -> Document:
-    """Give the progress of the study, and everything needed to compute it again."""
+    """Give the progress of the study, and the data needed to compute it again."""
     return Document(study.document())
 
 
@@ -233,7 +236,7 @@ async def _unless_seen(
     last_event_id: Annotated[str | None, Header(description="Sent by browsers that connect again.")] = None,
 ) -> str | None:
     if study.ended and last_event_id == event_id(study):
-        # A browser connects again when a stream ends; "no content" tells it that there is nothing more.
+        # A browser reconnects when a stream ends; "no content" tells it that nothing more follows.
         raise HTTPException(204)
     return last_event_id
 
@@ -242,7 +245,7 @@ async def _unless_seen(
     "/{study_id}/events",
     response_class=EventSourceResponse,
     responses={
-        204: {"description": "The study has ended, and the client has seen that"},
+        204: {"description": "The study has ended, and the client has received this"},
         **documented(404, 429),
     },
     summary="Progress until the end, as server-sent events",
@@ -250,7 +253,9 @@ async def _unless_seen(
 async def events(
     service: TheService, study: TheStudy, last_seen: Annotated[str | None, Depends(_unless_seen)]
 ) -> AsyncIterator[ServerSentEvent]:
-    """Send `progress` at every change and `end` when the study has ended, with comments in between."""
+    """Send `progress` at every change and `end` when the study has ended; comments in between keep the connection
+    alive.
+    """
     async for event in progress(service, study, last_seen):
         yield event
 
@@ -273,7 +278,7 @@ def cancel(service: TheService, study: TheExactStudy) -> Document:
     "/{study_id}/resume",
     response_class=Document,
     responses={200: gives(RecordDocument), **documented(404, 409, 429)},
-    summary="Go on with a study",
+    summary="Resume a study",
 )
 def resume(service: TheService, study: TheExactStudy) -> Document:
     """Queue a cancelled or failed study again; only missing blocks are computed."""
@@ -300,7 +305,9 @@ def retry(service: TheService, study: TheExactStudy) -> Document:
     response_class=Document,
     responses={
         200: gives(RecordDocument, "A version by today's solver exists already, or is queued"),
-        201: gives(RecordDocument, "Entered; the older results are kept", Location="Address of the version."),
+        201: gives(
+            RecordDocument, "Submitted again; the older results are kept", Location="Address of the version."
+        ),
         **documented(404, 409, 429, 503, 507),
     },
     summary="Recompute an outdated study, and keep its results",
@@ -332,9 +339,9 @@ def versions(service: TheService, study: TheStudy) -> Document:
 async def differences(
     request: Request, service: TheService, study: TheStudy, query: Annotated[DifferencesQuery, Query()]
 ) -> Document:
-    """Compare every common point: how many differ, by how much, and where most."""
+    """Compare every common point: how many differ, by how much, and where the difference is largest."""
     found = await computed(request, service, study, _differences, query.older)
-    # the meaning of "the previous version" may change although this study does not
+    # which version is the previous one may change although this study does not
     return Document(found, headers={} if query.older else {"Cache-Control": "no-store"})
 
 

@@ -1,9 +1,9 @@
 """The cube as Zarr over HTTP, read-only: `xarray.open_zarr(url)` works from another machine.
 
-Zarr takes a missing chunk for fill values, so 404 for a block is only sent if that is true. This is so if the study
-has ended without it: its points have status -1. While a study runs, such a block is a conflict: a reader might take
-half of it before and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which shows
-only the blocks that were done by then. A lost or damaged file is an error in any case.
+Zarr reads a missing chunk as fill values, so 404 for a block is sent only if that is true: if the study has ended
+without the block, whose points then have status -1. While a study runs, a missing block is a conflict, because a reader
+might read half of it before and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which
+shows only the blocks that were done by then. A lost or damaged file is always an error.
 """
 
 import re
@@ -65,18 +65,18 @@ Key = Annotated[
     summary="The cube as a Zarr store",
 )
 def read(service: TheService, study_id: StudyId, key: Key, request: Request) -> Response:
-    """Answer one key of Zarr version 3; the first one has every array's metadata, so no listing is needed."""
+    """Answer one key of Zarr version 3. The first key holds the metadata of every array, so no listing is needed."""
     revision, key = _revision(key)
     try:
         return _read(service.store, service.store.find(study_id), revision, key, request)
     except StudyNotFound as error:
         if key.endswith("zarr.json") or (_ID.fullmatch(study_id) and not service.store.existed(study_id)):
             raise
-        # of a cube that was opened before: a 404 would be read as fill values
+        # the cube was opened before, and a 404 would be read as fill values
         raise Problem(
             410,
             "study-gone",
-            "There is no such study any more.",
+            "The study no longer exists.",
             (error.fault,),
             {"Cache-Control": "no-store"},
         ) from error
@@ -104,10 +104,11 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
             except BlockDamaged:
                 if store.snapshot(study.id, revision) == (shelf, marks):
                     raise
-            continue  # replaced a moment ago
+            continue  # the file was replaced a moment ago
         if revision is not None:
             raise _nothing(key)
-        # the answer about a missing block must be consistent: the study may have ended, or been resumed, since
+        # the answer about a missing block must be consistent, although the study may have ended or been resumed
+        # meanwhile
         before, study = study, store.find(study.id)
         if (before.revision, before.created) != (study.revision, study.created):
             continue
@@ -117,8 +118,8 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
     raise Problem(
         409,
         "block-unfinished",
-        f"Block {index} is not computed yet, and the study is {study.state}. Read at a revision to see "
-        f"such points as not computed: …/zarr/@{study.revision}/ is the newest.",
+        f"Block {index} is not computed yet, and the study is {study.state}. To read such points as not "
+        f"computed, read at a revision; …/zarr/@{study.revision}/ is the newest.",
         headers={"Cache-Control": "no-store"},
     )
 
@@ -133,7 +134,7 @@ def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:
 
 @lru_cache(maxsize=64)
 def _description(shelf: Shelf) -> Description:
-    # a study's arrays never change, and its shelf is never reused
+    # the arrays of a study never change, and its shelf is never reused
     with telling(shelf, None, "the cube's description"):
         return describe_cube(shelf.get(DESCRIPTION))
 
@@ -145,7 +146,7 @@ def _revision(key: str) -> tuple[int | None, str]:
 
 def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Response:
     if not marks.keys() >= set(group.blocks()):
-        # only a complete cube has these chunks: blocks of it were invalidated since
+        # only a complete cube has these chunks, so blocks of it were invalidated since
         raise Problem(
             409,
             "block-unfinished",
@@ -183,8 +184,8 @@ def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Respo
 
 def _coordinate(shelf: Shelf, one: StoredCoordinate, key: str) -> bytes:
     if one.value is not None:
-        raise _nothing(key)  # it is in the metadata, where its reader has found it
-    # Zarr would read a missing one as fill values
+        raise _nothing(key)  # the value is in the metadata, which its reader has read
+    # Zarr would read a missing chunk as fill values
     with telling(shelf, None, f"the coordinates along {one.name}"):
         content = shelf.get(key)
         one.decode(content)
@@ -204,7 +205,7 @@ def _part(request: Request, content: bytes, tag: str) -> Response:
 
 
 def _headers(tag: str) -> dict[str, str]:
-    # a block may be computed again, so caches must revalidate
+    # caches must revalidate, because a block may be computed again
     return {"ETag": tag, "Cache-Control": "no-cache"}
 
 

@@ -1,4 +1,4 @@
-"""The key for counting requests of an address."""
+"""The name under which requests of an address are counted."""
 
 from ipaddress import IPv6Address, ip_address
 
@@ -6,8 +6,8 @@ _HOST_BITS = 64
 
 
 def counted_address(address: str) -> str:
-    """Name the network under which an address is counted: one host of IPv6 has 2**64 addresses, so the network part
-    counts.
+    """Name the network under which an address is counted. A host of IPv6 has 2**64 addresses, so its network part is
+    used.
     """
     try:
         known = ip_address(address)

@@ -16,7 +16,7 @@ from damperlab.studies.vocabulary import SCOPES, Scope
 SAFE_METHODS = frozenset(("GET", "HEAD", "OPTIONS"))
 """Methods that change nothing."""
 PUBLIC = ("/health/", "/page/", "/docs/", "/api/v1/session")
-"""Addresses that need no key: probes, the page's own files, the documentation, and the sign-in."""
+"""Addresses that need no key: probes, the files of the page, the documentation, and the sign-in."""
 PUBLIC_FILES = ("/", "/openapi.json")
 
 
@@ -31,9 +31,7 @@ class Caller:
     scopes : tuple of str
         Scope.
     how : {"open", "key", "session", "proxy"}
-        Display name.
-    key_id : str
-        Id of the key, if there is one.
+        How the caller was identified. key_id : str Id of the key, if there is one.
     """
 
     owner: str
@@ -43,7 +41,7 @@ class Caller:
 
     @property
     def name(self) -> str:
-        """Identity for limits: one person or program."""
+        """Identity to which limits apply: a person or a program."""
         return self.key_id or self.owner or self.how
 
 
@@ -59,7 +57,7 @@ def counted_under(scope: Connection) -> str:
 
 
 def scope_of(method: str, path: str) -> str | None:
-    """Name the scope that a request needs; None for one that needs no key."""
+    """Name the scope that a request needs; None if it needs no key."""
     if path in PUBLIC_FILES or path.startswith(PUBLIC):
         return None
     return "read" if method in SAFE_METHODS else "submit"
@@ -71,7 +69,7 @@ def require_own(caller: Caller, study: Record) -> None:
     Raises
     ------
     Problem
-        403 if the study has another owner and the caller is no admin.
+        403 if the study has another owner and the caller is not an admin.
     """
     require_owner(caller, study.submitted_by, "study")
 
@@ -79,7 +77,7 @@ def require_own(caller: Caller, study: Record) -> None:
 def require_owner(caller: Caller, owner: str | None, what: str) -> None:
     """Refuse a change to an object of another owner; `what` names it."""
     if "admin" not in caller.scopes and owner != caller.owner:
-        whose = f"a {what} of {owner}" if owner else f"a {what} that nobody's key submitted"
+        whose = f"a {what} of {owner}" if owner else f"a {what} that was submitted without a key"
         fault = Fault(
             what,
             whose,
@@ -97,7 +95,7 @@ async def _caller(request: Request) -> Caller | None:
 
 async def _known(request: Request) -> Caller:
     caller = await _caller(request)
-    assert caller is not None, "the gate lets nobody pass to a route that needs a key"
+    assert caller is not None, "the gate lets only identified callers pass to a route that needs a key"
     return caller
 
 
@@ -105,4 +103,4 @@ TheCaller = Annotated[Caller, Depends(_known)]
 """The caller, as a parameter of a route that needs a key."""
 
 TheCallerOrNobody = Annotated[Caller | None, Depends(_caller)]
-"""The same for one that needs none."""
+"""The caller, as a parameter of a route that needs no key."""

@@ -1,4 +1,4 @@
-"""The gate: every request passes it first."""
+"""The gate, which every request passes first."""
 
 from http import HTTPStatus
 
@@ -54,7 +54,7 @@ class Gate:
             return
         client = (self.guard.proxies.client(headers) if believed else None) or peer
         scope["caller"], scope["client_address"] = caller, client
-        # set for every request: the next one on the same connection would inherit it
+        # set for every request, because the next one on the same connection would inherit it
         submitter.set(caller.owner or None if caller else None)
         noted = False
 
@@ -66,7 +66,7 @@ class Gate:
 
         async def send_noted(message: Message) -> None:
             if message["type"] == "http.response.start":
-                # before the answer, so that a client with an answer finds its line in the log
+                # written before the answer, so that the log has a line for every answer that a client has received
                 note(message["status"])
             await send(message)
 
@@ -99,10 +99,10 @@ class Gate:
         if not seconds:
             return None
         found, allowed = "more than that", f"{rates.per_minute} requests a minute {whose}"
-        told = f"At most {allowed} are answered, and there were more."
+        told = f"At most {allowed} are answered, but more were sent."
         fault = Fault("requests", found, allowed, f"try again in {seconds} s", told)
         headers = {"Retry-After": str(seconds)}
-        return Problem(429, "too-many-requests", "Too many requests have come.", (fault,), headers)
+        return Problem(429, "too-many-requests", "Too many requests were sent.", (fault,), headers)
 
     def _note(self, scope: Scope, caller: Caller | None, peer: str | None, status: int) -> None:
         self.guard.audit.note(
@@ -123,10 +123,10 @@ def _not_allowed(caller: Caller | None, scope: Scope) -> Problem | None:
     if wanted is None or (caller is not None and wanted in caller.scopes):
         return None
     if caller is None:
-        advice = "send a key as `Authorization: Bearer …`; `damperlab admin keys create` makes one where the service runs"
+        advice = "send a key as `Authorization: Bearer …`; `damperlab admin keys create` creates one on its machine"
         told = f"The request has no valid key; it needs one of scope {wanted}."
         fault = Fault("Authorization", "no key that is valid", f"a key of scope {wanted}", advice, told)
-        detail = "The service asks for a key."
+        detail = "The service requires a key."
         return Problem(401, "no-key", detail, (fault,), {"WWW-Authenticate": 'Bearer realm="damperlab"'})
     fault = Fault(
         "Authorization",

@@ -1,4 +1,4 @@
-"""All conditions for serving a request: names, origins, keys."""
+"""The conditions for serving a request: names, origins, keys."""
 
 import time
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from damperlab.service.settings import Settings
 from damperlab.studies.store.catalogue.access_keys import AccessKey, AccessKeys
 
 KEPT_SECONDS = 5.0
-"""Time after which a recognised key is looked up again. Afterwards a revoked key is refused."""
+"""Time after which a recognised key is looked up again, so that a revoked key is refused."""
 _KEPT = 1000
 _AT_ONCE = 4
 
@@ -58,7 +58,7 @@ class Guard:
         Parameters
         ----------
         headers : Headers
-            Of the request: a key takes precedence over a session, and a session over a proxy's header.
+            Headers of the request; a key takes precedence over a session, and a session over a proxy's header.
         peer : str, optional
             The other end of the connection.
         """
@@ -104,7 +104,7 @@ class Guard:
         ends = now + KEPT_SECONDS
         if key.expires is not None:
             ends = min(ends, now + key.expires.timestamp() - time.time())
-        if look == self.of_key or self.sessions.key_id(secret):  # it may have been signed out meanwhile
+        if look == self.of_key or self.sessions.key_id(secret):  # the session may have been ended meanwhile
             self._kept[digest] = (caller, ends)
         return caller
 

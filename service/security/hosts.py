@@ -1,4 +1,6 @@
-"""Names of the service: a page elsewhere can direct its own name here, but cannot change the name in the request."""
+"""Names of the service. A foreign page can direct its own name to this service, but cannot change the name in the
+request.
+"""
 
 import ipaddress
 import re
@@ -31,8 +33,9 @@ class Hosts:
     Parameters
     ----------
     listens_on : str
-        The address that the service listens on. Loopback names are always allowed. Beyond loopback the address
-        itself, this machine's name, and any numeric address are allowed: others can only direct a name here.
+        The address that the service listens on. Loopback names are always allowed. If it is not loopback, the address
+        itself, this machine's name, and any numeric address are allowed too: an attacker can make only names point to
+        this machine.
     names : iterable of str
         More names; ``.example.org`` includes every name under it.
     """

@@ -1,4 +1,4 @@
-"""Requests that a foreign page makes a browser send: recognised by the browser's headers, and refused."""
+"""Refuses requests that a foreign page makes a browser send; they are recognised by the browser's headers."""
 
 from collections.abc import Collection
 
@@ -7,7 +7,7 @@ from starlette.datastructures import Headers
 from damperlab.service.problems import Problem
 from damperlab.studies.faults import Fault, printable
 
-# a browser sends these from any page without a preflight
+# a browser sends bodies of these types from any page without a preflight
 _SIMPLE_TYPES = ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data")
 
 
@@ -23,11 +23,11 @@ def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
     """
     origin, site = headers.get("origin"), headers.get("sec-fetch-site")
     if origin is None and site is None:
-        return None  # no present browser
+        return None  # the client is not a present browser
     if origin is not None:
         if origin in shared_with:
             return None
-        # without the scheme: behind a proxy that ends TLS it differs
+        # compared without the scheme, which differs behind a proxy that ends TLS
         if origin.partition("://")[2].lower() != headers.get("host", "").lower() or "://" not in origin:
             return _cross(Fault("Origin", printable(origin), _own(headers), _ADVICE))
     if site not in (None, "same-origin", "none"):
@@ -47,7 +47,8 @@ def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
 
 
 _ADVICE = (
-    "ask from the service's own page or from a program, or let the operator name the origin in cors_origins"
+    "send the request from the service's own page or from a program, or let the operator add the origin to "
+    "cors_origins"
 )
 _TYPE_ADVICE = "name the format of the body"
 

@@ -24,7 +24,7 @@ class Proxies:
     Raises
     ------
     ValueError
-        If one is no network.
+        If one is not a network.
     """
 
     def __init__(self, networks: Iterable[str], user_header: str | None, scope: Scope) -> None:
@@ -34,7 +34,7 @@ class Proxies:
 
     @property
     def sign_in(self) -> bool:
-        """Whether any proxy is trusted."""
+        """Whether a proxy is trusted to name users."""
         return bool(self._networks and self._header)
 
     def believes(self, peer: str | None) -> bool:

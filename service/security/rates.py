@@ -1,4 +1,4 @@
-"""Rate limits: a minute's requests may come together, and the allowance then refills."""
+"""Rate limits: the requests of a minute may be sent together, and the allowance then refills."""
 
 import math
 import time
@@ -28,11 +28,12 @@ class Rates:
             return 0
         now, each = time.monotonic(), _MINUTE / self.per_minute
         until = max(now, self._spent_until.get(who, now)) + each
-        if until > now + _MINUTE + each / 2:  # half a request for rounding
+        if until > now + _MINUTE + each / 2:  # half a request is allowed for rounding
             return math.ceil(until - now - _MINUTE)
         self._spent_until[who] = until
         self._spent_until.move_to_end(who)
         if len(self._spent_until) > _KEPT:
-            # the one with the oldest request; a caller without one for a minute has its full allowance anyway
+            # drop the caller with the oldest request; without a request for a minute, a caller has its full allowance
+            # anyway
             self._spent_until.popitem(last=False)
         return 0

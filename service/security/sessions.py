@@ -1,4 +1,4 @@
-"""Sessions of the page: a cookie represents a key for some hours, so that no script ever has the key."""
+"""Sessions of the page: a cookie stands for a key for some hours, so that no script ever has the key."""
 
 import secrets
 import time
@@ -10,14 +10,14 @@ from damperlab.studies.store.catalogue.access_keys import AccessKey
 COOKIE = "damperlab_session"
 LASTS_SECONDS = 8 * 3600
 OF_ONE_KEY = 100
-"""Most sessions of one key; one more ends the oldest."""
+"""Most sessions of one key; a further one ends the oldest."""
 
 
 class Sessions:
     """The active sessions; they end at sign-out, with their key, after eight hours, and with the process."""
 
     def __init__(self) -> None:
-        # by the hash of the cookie's value: the id of the key, its hash, and the end
+        # for each hash of a cookie's value: the id of the key, the key's hash, and the end of the session
         self._open: OrderedDict[bytes, tuple[str, str, float]] = OrderedDict()
 
     def begin(self, key: AccessKey) -> tuple[str, int]:
@@ -37,7 +37,7 @@ class Sessions:
         return key_id if ends > time.time() else None
 
     def stands_for(self, value: str, key: AccessKey) -> bool:
-        """Whether an active session was begun here with this key."""
+        """Whether this service has an active session that began with this key."""
         return self._open.get(_hashed(value), ("", "", 0.0))[:2] == (key.id, key.hash)
 
     def end(self, value: str) -> None:

@@ -58,7 +58,7 @@ class _TooMany(Exception):
 
 
 def _too_many(kind: str, most: int) -> Problem:
-    told = f"You have {most} requests for {kind} open, which is the most that one caller may have."
+    told = f"You have {most} requests for {kind} open, the most that one caller may have."
     advice = f"close some, or try again in {RETRY_SECONDS} s"
     fault = Fault("requests", f"more than {most} open", f"at most {most} open for {kind}", advice, told)
     headers = {"Retry-After": str(RETRY_SECONDS)}

@@ -1,4 +1,4 @@
-"""Answers from a study's cube: for a large one in a separate process that can be ended; else in a thread."""
+"""Computes answers from a study's cube: for a large cube in a separate process that can be ended, else in a thread."""
 
 from collections.abc import Callable, Iterator
 from functools import lru_cache
@@ -19,7 +19,7 @@ from damperlab.studies.store.store import Store
 PIECE_BYTES = 1 << 20
 """Size of the pieces of a long answer, which is sent as its client reads it."""
 EXPORT_POINTS = 1_000_000
-"""Points of an export that add the processor time of one request."""
+"""Number of points for which an export may take the processor time of one more request."""
 
 Result = TypeVar("Result")
 
@@ -58,13 +58,13 @@ async def written(
     *more
         Further arguments.
     export : bool
-        Whether it waits like an export, with time in proportion to its points; its file may exceed the temporary
+        Whether it is an export, with time in proportion to its points, whose file may be too large for the temporary
         folder.
 
     Returns
     -------
     result, file
-        The function's result; the file has no name any more, and vanishes with its last handle.
+        The function's result, and the open file. The file has no name any more, and vanishes when it is closed.
     """
     folder = await run_sync(_folder, service.settings.data_dir if export else None)
     try:
@@ -78,7 +78,7 @@ async def written(
             found = await run_sync(function, service.store, study, place, *more)
         return found, await run_sync(_open, place)
     finally:
-        # the process may have been killed, which leaves all its files
+        # the process may have been killed and have left its files
         with CancelScope(shield=True):
             await run_sync(folder.cleanup)
 

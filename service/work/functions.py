@@ -1,4 +1,4 @@
-"""Functions computed for requests; they also write the answer's JSON, which the service only passes on."""
+"""Functions that compute for requests. They also write the JSON of the answer, which the service only passes on."""
 
 import numpy as np
 from typing_extensions import TypedDict
@@ -33,7 +33,7 @@ from damperlab.worker.scenes import Scene
 
 
 def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
-    """Compute a design point; the JSON of its answer, with forces and harmonics of its motion."""
+    """Compute a design point; give the JSON of its answer, with forces and harmonics of its motion."""
     found = compute(asked, cycles_limit)
     if found["history"]:
         found["forces"] = forces_on(found["history"], asked.design)
@@ -42,7 +42,7 @@ def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
 
 
 def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
-    """Compare dampers; the JSON of the answer."""
+    """Compare dampers; give the JSON of the answer."""
     return bytes(Document(answer_comparison(asked, samples)).body)
 
 
@@ -55,7 +55,7 @@ def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
 
 
 def fit_body(question: FitQuestion | HistoryQuestion) -> bytes:
-    """Estimate the parameters of a prototype; the JSON of the answer."""
+    """Estimate the parameters of a prototype; give the JSON of the answer."""
     if isinstance(question, HistoryQuestion):
         return bytes(Document(history_document(fit_history(question))).body)
     return bytes(Document(fit_document(fit_response(question))).body)

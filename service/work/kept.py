@@ -1,4 +1,6 @@
-"""Cache of answers, valid while their study is unchanged: in the sent form, compressed and with their tag."""
+"""Cache of answers in the form in which they are sent, compressed and with their tag. They are valid while their study
+is unchanged.
+"""
 
 import asyncio
 from collections import OrderedDict
@@ -21,13 +23,13 @@ STUDIES = "/api/v1/studies"
 KEPT = 512
 """Most cached answers."""
 KEPT_BYTES = 1 << 20
-"""Largest of them."""
+"""Most bytes of one cached answer."""
 READS = {question.route: question.studies for question in EVERY} | {"report": (), "differences": ("older",)}
-"""Questions answered from cubes, and for each the parameters that name further studies of the answer."""
+"""Questions that are answered from cubes, each with the parameters that name further studies."""
 OTHERS_KEPT = 32
 """Most further studies of a cached answer."""
 PASSING = ("definition", "phase", "phase_done", "phase_total", "seconds_left", "owner")
-"""Fields that no answer depends on: they change while a study runs, or never."""
+"""Fields of a record on which no answer depends."""
 
 Key = tuple[object, ...]
 Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
@@ -36,7 +38,7 @@ Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
 class Kept:
     """ASGI middleware: repeats an answer while none of its studies has changed; equal requests share it.
 
-    It leaves the study of a question in the scope.
+    It stores the study of a question in the scope.
 
     Parameters
     ----------
@@ -68,13 +70,13 @@ class Kept:
         except StudyNotFound:
             others = None
         except StoreFault as fault:
-            # whether a cube is large is unknown, so the question must not use the service's own threads
+            # it is unknown whether the cube is large, so the question must not use the service's own threads
             within = Request({**scope, "path_params": {"study_id": study_id}})
             problem_document = await run_sync(store_problem, within, fault)
             await problem_document(scope, receive, send)
             return
         if others is None or len(named) > OTHERS_KEPT:
-            await self.app(scope, receive, send)  # its answer explains the error
+            await self.app(scope, receive, send)  # the answer explains the error
             return
         headers = Headers(scope=scope)
         packed = "gzip" in headers.get("accept-encoding", "")
@@ -82,13 +84,16 @@ class Kept:
         answered = False
         while key not in self._kept and not answered and (under_way := self._under_way.get(key)) is not None:
             await asyncio.wait([under_way])
-            # if not, its client has left: one of the waiting requests computes it, and the others wait again
+            # if it was not answered, its client has left; one of the waiting requests computes the answer, and the
+            # others wait again
             answered = under_way.result()
         if key in self._kept:
             self._kept.move_to_end(key)
             await _send(self._kept[key], headers, scope, receive, send)
         elif key in self._under_way:
-            await self.app(scope, receive, send)  # another request computes it, and will not be cached either
+            await self.app(
+                scope, receive, send
+            )  # another request computes it too, since it will not be cached
         else:
             await self._compute(key, scope, receive, send)
 
@@ -103,7 +108,7 @@ class Kept:
                 start = message
                 return
             if start is None or message.get("more_body", False):
-                # too long for the cache: nobody waits until its reader has all of it
+                # too long for the cache, so other requests do not wait until its reader has received all of it
                 self._done(key, mine, answered=True)
                 if start is not None:
                     await send(start)

@@ -1,4 +1,4 @@
-"""Long answers are deferred if the client prefers that (RFC 7240, ``Prefer: respond-async``)."""
+"""Defers long answers if the client prefers this (RFC 7240, ``Prefer: respond-async``)."""
 
 import asyncio
 import logging
@@ -23,7 +23,8 @@ _log = logging.getLogger("damperlab.work")
 
 
 class Later:
-    """ASGI middleware: moves an answer that takes longer than its client waits to an address where it is fetched.
+    """ASGI middleware: if an answer takes longer than its client waits, it is put at an address where the client can
+    fetch it.
 
     If a client leaves before its answer is deferred, the computation ends, as without the preference.
 
@@ -57,7 +58,7 @@ class Later:
                 await promised(promise)(scope, receive, send)
                 return
             if not promise.task.done():
-                # it has left, or there are too many deferred answers for one more
+                # the client has left, or the limit of deferred answers is reached
                 await asyncio.wait((promise.task, leaving), return_when=asyncio.FIRST_COMPLETED)
             leaving.cancel()
             if promise.task.done():
@@ -126,9 +127,9 @@ async def _send(promise: Promise, send: Send) -> None:
 
 
 def wait_seconds(headers: Headers) -> float | None:
-    """Read how long a client waits before its answer is deferred; None if it does not want this.
+    """Read how long a client waits before its answer is deferred; None if it does not want deferral.
 
-    A malformed preference is ignored: it is never refused (RFC 7240, section 2).
+    A malformed preference is ignored, because preferences are never refused (RFC 7240, section 2).
     """
     wait, later = WAIT_SECONDS, False
     for token in ",".join(headers.getlist("prefer")).split(","):

@@ -1,4 +1,4 @@
-"""Work for one request in a separate process: ended at its limit, and when its client has left."""
+"""Work for one request in a separate process, which is ended at its limit or when its client has left."""
 
 import contextlib
 import ctypes
@@ -42,11 +42,12 @@ class Work:
     Parameters
     ----------
     at_once : int
-        Most processes of one caller; all others have one more.
+        Most processes of one caller; one more is reserved for all others.
     seconds : float
         Most processor time of one request [s].
     wait_seconds : float
-        Longest wait for it once it has its turn [s]: if other work has the processors, the request is not too large.
+        Longest wait for this time once the request has its turn [s]. If it is exceeded, other work has the processors,
+        and the request is not too large.
     memory_bytes : int
         Most memory of one process.
     """
@@ -72,16 +73,16 @@ class Work:
         request : Request
             The work continues while its client waits.
         function : callable
-            Importable by name; it, the arguments and the result are pickled.
+            Function that can be imported by name; the function, the arguments and the result are pickled.
         *arguments
             Its arguments.
         shares : int
-            Multiple of a request's processor time that it may take.
+            Multiple of the processor time of a request that it may take.
 
         Raises
         ------
         Problem
-            422 if it would take more time or memory than a request may have; 429 if the caller has too many waiting
+            422 if it would take more time or memory than a request may take; 429 if the caller has too many waiting
             requests; 503 if the machine is too busy.
         ClientDisconnect
             If the client leaves; the computation then ends.
@@ -112,7 +113,7 @@ class Work:
                 f"{WAITING} that wait",
                 "fewer",
                 f"try again in {RETRY_SECONDS} s",
-                f"{WAITING} of your requests are waiting to be computed, which is the most that may.",
+                f"{WAITING} of your requests already wait to be computed, the most allowed.",
             )
             headers = {"Retry-After": str(RETRY_SECONDS)}
             raise Problem(
@@ -121,7 +122,7 @@ class Work:
         except BrokenWorkerProcess:
             # the system ends a process at its processor time, and if the machine lacks memory
             _log.warning("work for %s was ended at its limit", request.scope.get("request_id"))
-            found = f"more than {seconds:g} s of a processor, or more memory than the machine has"
+            found = f"more than {seconds:g} s of processor time, or more memory than the machine has"
             raise self._too_much(found, seconds) from None
         except MemoryError:
             found = f"more than {counted(self._memory_bytes >> 20, 'MiB')} of memory"
@@ -131,13 +132,13 @@ class Work:
         fault = Fault(
             "request",
             found,
-            f"at most {seconds:g} s of a processor and {self._memory_bytes >> 20} MiB for one request",
+            f"at most {seconds:g} s of processor time and {self._memory_bytes >> 20} MiB for one request",
             "ask for less (fewer cycles or starts, a less stiff contact, a part of the grid), or compute it on the command "
             "line, which has no limit",
-            f"The request took {found}; one request may take {seconds:g} s of a processor and "
+            f"The request took {found}; one request may take {seconds:g} s of processor time and "
             f"{self._memory_bytes >> 20} MiB.",
         )
-        return Problem(422, "work-limit", "Computing this takes more than a request may take.", (fault,))
+        return Problem(422, "work-limit", "The computation exceeds the limits of a request.", (fault,))
 
     def _too_busy(self) -> Problem:
         waited = f"{self._wait_seconds:g} s"
@@ -146,7 +147,8 @@ class Work:
             f"no answer after {waited}",
             f"an answer within {waited}",
             f"try again in {RETRY_SECONDS} s, or when less is being computed",
-            f"The request has had less than {self._seconds:g} s of a processor in {waited}: the machine is busy, or its disk "
+            f"The request has had less than {self._seconds:g} s of processor time in {waited}: the machine "
+            "is busy, or its disk "
             "does not answer.",
         )
         headers = {"Retry-After": str(RETRY_SECONDS)}
@@ -158,7 +160,7 @@ class Work:
         Parameters
         ----------
         prepare : callable
-            Importable by name, from a module that imports them all.
+            Function that can be imported by name, from a module that imports all of them.
         """
         with contextlib.suppress(BrokenWorkerProcess, TimeoutError, OSError), fail_after(self._seconds):
             await to_process.run_sync(_begin, prepare, cancellable=True, limiter=self._limiter)
@@ -170,7 +172,7 @@ async def while_there(request: Request, work: Callable[[], Awaitable[Result]]) -
     Raises
     ------
     ClientDisconnect
-        If the client leaves before; the work is cancelled.
+        If the client leaves first; the work is then cancelled.
     """
     results: list[Result] = []
     errors: list[Exception] = []
@@ -200,7 +202,7 @@ def bounded(
     function: Callable[[*Arguments], Result],
     arguments: tuple[*Arguments],
 ) -> Result:
-    """Compute in this process, limited by the operating system: a kernel cannot be interrupted by an exception."""
+    """Compute in this process, limited by the operating system, because an exception cannot interrupt a kernel."""
     _stand_back()
     used = time.process_time()
     _, most = resource.getrlimit(resource.RLIMIT_CPU)
@@ -211,7 +213,7 @@ def bounded(
     try:
         return function(*arguments)
     finally:
-        # imports of the next one before its own limit are not counted
+        # the limit counts from here, without the imports before it
         _, most = resource.getrlimit(resource.RLIMIT_CPU)
         resource.setrlimit(resource.RLIMIT_CPU, (most, most))
 
@@ -220,12 +222,12 @@ _stood_back = False
 
 
 def _stand_back() -> None:
-    """Give the service precedence, and end with it."""
+    """Lower the priority below that of the service, and end with it."""
     global _stood_back
     if _stood_back:
         return
     _stood_back = True
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the service, which ends this process
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the service handles Ctrl-C, and ends this process
     stand_back()
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""Deferred answers: computed after their request has ended, and kept until they are fetched."""
+"""Deferred answers, which are computed after their request has ended and kept until they are fetched."""
 
 import asyncio
 import time
@@ -25,12 +25,14 @@ class PromiseDocument(TypedDict):
     """Address of a deferred answer."""
 
     state: Literal["computing"]
-    seconds: Annotated[float, Says(minimum=0, description="Since it was asked for.")]
+    seconds: Annotated[float, Says(minimum=0, description="Time since the request.")]
     answer: Annotated[str, Says(description="Path of the answer.")]
 
 
 PROMISED = gives(
-    PromiseDocument, "It is computed, and will be found where this says.", Location="Where it will be."
+    PromiseDocument,
+    "The answer is being computed, and can be fetched at this address.",
+    Location="Address of the answer.",
 )
 """The answer to a request that prefers to be deferred (RFC 7240)."""
 
@@ -68,7 +70,7 @@ class Promises:
         self._promises: dict[str, Promise] = {}
 
     def keep(self, promise: Promise) -> bool:
-        """Add a deferred answer; False if the limit of pending ones is reached."""
+        """Add a deferred answer; False if the limit of pending answers is reached."""
         self._forget_old()
         if len(self._promises) >= KEPT:
             return False
@@ -89,15 +91,16 @@ class Promises:
             fault = Fault(
                 "answer",
                 printable(promise_id),
-                f"an answer that was promised to you, for {KEPT_SECONDS / 60:g} minutes after it is there",
+                f"an answer deferred for you, up to {KEPT_SECONDS / 60:g} minutes after its completion",
                 "send the request again",
-                "There is no such answer for you: it was given up or fetched too late, or the service was restarted.",
+                "There is no such answer for you: it was cancelled or fetched too late, or the service was "
+                "restarted.",
             )
             raise Problem(404, "no-such-answer", "There is no such answer.", (fault,))
         return promise
 
     def give_up(self, promise: Promise) -> None:
-        """Stop computing, and forget."""
+        """Stop computing an answer, and delete it."""
         promise.given_up.set()
         self._promises.pop(promise.id, None)
 

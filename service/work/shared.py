@@ -1,4 +1,4 @@
-"""One look-up shared by many simultaneous callers."""
+"""One look-up that many simultaneous callers share."""
 
 import asyncio
 from collections.abc import Callable
@@ -16,14 +16,14 @@ Found = TypeVar("Found")
 class Shared(Generic[Found]):
     """Shares one look-up among all callers that arrive during the previous one.
 
-    No caller gets a result from before its call: callers that arrive during a look-up wait for the next one.
+    No caller gets a result from before its call, so callers that arrive during a look-up wait for the next one.
 
     Parameters
     ----------
     look : callable
         Called in a thread.
     at_once : int
-        Most threads for look-ups; they are separate from the shared ones.
+        Most threads for look-ups; they are separate from the threads of requests.
     """
 
     def __init__(self, look: Callable[[str], Found], at_once: int = AT_ONCE) -> None:

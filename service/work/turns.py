@@ -1,4 +1,6 @@
-"""Turns: the owner with the fewest running requests is next, so that no owner with many requests delays the others."""
+"""Turns at a resource. The owner with the fewest running requests is next, so that an owner with many requests does not
+delay others.
+"""
 
 from collections import Counter, deque
 from collections.abc import AsyncIterator
@@ -38,7 +40,7 @@ class Turns:
         Raises
         ------
         TooManyWaiting
-            If too many requests of this caller wait already.
+            If too many requests of this caller are already waiting.
         """
         await self._wait(who)
         try:
@@ -59,7 +61,7 @@ class Turns:
         try:
             await called.wait()
         except BaseException:
-            # a caller that leaves at this moment passes its turn on
+            # a caller that leaves at this moment passes its turn on to the next one
             if called.is_set():
                 self._hand_on(who)
             else:
@@ -83,13 +85,13 @@ class Turns:
 
     def _call(self) -> None:
         while ready := [who for who in self._waiting if self._may_begin(who)]:
-            # among equal ones the one that has waited longest: dictionaries keep the order of insertion
+            # of equal callers, the one that has waited longest, since dictionaries keep the order of insertion
             who = min(ready, key=lambda each: self._under_way[each])
             self._waiting[who].popleft().set()
             self._begin(who)
             line = self._waiting.pop(who)
             if line:
-                self._waiting[who] = line  # behind the others
+                self._waiting[who] = line  # moved behind the others
 
     def _forget(self, who: str) -> None:
         if not self._waiting.get(who):

@@ -1,4 +1,4 @@
-"""Two studies side by side: cubes of one set of dimensions, and answers about both."""
+"""Two studies side by side: bring their cubes to the same dimensions, and join answers about both."""
 
 from collections.abc import Iterable
 
@@ -8,10 +8,10 @@ from damperlab.studies.variables import BEFORE, DIMENSION_LONG_NAMES
 
 
 def alike(cubes: Iterable[xr.Dataset]) -> list[xr.Dataset]:
-    """Give harmonic cubes the optional leading dimensions that any of them has; leave cubes of other kinds
+    """Give every harmonic cube the optional leading dimensions that any of them has; leave cubes of other kinds
     unchanged.
 
-    A study without friction of the particle, or without gravity, has the value 0.
+    The value along an added dimension is 0: no friction of the particle, or no gravity.
     """
     every = list(cubes)
     names = [name for name in BEFORE if any(name in cube.sizes for cube in every)]
@@ -19,7 +19,9 @@ def alike(cubes: Iterable[xr.Dataset]) -> list[xr.Dataset]:
 
 
 def beside(first: xr.Dataset, second: xr.Dataset, metric: str, *names: str) -> xr.Dataset:
-    """Add the metric of a second study to an answer, under further names; points of both are counted."""
+    """Add the metric of a second study to an answer, under further names; its counts of points then include both
+    studies.
+    """
     answer = first.copy()
     for name, source in {"other": metric, **{f"other_{each}": each for each in names}}.items():
         if source in second:

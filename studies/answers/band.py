@@ -1,4 +1,4 @@
-"""Judging over a band: why one frequency is not enough, in words for every answer."""
+"""Judging over a band of frequencies, and the sentences that explain why one frequency is not enough."""
 
 from collections.abc import Container
 
@@ -12,7 +12,8 @@ from damperlab.studies.vocabulary import Objective
 FREQUENCY = "frequency_ratio"
 
 WHY = (
-    "A particle that rides on the wall moves the resonance, so judge a design over a band before building it."
+    "A particle that stays on the wall shifts the resonance, so judge a design over a band before building "
+    "it."
 )
 
 
@@ -22,7 +23,7 @@ def has_band(cube: xr.Dataset) -> bool:
 
 
 def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> Objective:
-    """Name the default objective: the peak, if there is a band or the question has one.
+    """Name the default objective: the peak, if the study or the question has a band.
 
     A design that is superb at r = 1 can be terrible a few per cent away.
     """
@@ -30,7 +31,8 @@ def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> Obj
 
 
 def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
-    """Whether an unspecified uncontrolled dimension is reduced to the worst: it is if it has more than one value.
+    """Whether the uncontrolled dimension is reduced to its worst value: if the question does not use it and it has
+    several values.
 
     Parameters
     ----------
@@ -44,7 +46,9 @@ def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
 
 
 def say_frequency(cube: xr.Dataset, r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
-    """Say that an answer applies to one frequency, and how to change that; `codes` have no worst over a band."""
+    """Say that an answer applies to one frequency, and how to change that. If it shows `codes`, there is no worst over
+    the band.
+    """
     at = phrases.equal(FREQUENCY, r, ".10g")
     if has_band(cube) and codes:
         name = "frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
@@ -54,7 +58,7 @@ def say_frequency(cube: xr.Dataset, r: float, codes: bool = False, phrases: Phra
         )
     if has_band(cube):
         return f"Judged at {at} alone; leave the frequency out for the worst over the band."
-    return f"Only one frequency was computed, {at}: the judgement holds at that frequency only. {WHY}"
+    return f"Only one frequency was computed, {at}: the judgement applies to that frequency alone. {WHY}"
 
 
 def say_worst(cube: xr.Dataset, phrases: Phrases = RATIOS) -> str:

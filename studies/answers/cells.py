@@ -22,14 +22,14 @@ Key = tuple[float, ...]
 NOISE = 2.0
 """Standard errors of a difference below which it counts as zero."""
 LUCK = 4.0
-"""The same for differences from the best, which is the luckiest of many."""
+"""The same for differences from the best value, which is low partly by chance because it is the least of many."""
 STEEPEST = 2.0
 """Largest ratio of a cell to its neighbour for which a slope is extrapolated."""
 
 
 @dataclass(frozen=True)
 class Cells:
-    """The smallest cells there are, n of them over d parameters.
+    """The smallest cells of a study and its follow-ups: n cells over d parameters.
 
     Parameters
     ----------
@@ -61,9 +61,9 @@ class Cells:
     ) -> "Cells":
         """Find the cells within `ranges`; leave out a cell that a later study divides.
 
-        A range may end within a cell: the cell is cut off there, and its corner outside is still used for bounds. If
-        a study has another tolerance than the first one, some of its designs are more exact: it gives values, not
-        cells.
+        A range may end within a cell: the cell is cut off there, and its corner outside is still used for bounds. A
+        study whose tolerance differs from that of the first one adds values, because some of its designs are more
+        exact, but no cells.
         """
         grids = [_Grid.of(cube, question, ranges, varied) for cube in cubes.values()]
         best: dict[Key, tuple[float, float]] = {}
@@ -94,7 +94,7 @@ class Cells:
         )
 
     def take(self, chosen: NDArray[np.bool_]) -> "Cells":
-        """Give some of them."""
+        """Select some of the cells."""
         return Cells(self.low[chosen], self.high[chosen], self.promise[chosen], self.spread[chosen])
 
     def outside(self, low: list[float], high: list[float]) -> "Cells":
@@ -103,7 +103,7 @@ class Cells:
         return self.take(np.asarray(~within.all(axis=1)))
 
     def touch(self, point: list[float]) -> NDArray[np.bool_]:
-        """Say which cells have a point in them or on their border, (n,)."""
+        """Say which cells contain one of the points, inside or on the border, (n,)."""
         at = np.asarray(point)
         reached = ((self.low <= at) | same(self.low, at)) & ((self.high >= at) | same(self.high, at))
         return np.asarray(reached.all(axis=1))
@@ -119,7 +119,7 @@ class Cells:
 class _Grid:
     axes: tuple[Floats, ...]
     edges: tuple[Floats, ...]
-    """Ends of its cells: the axes, except that the cell of a value beyond a range ends with the range."""
+    """Edges of the cells along each axis. A cell that a range cuts ends with the range."""
     value: Floats
     error: Floats
 
@@ -131,7 +131,7 @@ class _Grid:
         ranges: Mapping[str, tuple[float, float]],
         varied: list[str],
     ) -> "_Grid":
-        """Judge every design of a cube in the ranges and next to their ends; NaN if one does not qualify."""
+        """Judge every design of a cube in the ranges and next to their ends; a design that does not qualify has NaN."""
         index, axes, edges = {}, [], []
         for name in question.design:
             values = cube[name].values
@@ -154,7 +154,7 @@ class _Grid:
         return cls(tuple(axes), tuple(edges), value, error)
 
     def points(self) -> list[tuple[Key, float, float]]:
-        """Give every design that has a value: its coordinates, the value, the error."""
+        """Give the coordinates, the value and the error of every design that has a value."""
         known = np.argwhere(np.isfinite(self.value))
         return [
             (
@@ -205,7 +205,7 @@ class _Grid:
         )
 
     def _drops(self, d: int) -> tuple[Floats, Floats]:
-        """How far a value may fall within the cell above and within the cell below, up to half a cell."""
+        """By how much a value may fall within the cell above and within the cell below, up to half a cell."""
         axis = self.axes[d]
         value, error = np.moveaxis(self.value, d, 0), np.moveaxis(self.error, d, 0)
         up, down = np.zeros_like(value), np.zeros_like(value)
@@ -218,7 +218,7 @@ class _Grid:
             back = np.minimum(steps[:-1] / steps[1:], STEEPEST).reshape(shape)
             up[1:-1] = 0.5 * on * np.maximum(-fall[:-1] - noise[:-1], 0.0)
             down[1:-1] = 0.5 * back * np.maximum(fall[1:] - noise[1:], 0.0)
-            # at the end of a grid nothing is known outside: the slope inside is used
+            # at the end of a grid only the slope inside is known
             up[0] = 0.25 * np.maximum(np.abs(fall[0]) - noise[0], 0.0)
             down[-1] = 0.25 * np.maximum(np.abs(fall[-1]) - noise[-1], 0.0)
         return tuple(np.moveaxis(np.nan_to_num(array), 0, d) for array in (up, down))  # type: ignore[return-value]
@@ -244,14 +244,14 @@ def _cut(axis: Floats, low: float, high: float) -> Floats:
 
 
 def _positions(kept: NDArray[np.intp], wanted: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Positions of grid indices among the selected ones."""
+    """Positions of grid indices among the selected indices."""
     place = np.zeros(int(kept.max()) + 1, np.intp)
     place[kept] = np.arange(kept.size)
     return place[wanted]
 
 
 def joined(cells: Cells, chosen: NDArray[np.intp]) -> list[list[Floats]]:
-    """Join chosen cells that are adjacent into boxes: along each parameter the edges, ascending."""
+    """Join adjacent chosen cells into boxes, each given by its ascending edges along every parameter."""
     boxes = [
         [np.unique([low, high]) for low, high in zip(cells.low[each], cells.high[each], strict=True)]
         for each in chosen

@@ -30,7 +30,7 @@ OWN_ERRORS = {
 }
 """The variable that holds the error of a quantity."""
 ROUNDING = 1e-6
-"""Relative difference below which two values count as one response. Errors play no part."""
+"""Relative difference below which two values count as one response, whatever their errors."""
 
 
 def compared_response(
@@ -76,7 +76,7 @@ def compared_response(
         ours, theirs = first[name].values, second[name].values
         # the comparison is with and without friction of the particle
         if name not in BEFORE and not np.array_equal(ours, theirs):
-            found = f"a study with other values of {name} than the first"
+            found = f"a study whose values of {name} differ from those of the first"
             advice = f"name one with the same {name}, or subtract their maps with `minus`"
             told = f"The two studies have different values of {name}, so their responses cannot be compared."
             raise refused("with", found, f"a study with the same {name}", advice, told)
@@ -121,10 +121,10 @@ def compared_response(
                 f"{phrases.number(metric, a[place])} against {phrases.value(metric, b[place])}."
             )
         if unknown.any():
-            words += f" At {counted(int(unknown.sum()), 'frequency ratio')} the errors are not known, so nothing is said there."
+            words += f" At {counted(int(unknown.sum()), 'frequency ratio')} an error is unknown, so nothing is compared there."
         if not both.all():
             lacking = counted(int((~both).sum()), "frequency ratio")
-            words += f" At {lacking} one of the two has no value, so nothing is said there."
+            words += f" At {lacking} one of the two has no value, so there is no comparison there."
         return words
 
     def words(phrases: Phrases) -> dict[str, Any]:

@@ -1,9 +1,9 @@
 """The best designs by a value with an error, those that may be the best, and the probability that another one is.
 
-The mean of an irregular response sometimes lies farther from the truth than a normal error of the stated size would.
-So it is taken as distributed by Student's t with `DEGREES` degrees of freedom. Of 427 such means over random designs
-2.3 % were more than `WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6. For these Student's t
-has 5 % and 1 %.
+The mean of an irregular response sometimes lies farther from the truth than a normal error of the stated size would. So
+it is taken as distributed by Student's t with `DEGREES` degrees of freedom. Compared with runs of 200,000 cycles, 2.3 %
+of 427 such means over random designs were off by more than `WIDTH` stated errors, and 1.4 % by more than 4.6. Student's
+t has 5 % and 1 % beyond these limits.
 """
 
 import math
@@ -25,9 +25,9 @@ NODES = 512
 ALIKE = 1e-9
 """Relative difference of two exact values that counts as rounding: the same response, computed in two ways."""
 COMPARED = 2000
-"""Most designs in one probability; those with the highest limits are left out first."""
+"""Most designs included in one probability; those with the highest limits are left out first."""
 CLEARLY = 0.02
-"""Another kind of damper is recommended only if it is better by this share."""
+"""Another kind of damper is recommended only if it is better by more than this share."""
 
 
 def clearly_less(value: float, other: float) -> bool:
@@ -41,7 +41,7 @@ def joined(known: Found, more: Found) -> Found:
 
 
 def least(known: Found, more: Found, number: int) -> Found:
-    """Give the best of two sets of designs, the best first; among equal values the earlier one is kept."""
+    """Give the best designs of two sets, the best first; of equal values the earlier one is kept."""
     both = joined(known, more)
     order = np.argsort(both["value"], kind="stable")[:number]
     return {name: array[order] for name, array in both.items()}
@@ -56,7 +56,9 @@ def limits(amplitude: Floats, error: Floats) -> tuple[Floats, Floats]:
 
 
 def contend(low: Floats, high: Floats) -> NDArray[np.bool_]:
-    """Say which designs may be the best: those that no other beats beyond its limits; an unknown limit is none."""
+    """Say which designs may be the best: those whose lower limit is not above any upper limit. An unknown limit
+    excludes nothing.
+    """
     return np.asarray(low <= np.nanmin(high, initial=np.inf))
 
 
@@ -91,6 +93,6 @@ def chance_of_another(value: Floats, error: Floats, best: int) -> float:
     distance = at[:, None] - value[others]
     doubt = error[others]
     with np.errstate(divide="ignore", invalid="ignore"):
-        # a value without error is better or it is not; a tie is not
+        # a value without error is either better or not; a tie is not better
         scaled = np.where(doubt > 0, distance / doubt, np.where(distance > 0, np.inf, -np.inf))
     return float(1 - np.prod(1 - stdtr(DEGREES, scaled), axis=1).mean())

@@ -22,7 +22,7 @@ DESIGN: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != FREQUENCY
 
 
 def design_of(names: Container[object]) -> tuple[str, ...]:
-    """Give the dimensions of a design, from the names of a cube's contents."""
+    """Give the dimensions of a design, from the names of a cube's dimensions."""
     return tuple(name for name in dimensions_of(names) if name != FREQUENCY)
 
 
@@ -33,8 +33,8 @@ METRIC = "amplitude_ratio"
 class DesignQuestion:
     """The question, checked.
 
-    `axes` holds the grid indices that count, with ascending frequencies; `limits` the results that must lie within a
-    range at every such frequency.
+    `axes` holds the grid indices that the question covers, with ascending frequencies. `limits` holds the results that
+    must lie within a range at each of these frequencies.
     """
 
     objective: Objective
@@ -131,7 +131,9 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
     if not units.keys() & judging.ranges.keys():
         return judging
     band, ranges = judging.band, dict(judging.ranges)
-    for name in [name for name in judging.ranges if name in units]:  # in their order, which the words follow
+    for name in [
+        name for name in judging.ranges if name in units
+    ]:  # in their order, in which sentences name them
         each = units[name]
         if each.source in cube.sizes:
             values = each.of(cube[each.source].values)
@@ -185,7 +187,7 @@ def axes_within(cube: xr.Dataset, ranges: Mapping[str, tuple[float, float]]) -> 
 
 
 def _check_limits(field: str, limits: tuple[float, float]) -> str:
-    """Refuse a value that is no range; return a range in words."""
+    """Refuse a value that is not a range; return a range in words."""
     low, high = limits
     shown = f"{low:.10g} to {high:.10g}"
     if math.isnan(low) or math.isnan(high) or low > high:

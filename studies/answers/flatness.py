@@ -1,4 +1,4 @@
-"""How flat an optimum is along one parameter, and at which ends of axes it lies."""
+"""How flat an optimum is along each parameter, and whether it lies at the end of an axis."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -32,13 +32,13 @@ def flatness(
     Returns
     -------
     list of dict
-        One entry for each dimension with more than one value. It has `dimension` and `value`. `low` and `high` are
-        the last grid points on either side with at most `LOSS` more and nothing worse or unknown in between. `below`
-        and `above` are the next grid points beyond them, or None at the end of the axis. The border lies between
-        `low` and `below`, and between `high` and `above`; there is no interpolation. `resolved`: whether the next
-        design on either side is known to be as good. If one is `worse`, the response changes by more than `LOSS`
-        from one grid point to the next, and a much better design may lie between them. One that is `unknown` has no
-        value: it was not computed, failed, or is left out.
+        One entry for each dimension with more than one value. It has `dimension` and `value`. `low` and `high` are the
+        last grid points on either side with at most `LOSS` more and nothing worse or unknown in between. `below` and
+        `above` are the next grid points beyond them, or None at the end of the axis. The border lies between `low` and
+        `below`, and between `high` and `above`; there is no interpolation. `resolved`: whether the next design on
+        either side is known to be as good. If one is `worse`, the response changes by more than `LOSS` from one grid
+        point to the next, and a much better design may lie between them. If one is `unknown`, it has no value: it was
+        not computed, failed, or is left out.
     """
     found = []
     for name in question.design:
@@ -78,7 +78,7 @@ def flatness(
 
 
 def say_flatness(found: list[dict[str, Any]], phrases: Phrases = RATIOS) -> str:
-    """Put it into words."""
+    """Describe in words how flat an optimum is."""
     if not found:
         return ""
     spans = "; ".join(_span(entry, phrases) for entry in found)
@@ -86,7 +86,7 @@ def say_flatness(found: list[dict[str, Any]], phrases: Phrases = RATIOS) -> str:
 
 
 def _span(entry: dict[str, Any], phrases: Phrases) -> str:
-    """Say over which values of one parameter a design stays as good."""
+    """Name the values of one parameter over which a design stays as good."""
     name = entry["dimension"]
     low, high = phrases.value(name, entry["low"]), phrases.value(name, entry["high"])
     first = " (end of the axis)" if entry["below"] is None else ""
@@ -97,14 +97,16 @@ def _span(entry: dict[str, Any], phrases: Phrases) -> str:
 
 
 def end_of(axis: np.ndarray, value: float, name: str) -> str:
-    """Name the end of an axis at which a value lies; empty if it lies at none, or if nothing can lie beyond it."""
+    """Name the end of an axis at which a value lies; empty if it lies at neither end, or if no values beyond that end
+    are possible.
+    """
     if value == axis.max() and not (name == "restitution" and value == 1):
         return "upper"
     return "lower" if value == axis.min() and value > 0 else ""
 
 
 def say_beyond(ends: Mapping[str, list[Any]], phrases: Phrases) -> str:
-    """Say what to compute beyond the ends of axes at which the best lies; empty if it lies at none."""
+    """Say what to compute beyond the ends of axes at which the best design lies; empty if it lies at no end."""
     beyond = (
         f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, value, '.3g')}"
         for name, (end, value) in ends.items()
@@ -124,7 +126,7 @@ def ends_of_damper(
     metric : str
         The criterion of the ranking.
     counting : mapping of int arrays
-        Grid indices of the cases that counted, by dimension; all along a dimension that is not named.
+        Grid indices of the cases that were judged, by dimension; all indices if a dimension is not named.
     best : mapping of int
         Grid index of the best damper along each of its dimensions.
 

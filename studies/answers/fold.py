@@ -10,10 +10,10 @@ from damperlab.studies.variables import ResponseClass, Status
 class Extremum:
     """The largest value (sign 1) or the smallest (sign −1) along the first axis, with its companions.
 
-    A point that failed may be larger than any other: its response may be unbounded. So the largest is unknown if one
-    point failed, and the companions are those of that point. The smallest is taken over the points that have a
-    value. Among points with the same value, for example those without an impact, one where the mass moves represents
-    them. They count as locked only if all of them are.
+    A point that failed may be larger than any other: its response may be unbounded. So the largest value is unknown if
+    a point failed, and the companions are then those of the failed point. The smallest is taken over the points that
+    have a value. Among points with the same value, for example those without an impact, one where the mass moves
+    represents them. They count as locked only if all of them are locked.
     """
 
     def __init__(self, sign: float) -> None:
@@ -53,7 +53,7 @@ class Extremum:
 
 
 def _moves(beside: Mapping[str, np.ndarray], ranked: np.ndarray) -> np.ndarray | None:
-    """Say at which points with a value the mass is known to move; None if the study stores no class."""
+    """Mark the points with a value at which the mass is known to move; None if the study stores no class."""
     if "response_class" not in beside:
         return None
     held = (ResponseClass.UNKNOWN, ResponseClass.LOCKED)
@@ -62,7 +62,7 @@ def _moves(beside: Mapping[str, np.ndarray], ranked: np.ndarray) -> np.ndarray |
 
 
 class Mean:
-    """The mean along the first axis of the existing values, with the mean error and the worst status."""
+    """The mean along the first axis over the points that have a value, with the mean error and the worst status."""
 
     def __init__(self) -> None:
         self._sums: dict[str, np.ndarray] = {}

@@ -1,4 +1,6 @@
-"""Follow-up studies: the same structure and settings on a few further designs, merged with the study afterwards."""
+"""Follow-up studies: they compute a few further designs with the same structure and settings, and are then merged with
+the study.
+"""
 
 import math
 from collections.abc import Mapping
@@ -34,15 +36,15 @@ class Refinement:
     found : dict
         The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
     steps : dict of float
-        By parameter, the distance to the farther of its two neighbours.
+        By parameter, the distance from the optimum to the farther of its two neighbours.
     points : int
-        Of the follow-ups, 0 without one.
+        Number of points of the follow-ups; 0 without a follow-up.
     fine_points : int
         Size of a grid that would give the same answer; 0 if no such grid is known.
     spent : dict
         Cost so far: `points`, `cycles` and `seconds` of run time if the studies store them.
     notes : tuple of Note
-        The notes as data; `say` has the sentences.
+        The notes as data; `say` puts them into sentences.
     brief : Brief or None
         The short answer, in the units of the study; None if the search has none.
     """
@@ -65,7 +67,7 @@ class Refinement:
 def follow_up(study: Study, axes: Mapping[str, Any], kind: str) -> Study:
     """Make the study on other axes."""
     document = study.document()
-    # the ratios are given explicitly: only entries of the physical block that give units remain
+    # the ratios are given explicitly, so only entries of the physical block that convert units remain
     physical = document.pop("physical", None) or {}
     structure = {name: physical[name] for name in STRUCTURE if isinstance(physical.get(name), int | float)}
     if structure:
@@ -148,7 +150,7 @@ def spent_on(cubes: Mapping[str, xr.Dataset]) -> dict[str, float]:
 
 
 def _computed(cubes: Mapping[str, xr.Dataset]) -> list[np.ndarray]:
-    """For every cube the points that have a result and that no earlier cube contains."""
+    """Give for every cube the points that have a result and are in no earlier cube."""
     found: list[np.ndarray] = []
     earlier: list[tuple[Any, xr.Dataset]] = []
     for cube in cubes.values():

@@ -43,8 +43,8 @@ WIDEST = 4.0
 """Largest dispersion considered; buildings and dampers have 0.1 to 1."""
 NARROWEST = 1e-3
 SETTLED, MANY = 3.0, 10
-"""A median is settled if its interval is no wider than this factor; beyond this many records, more of them help
-little.
+"""A median is settled if the ratio of its interval's ends is at most the first number. Beyond the second number of
+records, more records help little.
 """
 FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
 """A failed run at a scale above all known or pending ones of its record counts as exceeding the limit, as in
@@ -73,9 +73,9 @@ class Fitted(NamedTuple):
 def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     """Fit the probability that a result exceeds a limit, over the scale of the records.
 
-    Each record gives one observation, since its runs are not independent. It is the scale at which its result
-    reaches the limit, interpolated between the two scales around it, as in incremental dynamic analysis [2]_. It is
-    an interval if a run is missing, if the limit is never exceeded, and for all records if a failed run counts as
+    Each record gives one observation, since its runs are not independent. It is the scale at which its result reaches
+    the limit, interpolated between the two scales around it, as in incremental dynamic analysis [2]_. The observation
+    is an interval if a run is missing or the limit is never exceeded; for all records, if a failed run counts as
     exceeding. A lognormal distribution is fitted to these observations by maximum likelihood [1]_.
 
     Parameters
@@ -119,7 +119,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     may_be_known = known | (status == Status.NOT_COMPUTED)
     may_be_known_above = np.maximum.accumulate(may_be_known[:, ::-1], axis=1)[:, ::-1]
     beyond = np.isin(status, FAILED_RUNS) & ~may_be_known_above
-    # a record under which every run fails is a failure of the solver, and gives no information on the limit
+    # if every run under a record fails, the solver failed; the record then gives no information on the limit
     beyond &= known.any(axis=1, keepdims=True)
     exceeds, keeps = (known & (values > asked.threshold)) | beyond, known & ~(values > asked.threshold)
     some = (exceeds | keeps).any(axis=1)
@@ -128,7 +128,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     low, high = bounds(exceeds[some], scales, keeps[some])
     observed = (low, high)
     if not beyond.any():
-        # Runs fail where results are large: interpolating between the others alone would shift the median.
+        # Runs fail where results are large, so interpolating between the other runs alone would shift the median.
         observed = reached(values[some], asked.threshold, scales, low, high)
     fitted = fit_lognormal(*observed)
     attributes: dict[str, Any] = {
@@ -186,13 +186,13 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
 def bounds(
     exceeds: NDArray[np.bool_], scales: Floats, keeps: NDArray[np.bool_] | None = None
 ) -> tuple[Floats, Floats]:
-    """Give for each record the two scales between which it first exceeds.
+    """Give for each record the two scales between which the limit is first exceeded.
 
     Parameters
     ----------
     exceeds, keeps : ndarray of bool, (n, m)
-        Two arrays: whether a record is known to exceed the limit at a scale, and whether it is known not to; by
-        default all are known.
+        Whether a record is known to exceed the limit at a scale, and whether it is known not to exceed it; by default
+        all are known.
     scales : ndarray, (m,)
         Ascending.
 
@@ -282,7 +282,7 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
         return None
 
     def too_unlikely(at: float, axis: int) -> float:
-        """Say by how much the likelihood profile lies outside the interval of 95 %."""
+        """Give by how much a profile of the likelihood lies below its value at the ends of the 95 % interval."""
 
         def held(other: float) -> float:
             return unlikely((at, other) if axis == 0 else (other, at))
@@ -309,7 +309,7 @@ def _log_likelihood(median: float, width: float, low: Floats, high: Floats) -> f
         a, b = (np.log(low) - median) / width, (np.log(high) - median) / width
     density = -0.5 * a[known] ** 2 - math.log(width)
     a, b = a[~known], b[~known]
-    # in the nearer tail, which preserves accuracy
+    # computed in the nearer tail, which preserves accuracy
     flip = a > 0
     a, b = np.where(flip, -b, a), np.where(flip, -a, b)
     return float(density.sum() + (log_ndtr(b) + np.log1p(-np.exp(log_ndtr(a) - log_ndtr(b)))).sum())
@@ -325,7 +325,8 @@ def _details(found: Mapping[str, Any], failed: int) -> Iterator[str]:
     """Say how a curve was fitted, and how many failed runs it counts."""
     if "median_scale" in found:
         yield (
-            f"The dispersion of ln scale is {found['dispersion']:.3g} (lognormal, by maximum likelihood of one scale a record)."
+            f"The dispersion of ln scale is {found['dispersion']:.3g} (lognormal, fitted by maximum "
+            "likelihood to one scale per record)."
         )
     if failed:
         count = "count as exceeding" if failed > 1 else "counts as exceeding"
@@ -389,7 +390,7 @@ def _brief(
     elif scales.size == 1:
         enough = enough_records(found["quantile_share"])
         if found["records"] < enough:
-            following = f"{enough} records or seeds, which bound the quantile; several scales, for a curve."
+            following = f"{enough} records or seeds, to bound the quantile, and several scales, for a curve."
     elif not settled:
         wider = f", scales up to {2 * scales.max():g}" if found["never"] else ""
         following = (
@@ -399,7 +400,7 @@ def _brief(
 
 
 def _interval(low: float, high: float) -> str:
-    """Say between which scales the median lies; too few records may settle nothing."""
+    """State the interval of the median; too few records may determine nothing."""
     if low > 0 and high < np.inf:
         return f"95 % from {low:.3g} to {high:.3g}"
-    return "its 95 % interval has no end"
+    return "its 95 % interval is unbounded"

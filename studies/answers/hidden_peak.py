@@ -18,7 +18,7 @@ from damperlab.studies.variables import ResponseClass
 
 FREQUENCY = "frequency_ratio"
 HIGHER = 1.1
-"""A peak up to this many times the largest value is no surprise."""
+"""A hidden peak is reported only if it may exceed the largest value by this factor."""
 PER_BANDWIDTH = 4
 """Steps within the bandwidth that resolve a resonance: they miss at most 3 % of its height."""
 MOST_FREQUENCIES = 1001
@@ -30,10 +30,10 @@ PEAK_BETWEEN = "Between the frequencies computed a peak may be more than a tenth
 def may_hide(r: NDArray[np.float64], values: NDArray[np.float64], peak: float, mass_ratio: float) -> bool:
     """Whether a resonance of the structure may reach `peak` between two of the frequencies.
 
-    Near a resonance at r₀ with height P, X = 1/√((1 + β)² (r² − r₀²)² + 1/P²) if the particle's mass β moves with
-    the structure; without it the factor is 1. A resonance in the middle of an interval is the hardest to see: at
-    both ends X is its value at half the width in r². So if both ends are lower, no resonance of that height lies
-    between them. Narrower features, for example a separate response next to a jump, are not excluded.
+    Near a resonance at r₀ with height P, X = 1/√((1 + β)² (r² − r₀²)² + 1/P²) if the particle's mass β moves with the
+    structure; without it the factor is 1. A resonance in the middle of an interval is the hardest to detect: X at both
+    ends is then its value at half the interval's width in r². So if both ends are lower, no resonance of that height
+    lies between them. Narrower features, for example a separate response next to a jump, are not excluded.
 
     Parameters
     ----------
@@ -61,9 +61,9 @@ def hidden(
     frequencies from 1/√(1 + β), with the particle's mass riding on the structure, to 1. There a peak may hide in two
     cases:
 
-    * a resonance that both ends see, as in `may_hide`; without a damper it is 1/(2ζ) high, which is the limit;
-    * the particle strikes at one end only: the response jumps between them, and the resonance that one end sees may
-      extend as far as the other. By the same law without its height, it reaches at most 1/(1/X − (1 + β) Δr²).
+    * a resonance that raises both ends, as in `may_hide`; its height is at most 1/(2ζ), that without a damper;
+    * the particle strikes at one end only: the response jumps between the two, and the resonance that raises one end
+    * may extend as far as the other. By the same law without its height, it reaches at most 1/(1/X − (1 + β) Δr²).
 
     Nothing hides between two frequencies at which friction holds the mass: the required force increases with the
     frequency.
@@ -75,7 +75,7 @@ def hidden(
     values, kinds : ndarray, (designs, n)
         Amplitude ratio and class of response at those frequencies. Where one is unknown, the result is negative.
     damping_ratio, mass_ratio : ndarray, (designs,)
-        ζ and β.
+        ζ and β of each design.
 
     Returns
     -------
@@ -130,8 +130,7 @@ def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any
 
 
 def hidden_on(cube: xr.Dataset, metric: str, plane: tuple[str, str], index: Mapping[str, int]) -> list[Note]:
-    """Apply `hidden` to every place of a map of the largest values over the frequency, and note where peaks may
-    hide.
+    """Apply `hidden` to every point of a map of the largest values over the frequency, and note where peaks may hide.
 
     Parameters
     ----------
@@ -178,14 +177,13 @@ def hidden_note(
     damping_ratio: NDArray[np.float64],
     whose: Mapping[str, Any] = MappingProxyType({}),
 ) -> list[Note]:
-    """Note that a largest value over a band may miss the peak, and which frequencies show it; empty if none hides.
+    """Note that the largest value over a band may miss the peak, and name the frequencies that would show it; empty if
+    no peak hides.
 
     Parameters
     ----------
     r, where : ndarray, (n,) and (designs, n − 1)
-        Of `hidden`.
-    damping_ratio : ndarray, (designs,)
-        ζ of each.
+        Of `hidden`. damping_ratio : ndarray, (designs,) ζ of each.
     whose : mapping
         The value that may be higher, in the words of `notes.sentence_of`.
     """

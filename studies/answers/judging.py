@@ -1,4 +1,4 @@
-"""Judging designs slab by slab: each by its response at the frequencies that count."""
+"""Judging designs slab by slab: each by its response at the frequencies of the question."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -33,7 +33,7 @@ def may_strike(kinds: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def new_tally() -> dict[str, int]:
-    """Give counts of the designs and of those left out, all zero."""
+    """Make the counters of the designs and of those left out, all zero."""
     return dict.fromkeys(("designs", *REASONS), 0)
 
 
@@ -88,7 +88,7 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
         tally["locked"] += int((keep & locked[:, question.nearest]).sum())
         keep &= ~locked[:, question.nearest]
     if question.max_impact_speed is not None:
-        # no impact, no speed: a missing value does not exclude a design
+        # without an impact there is no speed: a missing value does not exclude a design
         too_fast = (load("impact_speed_max") > question.max_impact_speed).any(axis=1)
         tally["too_fast"] += int((keep & too_fast).sum())
         keep &= ~too_fast
@@ -178,7 +178,7 @@ def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np
 
 
 def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
-    """Say which results are required of designs, as ratios and, if the study is given in units, in them too."""
+    """Say which results are required of designs, as ratios and, if the study is given in units, also in units."""
 
     def spelled(name: str, *ends: float) -> str:
         over = f" {OVER[name]}" if name in OVER_MORE_THAN_Z else ""
@@ -201,13 +201,13 @@ def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str
     if question.frequencies.size == 1:
         why = "was computed" if computed == 1 else "counts here"
         at = phrases.equal(FREQUENCY, low, ".10g")
-        return f"Only one frequency {why}, {at}: the judgement holds at that frequency only. {WHY}"
+        return f"Only one frequency {why}, {at}: the judgement applies to that frequency alone. {WHY}"
     span = phrases.span(FREQUENCY, low, high, ".10g")
     return f"Judged at {question.frequencies.size} frequencies from {span}."
 
 
 def say_left_out(tally: Mapping[str, int], reasons: Mapping[str, str] = REASONS, noun: str = "design") -> str:
-    """Say how many were left out, and why; empty if none was."""
+    """Say how many designs were left out, and why; empty if none was."""
     why = [f"{tally[name]} {reason}" for name, reason in reasons.items() if tally.get(name)]
     return f"Left out of {counted(tally['designs'], noun)}: {', '.join(why)}." if why else ""
 

@@ -2,9 +2,9 @@
 
 Under base motion it is computed without integration. In flight ü = −v − 2ζv' − γ_F sign v' [Z ω_n²], with the
 displacement v from the base. It is largest while the structure moves outward: V √(1 + (2ζr)²) + γ_F for a harmonic v of
-amplitude V. A particle with friction accelerates by κ at the most; sliding, it takes βκ off, and carried, it divides by
-1 + β. This neglects the harmonics of v, and a particle that rides on a wall. `tests/worker/test_acceleration.py` compares
-it with measured accelerations of random responses.
+amplitude V. A particle with friction accelerates by at most κ. While it slides, it reduces the acceleration by βκ;
+while it is carried along, it divides it by 1 + β. This neglects the harmonics of v and a particle that stays on a wall.
+`tests/worker/test_acceleration.py` compares it with measured accelerations of random responses.
 """
 
 from collections.abc import Mapping, Sequence
@@ -83,7 +83,7 @@ def acceleration_g(cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]]
     cube : Dataset
         Of the study.
     place : mapping
-        The place of the damper, and the frequencies and base amplitudes that count, by dimension.
+        Grid indices of the damper and of the frequencies and base amplitudes that were judged, by dimension.
 
     Returns
     -------

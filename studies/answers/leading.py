@@ -43,8 +43,8 @@ def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | N
     -------
     Lead
         The dimensions of the damper that have more than one value and are neither named nor free. Empty if there is
-        none, and if no design is computed. Also for a study whose ratios vary with the frequency, since its dampers
-        are not ranked by them.
+        none, if no design is computed, or if the ratios of a damper vary with the frequency, since such dampers are not
+        ranked.
     """
     kind = kind_of(cube.sizes)
     dimensions = design_of(cube.sizes) if kind is HARMONIC else kind.designs
@@ -101,7 +101,7 @@ def leading_place(
 
 
 def at_its_place(cube: xr.Dataset, answer: xr.Dataset, selection: Selection) -> Selection:
-    """Name the place of a cube's answer explicitly: the best design of a second study may differ."""
+    """Name the point of a cube's answer explicitly, because the best design of a second study may differ."""
     place = {
         str(name): value.item()
         for name, value in answer.coords.items()

@@ -27,7 +27,7 @@ DIFFERENCE = "difference"
 _BESIDE = ("amplitude_error", "amplitude_error_m", "response_class", "status")
 """Companions of a value in either study."""
 _TOLD = frozenset(("name", "axes", "damping_ratio", "metrics", *COORDINATES, "restitution"))
-"""Parts of a definition that repeat the axes, or that change no result."""
+"""Parts of a definition that repeat the axes or do not change the results."""
 
 
 def map_difference(
@@ -45,7 +45,7 @@ def map_difference(
     ----------
     cube, other : Dataset
         The cubes of two studies of one kind with the same values along the axes of the map and along the reduced
-        dimensions. The difference is due to everything else that differs between them, which the note names.
+        dimensions. Anything else may differ between them; the note names it.
     x, y, selection, over, reduce
         As of `resonance_map`. In SI units (`clearance_m`, `amplitude_m`) each study is converted with its own
         structure.
@@ -56,8 +56,8 @@ def map_difference(
         As of `resonance_map` on `cube`, dimensions (y, x), with `other`, `other_amplitude_error`,
         `other_response_class` and `other_status` of the second study. `difference` is the first minus the second, in
         the unit of the metric, NaN where either has no value. `complete`, `points`, `points_failed` count both
-        together; `other_at` is present if the second study's map lies elsewhere along another dimension. `note` says
-        where the difference is largest and how else the studies differ.
+        together; `other_at` is present if the second study's map is taken at another value of a further dimension.
+        `note` says where the difference is largest and how else the studies differ.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def map_difference(
 
 
 def _check_kind(cube: xr.Dataset, other: xr.Dataset, axes: tuple[str, str], metric: str) -> None:
-    """Refuse a second study that cannot give the same map."""
+    """Refuse a second study that cannot give a map with the same axes."""
     if dimensions_of(cube) != dimensions_of(other):
         kind, others = kind_of(cube.sizes).words, kind_of(other.sizes).words
         told = f"The first study is {kind}, the second {others}, so their maps have no axes in common."
@@ -116,7 +116,7 @@ def _check_kind(cube: xr.Dataset, other: xr.Dataset, axes: tuple[str, str], metr
 
 
 def _check_axis(name: str, ours: xr.DataArray, theirs: xr.DataArray) -> None:
-    """Refuse axes with other values."""
+    """Refuse axes whose values differ."""
     mine, its = ours.values, theirs.values
     if mine.dtype.kind != "f":
         equal = np.array_equal(mine, its)
@@ -148,7 +148,7 @@ def _where(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
     size = np.maximum(np.abs(answer[metric].values), np.abs(answer["other"].values))
     distinct = known & (np.abs(values) > ROUNDING * size)
     if not distinct.any():
-        return f"The first less the second is 0 at every one of {counted(int(known.sum()), 'point')}."
+        return f"The first minus the second is 0 at every one of {counted(int(known.sum()), 'point')}."
     sentences = []
     for word, sign in (("lower", -1.0), ("higher", 1.0)):
         there = distinct & (sign * values > 0)
@@ -180,7 +180,7 @@ def _told(name: str, value: Any, phrases: Phrases) -> str:
 def _apart(
     cube: xr.Dataset, other: xr.Dataset, first: xr.Dataset, second: xr.Dataset, phrases: Phrases
 ) -> Iterator[str]:
-    """Name the differences: chosen points, and parts of the definitions."""
+    """Name what differs between the studies: chosen points, and parts of the definitions."""
     for name in _elsewhere(first, second):
         a, b = first[name].item(), second[name].item()
         if isinstance(a, str):
@@ -194,7 +194,7 @@ def _apart(
 
 
 def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """Name the dimensions along which the maps lie at different values; if both are given, only in units."""
+    """Name the dimensions along which the maps are taken at different values; only in units, if both forms are given."""
     names = [str(name) for name in first.coords if first[name].ndim == 0]
     pairs = {name: (first[name].item(), second[name].item()) for name in names}
     apart = [
@@ -212,7 +212,7 @@ def _parts(cube: xr.Dataset) -> dict[str, Any]:
 
 
 def _phrases(cube: xr.Dataset, other: xr.Dataset) -> Phrases:
-    """Give the words in units; if the structures differ, only for quantities that were named in units."""
+    """Give the names in units; if the structures differ, only for quantities that the question named in units."""
     found, others = Phrases.of(cube), Phrases.of(other)
     keys = found.quantities.keys()
     if keys == others.quantities.keys() and all(

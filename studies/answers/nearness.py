@@ -1,4 +1,4 @@
-"""Whether a value typed by a person means a grid value, as 0.7 means 0.7000000000000001, or is too far from all of
+"""Whether a number that a user typed means a grid value, as 0.7 means 0.7000000000000001, or is too far from all of
 them.
 """
 
@@ -29,7 +29,7 @@ def inside(values: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
 
 
 FACTOR = 10.0
-"""The same for the only value of an axis, which has no length: a smaller difference is no error in a unit."""
+"""Factor by which a number may differ from the only value of an axis. A wrong unit makes a larger difference."""
 _SLIPS = {"_m": (("mm", 1e-3), ("µm", 1e-6), ("cm", 1e-2)), "_kg": (("g", 1e-3),), "_hz": (("kHz", 1e3),)}
 """Units that people use instead of SI units, with their factors."""
 
@@ -69,5 +69,5 @@ def check_reach(name: str, values: NDArray[np.float64], wanted: float) -> None:
             if inside(wanted * factor, low, high):
                 advice = f"write {wanted * factor:.6g} if {wanted:.10g} {unit} is meant; else {advice}"
                 break
-    advice += ", or compute a study that reaches the one asked for"
+    advice += ", or compute a study that includes the value asked for"
     raise refused(name, f"{wanted:.10g}", f"a value from {ends}", advice, told)

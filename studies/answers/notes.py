@@ -1,4 +1,4 @@
-"""Sentences for notes about studies: only here each kind is put into words, in ratios or in units."""
+"""Sentences for notes about studies, in ratios or in units. Only this module puts notes into words."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from damperlab.studies.brief import Note, listed
 from damperlab.studies.faults import counted
 
 FAR = 4.0
-"""Bandwidths between two frequencies beyond which a resonance between them may be invisible."""
+"""Distance of two frequencies, in bandwidths, above which a resonance between them may be missed."""
 
 Values = Mapping[str, Any]
 
@@ -25,9 +25,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
         case "one_frequency":
             only = "was computed" if known["computed"] else "counts here"
             at = phrases.equal(FREQUENCY, known[FREQUENCY], ".10g")
-            return (
-                f"Only {at} {only}, so nothing is recommended: a damper quiet there may resonate beside it."
-            )
+            return f"Only {at} {only}, so nothing is recommended: a damper quiet there may resonate at another frequency."
         case "hidden_peak":
             return _hidden_peak(known, phrases)
         case "cut_off":
@@ -43,7 +41,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             return f"Beside it in {listed(map(phrases.symbol, known['dimensions']))} nothing is known."
         case "incomplete":
             if "reduce" in known:
-                return f"Not everything is computed: the {known['reduce']} is that of what is there."
+                return f"Not everything is computed: the {known['reduce']} is taken over the points so far."
             return f"So far: {known['complete']:.0%} of the designs are computed."
         case "failed":
             return "Where a point failed, as an unbounded response does, the largest value is not known."
@@ -65,14 +63,15 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
                 f"{_better(known)}; a dip narrower than a cell that none of its corners shows cannot be excluded."
             )
         case "place_not_known":
-            return f"No other cell of the grid {_better(known)}; the place is known so far: {_steps(known, phrases)}."
+            return f"No other cell of the grid {_better(known)}; its place is known only to: {_steps(known, phrases)}."
         case "place_within_errors":
             return (
-                f"No cell of the grid {_better(known)}; the optimum is known in its value, and in its place as far as the "
-                f"errors tell neighbours apart: {_steps(known, phrases)}. A smaller `steady.tolerance` tells more."
+                f"No cell of the grid {_better(known)}; the value of the optimum is known, and its place as "
+                f"closely as the errors distinguish neighbours: {_steps(known, phrases)}. A smaller "
+                "`steady.tolerance` locates it better."
             )
         case "budget":
-            return f"The budget of {known['points']:,} points is spent before it is known."
+            return f"The budget of {known['points']:,} points is spent before the optimum is known."
         case "follow_ups":
             return f"{counted(known['points'], 'point')} in {counted(known['studies'], 'follow-up')} next."
         case "spent":
@@ -91,7 +90,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
 
 
 def friction_row(note: Note) -> tuple[str, str, str]:
-    """Write the largest friction of its particle at which a design keeps its value, as a row of a short answer."""
+    """Write the largest particle friction at which a design keeps its value, as a row of a short answer."""
     up_to, fails = note.values["up_to"], note.values["fails"]
     if not up_to:
         return (
@@ -120,7 +119,7 @@ def _hidden_peak(known: Values, phrases: Phrases) -> str:
 
 
 def _whose(known: Values) -> str:
-    """Name the values that may be higher: places of a map, designs of a ranking, or the one design of the question."""
+    """Name the values that may be higher: points of a map, designs of a ranking, or the one design of the question."""
     if "places" in known:
         values = "value" if known["places"] == 1 else "values"
         return f"the largest {values} of {known['places']:,} of {known['of']:,} places"
@@ -159,7 +158,7 @@ def _spent(known: Values) -> str:
 
 
 def _cost(known: Values) -> str:
-    """State the cost of a search, and that of a grid whose steps would give the same answer."""
+    """State the cost of a search, and the cost of a grid whose steps would give the same answer."""
     points, fine = known["points"], known["fine_points"]
     if points >= fine:
         return f"With it {counted(points, 'point')}; a grid with these steps has {counted(fine, 'point')}."

@@ -1,4 +1,4 @@
-"""A study over base amplitudes at one of them: the study in ratios of the same dampers, for questions that need one."""
+"""One base amplitude of a study over base amplitudes, as a study in ratios, for questions that need one."""
 
 import json
 
@@ -27,8 +27,8 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     Returns
     -------
     Dataset
-        Lazily, over the six ratios, with that amplitude in the definition of its attribute `study`. If a velocity or
-        an acceleration of the base is constant, the ratios of a damper vary with the frequency. The cube then stays
+        Computed lazily, over the six ratios; its attribute `study` is a definition with that amplitude. If a velocity
+        or an acceleration of the base is constant, the ratios of a damper vary with the frequency. The cube then stays
         one over clearances and forces, with one base amplitude.
     mapping of float
         The point for that cube: without its base amplitude if the cube has ratios.
@@ -36,7 +36,7 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     Raises
     ------
     QueryFault
-        If it is not named, or is no number.
+        If `at` does not name the base amplitude, or its value is not a number.
     """
     if AMPLITUDE not in cube.sizes:
         return cube, at
@@ -71,11 +71,11 @@ def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Da
         called = amplitude_called(cube).capitalize()
         first = {"note": f"{called} Z = {metres:g} m."}
         in_units = {"note": f"{called} Z = {spelled(metres, 'm', 6)}."}
-    else:  # the text after it names the base amplitude among the other dimensions
+    else:  # the text that follows names the base amplitude among the other dimensions
         power = {1: "", 2: "²"}[CONSTANT[constant]]
         first = in_units = {
             "note": f"The {constant} of the base is the same at every frequency, and Z is its amplitude at the natural "
-            f"frequency; X/Z is over the amplitude at the frequency itself, Z/r{power}."
+            f"frequency; X/Z is relative to the amplitude at each frequency, Z/r{power}."
         }
     words = {**first, "in_units": in_units}
     answer.attrs |= noted(

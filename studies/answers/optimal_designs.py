@@ -44,8 +44,8 @@ def optimal_designs(
     cube : Dataset
         A study's cube, read slab by slab.
     judging : Judging
-        What designs are judged by, and which of them. Excluded are designs that friction locks to the base at the
-        judged frequency nearest r = 1: the trivial optimum.
+        The criterion, and which designs are judged. With `exclude_locked`, designs that friction locks to the base at
+        the judged frequency nearest r = 1 are left out: the trivial optimum.
     top : int
         How many designs, 1 to `MOST_DESIGNS`.
 
@@ -54,15 +54,15 @@ def optimal_designs(
     Dataset
         Dimension rank, counted from 1; shorter than `top` if fewer designs qualify. Coordinates along it: the five
         design dimensions, and `frequency_ratio`, where the amplitude in the band is largest. Variables: `value`, its
-        `error`, `response_class` at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at
-        which the mass is locked. The error of a peak is that at the peak. The error of a mean is the weighted mean
-        error, since errors of a periodic response do not average out. Errors are NaN, and class and share are -1 and
-        NaN, if the study does not store them. `lowest` and `highest` are limits with the stated confidence, for each
-        design separately. `impact_share` is the share of the judged frequencies at which a particle with mass
-        strikes while the mass moves. `alike` counts further designs with the same response without impacts, which
-        are folded into the first of them. Attributes: `objective`, `designs` (all in the ranges), `incomplete`,
-        `failed`, `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share of the designs that
-        were computed), `band`, `frequencies`. Also `flatness` of the best (see `flatness.flatness`), those of
+        `error`, `response_class` at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at which
+        the mass is locked. The error of a peak is that of the response at the peak. The error of a mean is the weighted
+        mean error, since errors of a periodic response do not average out. Errors are NaN, and class and share are -1
+        and NaN, if the study does not store them. `lowest` and `highest` are limits with the stated confidence, for
+        each design separately. `impact_share` is the share of the judged frequencies at which a particle with mass
+        strikes while the mass moves. `alike` counts further designs with the same response without impacts, which are
+        folded into the first of them. Attributes: `objective`, `designs` (all in the ranges), `incomplete`, `failed`,
+        `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share of the designs that were
+        computed), `band`, `frequencies`. Also `flatness` of the best (see `flatness.flatness`), those of
         `verdict.verdict`, and `note`, which says how designs were judged.
 
     Raises
@@ -97,9 +97,9 @@ def merged_designs(
     Returns
     -------
     Dataset
-        As of `optimal_designs`, with `study`, the id of the study with each design. A design in several studies
-        appears once, with the value of the smallest error: that of the longest run, not the luckiest one. `complete`
-        covers all studies, left-out counts those of the first.
+        As of `optimal_designs`, with `study`, the id of the study with each design. A design in several studies appears
+        once, with the value of the smallest error: that of the longest run, not the luckiest one. `complete` covers all
+        studies; the counts of designs left out are those of the first.
 
     Raises
     ------
@@ -151,7 +151,7 @@ class _Ranked:
     designs, active : Dataset
         The best `MOST_DESIGNS`, the best first, and the best of those whose particle strikes.
     tally : dict of int
-        Counts of those that were left out.
+        Counts of the designs that were left out.
     """
 
     cube: xr.Dataset
@@ -162,7 +162,7 @@ class _Ranked:
 
     @classmethod
     def of(cls, cube: xr.Dataset, question: DesignQuestion) -> "_Ranked":
-        """Rank them slab by slab."""
+        """Rank the designs slab by slab."""
         tally = new_tally()
         best: Found = {}
         active: Found = {}
@@ -176,7 +176,7 @@ class _Ranked:
         return cls(cube, question, designs, acting, tally)
 
     def note(self, flat: list[dict[str, Any]]) -> dict[str, Any]:
-        """Describe how they were judged, and how flat the optimum is."""
+        """Describe how the designs were judged, and how flat the optimum is."""
 
         def note(phrases: Phrases) -> dict[str, Any]:
             sentences = [
@@ -200,7 +200,9 @@ def _described(cube: xr.Dataset, question: DesignQuestion, found: Found) -> xr.D
 
 
 def _folded(found: Found) -> Found:
-    """Fold neighbours in the ranking that have one response without impacts. Parameters that do not act may differ."""
+    """Combine neighbours in the ranking that have the same response without impacts; parameters that do not act may
+    differ.
+    """
     idle = (found["response_class"] >= ResponseClass.LINEAR) & (found["impact_share"] == 0)
     value, kind = found["value"], found["response_class"]
     again = np.zeros(value.size, bool)
@@ -230,7 +232,8 @@ def _joined(parts: Mapping[str, xr.Dataset], question: DesignQuestion) -> xr.Dat
     joined = xr.concat(named, "rank", combine_attrs="override", join="outer")
     coordinates = np.stack([joined[name].values for name in question.design], axis=1)
     errors = joined["error"].values
-    # for equal designs the smallest error; if errors are equal, as of periodic responses, the earlier study
+    # of equal designs the one with the smallest error; if errors are equal, as for periodic responses, the one of the
+    # earlier study
     order = np.lexsort((np.arange(errors.size), np.where(np.isnan(errors), np.inf, errors)))
     _, kept = np.unique(coordinates[order], axis=0, return_index=True)
     places = order[kept]

@@ -19,9 +19,9 @@ class OverRecords(NamedTuple):
     mean, mean_error : float
         Standard error of the mean.
     rms, rms_error : float
-        Root of the mean square, and the standard error of it.
+        Root of the mean square, and its standard error.
     quantile, quantile_low, quantile_high : float
-        The requested quantile, and the ends of its interval of 95 %; NaN where too few records bound it.
+        The requested quantile, and the ends of its 95 % interval; an end is NaN if there are too few records.
     """
 
     mean: float
@@ -34,12 +34,12 @@ class OverRecords(NamedTuple):
 
 
 def over_records(values: Floats, share: float) -> OverRecords:
-    """Sum up results of several records.
+    """Compute the statistics of a result over several records.
 
     Parameters
     ----------
     values : ndarray, (n,)
-        One of each record, positive; NaN if unknown.
+        One positive value per record; NaN if unknown.
     share : float
         Share of the records that stay below the quantile.
 
@@ -56,7 +56,7 @@ def over_records(values: Floats, share: float) -> OverRecords:
         return OverRecords(*[np.nan] * len(OverRecords._fields))
     mean, rms = float(known.mean()), float(np.sqrt(np.mean(known**2)))
     spread = [float(each.std(ddof=1)) if n > 1 else np.nan for each in (known, known**2)]
-    # the probability that at most so many of n results are below the quantile
+    # the probability that at most this many of n results are below the quantile
     below = bdtr(np.arange(n), n, share)
     low, high = int((below <= BEYOND).sum()) - 1, int((below < 1.0 - BEYOND).sum())
     return OverRecords(

@@ -43,7 +43,7 @@ def pareto_front(
     respects : sequence of str
         Two or three of `RESPECTS`; a leading minus, as in "-dissipation_impact", means larger is better.
     judging, top : Judging, int
-        As in `optimal_designs`; at most `top` of the front are listed, the best in the first respect.
+        As in `optimal_designs`; at most `top` designs of the front are listed, the best in the first respect.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def _read(cube: xr.Dataset, respects: Sequence[str]) -> tuple[list[str], np.ndar
 def _compared(
     cube: xr.Dataset, columns: Sequence[str], signs: np.ndarray, found: Mapping[str, np.ndarray]
 ) -> np.ndarray:
-    """Give (design, respect); smaller is better in every column."""
+    """Give the compared values, (design, respect); smaller is better in every column."""
     values = [cube[name].values[found[name]] if name in cube.dims else found[name] for name in columns]
     return np.asarray(np.stack(values, axis=1) * signs)
 
@@ -144,7 +144,7 @@ def _limits(
     signs: np.ndarray,
     found: Mapping[str, np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper limits, as `_compared`; of a value without an error, the value itself."""
+    """Lower and upper limits in the form of `_compared`; for a value without an error, the value itself."""
     low = _compared(cube, columns, signs, found)
     high = low.copy()
     for at, (name, sign) in enumerate(zip(columns, signs, strict=True)):
@@ -160,13 +160,11 @@ def _limits(
 
 
 def _unsurpassed(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Find the designs that no other is surely better than: no other has limits that are nowhere above, and
-    somewhere below, theirs.
-    """
+    """Find the designs that no other design surely beats, by its upper limits against their lower ones."""
     surpassed = np.zeros(low.shape[0], bool)
     rest = high[np.lexsort(high.T[::-1])]
     while rest.size:
-        # a value above the best limits is also above others, so these are sufficient
+        # a value that is above any limits is above the best ones too, so comparing with these suffices
         best = rest[0]
         surpassed |= (best <= low).all(axis=1) & (best < low).any(axis=1)
         rest = rest[~(rest >= best).all(axis=1)]

@@ -1,5 +1,5 @@
-"""The largest friction of its particle at which a design keeps its promised value: found by computing the design
-with friction.
+"""Finds the largest particle friction at which a design keeps its promised value, by computing the design with
+friction.
 """
 
 from collections.abc import Mapping
@@ -19,13 +19,13 @@ from damperlab.studies.units import quantities_of
 from damperlab.studies.variables import BEFORE, PARTICLE_FRICTION
 
 COEFFICIENTS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
-"""Examined μ_i: about those of a rolling ball, of PTFE, and of dry metals."""
+"""Examined μ_i, roughly those of a rolling ball, of PTFE, and of dry metals."""
 WITHIN = 1.1
 """Allowed multiple of the promised value."""
 
 
 def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[str, float]) -> Study | None:
-    """Make the study of one design with friction of its particle.
+    """Make the study that computes one design with friction of its particle.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
     Returns
     -------
     Study or None
-        Over `COEFFICIENTS` and the frequencies that count. None for a study in ratios, if friction or gravity acts
-        on the particle already, and if friction cannot be combined with the contact or the solver.
+        A study over `COEFFICIENTS` and the judged frequencies. None for a study in ratios, if friction or gravity
+        already acts on the particle, or if friction cannot be combined with the contact or the solver.
     """
     in_units = {each.source: each.factor for each in quantities_of(study.document())}
     factor = in_units.get(PARTICLE_FRICTION, nan)
@@ -56,8 +56,7 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
 
 
 def note_of(cube: xr.Dataset, judging: Judging, value: float) -> Note:
-    """Note the largest coefficient at which the value stays within a tenth of the promise, and the next one, at
-    which it does not.
+    """Note the largest coefficient at which the value rises by at most a tenth of the promise, and the next larger one.
 
     Parameters
     ----------

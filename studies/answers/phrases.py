@@ -39,7 +39,7 @@ class Printed(NamedTuple):
     label: str
     unit: str
     scale: float
-    """The unit divided by that of SI."""
+    """Factor from the SI unit to this unit."""
 
 
 PRINTED: dict[str, Printed] = {
@@ -97,7 +97,7 @@ TERMS: dict[str, str] = {
 
 @dataclass(frozen=True)
 class Phrases:
-    """Words for quantities.
+    """Names and values of quantities, in words.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class Phrases:
 
     @classmethod
     def of(cls, cube: xr.Dataset) -> "Phrases":
-        """Give the names for a study in units; for one in ratios alone they are those of ratios."""
+        """Give the names for a study: in units, or as ratios if the study is in ratios alone."""
         beside = (*coordinates_in_units(cube), *results_in_units(cube))
         found = {each.source: each for each in (*beside, *in_si(cube))}
         named = found | {each.name: replace(each, source=each.name, factor=1.0) for each in beside}
@@ -120,11 +120,12 @@ class Phrases:
 
     @classmethod
     def of_ratios(cls, cube: xr.Dataset) -> "Phrases":
-        """Give the names for ratios; quantities that the cube itself has in SI units stay in units."""
+        """Give the names of ratios; quantities that the cube stores in SI units stay in units."""
         return cls({each.source: each for each in in_si(cube)}, amplitude_called(cube))
 
     def as_named(self, metric: str | None) -> "Phrases":
-        """Give the names for a table of a result that the user named: if it was named as a ratio, all stay ratios.
+        """Give the names for a table of a result that the user named. If the user named a ratio, all quantities stay
+        ratios.
 
         Parameters
         ----------
@@ -157,12 +158,14 @@ class Phrases:
         return unit if unit == "°" else f" {unit}".rstrip()
 
     def column(self, name: str, quantity: str = "") -> str:
-        """Name a column of a table, with its unit in brackets; `quantity` is the quantity for an answer's own name."""
+        """Name a column of a table, with its unit in brackets. `quantity` is the quantity that an answer's own name
+        stands for.
+        """
         quantity = quantity or name
         if not self._has(quantity):
             if name in SYMBOLS:
                 return f"{name} {SYMBOLS[name]}"
-            # a name that is a ratio, or stands next to one, implies the reference Z
+            # next to a ratio, the reference Z is implied
             return f"{name} [{OVER[quantity]}]" if quantity in OVER_MORE_THAN_Z else name
         of_a_dimension = name in TERMS and name not in RESULTS
         named = _SI_SUFFIX.sub("", (AMPLITUDES | ACCELERATIONS).get(name, name))
@@ -170,7 +173,7 @@ class Phrases:
         return f"{self.label(name) if of_a_dimension else named}{unit and f' [{unit}]'}"
 
     def printed(self, name: str, value: float) -> float:
-        """Convert a ratio to the value that is written, without its unit."""
+        """Convert a ratio to the number that is written, in the printed unit."""
         return value * self.quantities[name].factor * _PRINTED[name].scale if self._has(name) else value
 
     def number(self, name: str, value: float, form: str = ".6g") -> str:
@@ -192,7 +195,9 @@ class Phrases:
         return f"{self.symbol(name)} = {self.number(name, low, form)} to {self.value(name, high, form)}"
 
     def measured(self, value: float, error: float, form: str = ".6g") -> str:
-        """Write an amplitude with its error, but without it if it is rounding, or below the last of a few digits."""
+        """Write an amplitude with its error. The error is omitted if it is rounding, or smaller than the last digit
+        shown.
+        """
         shown = self.number(AMPLITUDE, value, form)
         hides = form == ".3g" and abs(error) < HIDDEN * abs(value)
         if is_rounding(value, error) or hides:
@@ -223,13 +228,13 @@ class Phrases:
 OVER_MORE_THAN_Z = OVER.keys() - AMPLITUDES.keys() - ACCELERATIONS.keys()
 """Results whose names do not include their reference."""
 HIDDEN = 5e-4
-"""Relative error that is invisible in three digits."""
+"""Relative error that does not show in three digits."""
 RATIOS = Phrases()
 _SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit is given separately
 
 
 def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:
-    """Give an answer's words in ratios, and under ``in_units`` those in units if the study is given in them.
+    """Give an answer's words in ratios; if the study is given in units, add them in units as ``in_units``.
 
     Parameters
     ----------

@@ -1,6 +1,4 @@
-"""Values in SI units and names of classes that files and Datasets have in addition to the ratios and codes of an
-answer.
-"""
+"""Adds values in SI units and names of classes to an answer, beside its ratios and codes, for files and Datasets."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -23,7 +21,7 @@ MEANT = {
     "mass": "mass_ratio",
     "clearance": "clearance_ratio",
 }
-"""The result or the dimension that an answer's own name stands for."""
+"""For each name that only an answer uses, the result or dimension that it stands for."""
 _SUFFIXES = {"m": "m", "m s-2": "m_per_s2", "m s-1": "m_per_s", "J": "j", "N": "n", "kg": "kg", "Hz": "hz"}
 
 
@@ -33,9 +31,9 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
     Parameters
     ----------
     answer : Dataset
-        Of one study.
+        The answer to a question about one study.
     definition : mapping
-        Of the study.
+        The definition of the study.
 
     Returns
     -------
@@ -46,7 +44,7 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
     """
     known = {each.source: each for each in quantities_of(definition)}
     meant = dict(MEANT)
-    if "metric" in answer.attrs:  # ranked by their worst case, in units
+    if "metric" in answer.attrs:  # the answer of a ranking by the worst case, which is already in units
         del meant["value"], meant["error"]
     for name in [str(name) for name in answer.variables]:
         array = answer[name]

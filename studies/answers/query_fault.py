@@ -30,7 +30,7 @@ class QueryFault(UserError, ValueError):
 
 
 def refused(field: str, found: str, allowed: str, advice: str, told: str = "") -> QueryFault:
-    """Refuse a question for one argument; `told` replaces the usual sentence."""
+    """Refuse a question because of one argument; `told` replaces the usual sentence."""
     return QueryFault(Fault(field, found, allowed, advice, told))
 
 
@@ -50,7 +50,7 @@ def check_question(question: object) -> None:
 
 
 def empty_range(field: str, name: str, low: float, high: float, values: np.ndarray) -> Fault:
-    """Make the fault for a range from `low` to `high` that contains none of the `values` of the dimension `name`."""
+    """Make the fault for a range from `low` to `high` that contains no value of the dimension `name`."""
     least, most = f"{values.min():.10g}", f"{values.max():.10g}"
     held = f"{counted(values.size, 'value')} from {least} to {most}" if values.size > 1 else f"only {least}"
     near = values[np.abs(values - low).argmin()]

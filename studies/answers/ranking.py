@@ -37,7 +37,7 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
     Raises
     ------
     QueryFault
-        As those, and for fields that the kind of study does not have.
+        As those functions, and for fields that do not apply to this kind of study.
     """
     kind = kind_of(cube.sizes)
     for name in sorted((given(judging) | given(ranking)).keys() - kind.ranking):
@@ -54,7 +54,7 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
         raise refused(
             "with",
             found,
-            "no follow-up where `pareto` is given",
+            "no follow-up together with `pareto`",
             "leave one of the two out",
             "`with` and `pareto` cannot be combined.",
         )

@@ -40,7 +40,9 @@ from damperlab.studies.questions import Judging, Search, Step
 from damperlab.studies.variables import ResponseClass, Status
 
 PARTS = {1: 8, 2: 4}
-"""Number of parts of a cell next to the best, by the number of parameters; 2 for more of them, and elsewhere."""
+"""Number of parts into which a cell next to the best is divided, by the number of parameters. It is 2 for more
+parameters and for cells elsewhere.
+"""
 AT_ONCE = 12
 """Most cells elsewhere that are examined in one round."""
 BOUNDARY_PARTS = 16
@@ -67,8 +69,8 @@ def refine_optimum(
     cubes : mapping of Dataset
         Its cube first, then those of finished follow-ups, by id.
     search : Search
-        Limits: the step to which each parameter is refined, in its own unit; the share of the value by which a
-        design must promise to be better. Also the points that all follow-ups may take.
+        Limits: the step to which each parameter is refined, in its own unit; the share of the value by which a design
+        must promise to be better; the most points of all follow-ups together.
     judging : Judging
         As in `optimal_designs`.
 
@@ -156,9 +158,7 @@ def refine_optimum(
 def _with_friction(
     answer: Refinement, rubbing: Study, cubes: Iterable[xr.Dataset], judging: Judging
 ) -> Refinement:
-    """Add the largest friction of its particle at which a known optimum keeps its value; else the study that
-    determines it.
-    """
+    """Add the largest particle friction at which a known optimum keeps its value, or else the study that determines it."""
     axes = rubbing.coordinates.items()
     for cube in cubes:
         if all(np.array_equal(cube[name], axis) for name, axis in axes):
@@ -177,7 +177,7 @@ def _brief(
     clamped: bool,
     hides: bool,
 ) -> Brief:
-    """Describe the optimum, whether it lies inside the ranges, and its error."""
+    """Describe the optimum and its error, and say whether it lies inside the ranges."""
     phrases = Phrases.of(cube)
     design = ", ".join(phrases.equal(name, found[name], ".3g") for name in steps)
     ends = {
@@ -322,7 +322,7 @@ def _line(
 def _fine(
     parent: xr.Dataset, refined: list[str], tolerance: float, ranges: Mapping[str, tuple[float, float]]
 ) -> int:
-    """Count the designs of a grid with these steps over the part of the study in the question."""
+    """Count the designs of a grid with these steps over the part of the study that the question covers."""
     spans = []
     for name in refined:
         values = parent[name].values

@@ -45,7 +45,7 @@ from damperlab.studies.variables import Status
 from damperlab.studies.vocabulary import Reduction
 
 PEAKS = ("amplitude_ratio", "amplitude_ratio_max")
-"""Amplitudes of the structure, whose resonance may lie between the frequencies."""
+"""Results that may have a resonance peak between the computed frequencies."""
 BUDGET = 2**20
 """Points reduced together, four variables of them; a chunk on the border of two slabs is read twice."""
 
@@ -60,10 +60,10 @@ def resonance_map(
 ) -> xr.Dataset:
     """Slice the cube along two dimensions.
 
-    A quantity is shown at its largest over the frequencies of the study unless the question names a frequency. A map
-    at r = 1 alone recommends designs that are terrible a few per cent away. Likewise a suite is shown under its
-    worst record, and a damper over base amplitudes at the worst of them. With `over`, both are reduced: the result
-    is the reduction of the worst.
+    A quantity is shown at its largest over the frequencies of the study unless the question names a frequency. A map at
+    r = 1 alone would recommend designs that are terrible a few per cent away. Likewise a suite is shown under its worst
+    record, and a damper over base amplitudes at the worst of them. With `over`, both are reduced: the result is the
+    reduction of the worst.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def resonance_map(
     -------
     Dataset
         Dimensions (y, x). The metric, and its `amplitude_error`, `response_class` and `status` if the cube has them.
-        For a maximum or minimum they are those of its point, named by `<over>_at`, or of the failed point that
+        For a maximum or minimum these are the values at its point, which `<over>_at` names, or at the failed point that
         leaves the maximum unknown. Among points with the same value, one at which the mass moves is preferred. For a
         mean, the error is the mean error and the status the worst, and there is no class. After a reduction,
         `computed_share` is the share of the reduced points that were computed. The other dimensions are scalar
@@ -139,7 +139,7 @@ def resonance_map(
         answer = _slice(cube, x, y, metric, index)
     else:
         answer = _reduced(cube, (y, x), metric, (over, inner), reduce, index)
-    # a study over base amplitudes has no ratios of mass and damping for its places
+    # a study over base amplitudes has no ratios of mass and damping at its points
     peaks = (over, reduce) == (FREQUENCY, "max") and metric in PEAKS and kind_of(cube.sizes) is HARMONIC
     notes = hidden_on(cube, metric, (y, x), index) if peaks else []
     if over is not None and answer.attrs["complete"] < 1:

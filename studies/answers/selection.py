@@ -71,7 +71,7 @@ def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
 
 
 def check_quantity(cube: xr.Dataset, name: str, told: str) -> None:
-    """Raise as `check_metric`, and for a variable of codes; `told` completes the message."""
+    """Raise as `check_metric`, and also if the variable holds codes; `told` completes the message."""
     check_metric(cube, name)
     if coded(cube, name):
         advice = "choose a metric that is a quantity"
@@ -86,7 +86,7 @@ def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | N
     cube : Dataset
         A study's cube.
     field : str
-        The argument that needs them, as typed.
+        The argument that needs the variables, as typed.
     *names : str
         The variables.
     otherwise : str, optional
@@ -117,7 +117,7 @@ def _submit(cube: xr.Dataset, *names: str) -> str:
 
 def _guess(name: str, known: list[str]) -> str:
     meant = nearest(name, known)
-    return f"did you mean {meant}?" if meant else "see the study's definition for what it holds"
+    return f"did you mean {meant}?" if meant else "the study's definition lists what it stores"
 
 
 def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = ()) -> None:
@@ -130,7 +130,7 @@ def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = (
 
 
 def check_free(cube: xr.Dataset, at: At, axes: Iterable[str], answer: str) -> None:
-    """Raise `QueryFault` if a value is given along an axis of the answer itself, under the name that was used.
+    """Raise `QueryFault` if the question fixes an axis of its own answer; the fault uses the name in the question.
 
     Parameters
     ----------
@@ -163,8 +163,8 @@ def choose(cube: xr.Dataset, at: At, free: tuple[str, ...]) -> dict[str, int]:
     cube : Dataset
         The cube.
     at : mapping of float or str
-        Wanted values; the nearest grid point is taken, and the named record. A dimension that is not named is taken
-        at its first point, the frequency ratio at the point nearest resonance, r = 1.
+        Wanted values: the nearest grid point is taken, or the record of that name. A dimension that is not named is
+        taken at its first point, but the frequency ratio at the point nearest r = 1.
     free : tuple of str
         Dimensions that stay.
 
@@ -219,7 +219,7 @@ def finite(dimension: str, wanted: object) -> float:
 
 
 def in_ratios(cube: xr.Dataset, at: At) -> At:
-    """Convert the wanted values to those of the cube's dimensions; some may be in units.
+    """Convert wanted values, some of them in units, to values along the cube's dimensions.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def in_ratios(cube: xr.Dataset, at: At) -> At:
 
 
 def companions(cube: xr.Dataset, metric: str) -> list[str]:
-    """Name the companion of a metric: its error in the same unit, if the cube has both."""
+    """Name the error of a metric in the same unit, if the cube has both."""
     in_units = metric in AMPLITUDES.values() and "amplitude_error_m" in cube.data_vars
     names = ("amplitude_error_m" if name == "amplitude_error" and in_units else name for name in COMPANIONS)
     return [name for name in names if name in cube.data_vars and name != metric]
@@ -250,7 +250,7 @@ def companions(cube: xr.Dataset, metric: str) -> list[str]:
 def say(
     cube: xr.Dataset, index: Mapping[str, int], at: At, phrases: Phrases = RATIOS, lead: Lead = NO_LEAD
 ) -> str:
-    """Describe the chosen grid points, and where they differ from the wanted values."""
+    """Describe the chosen grid points, and say which differ from the wanted values."""
     chosen_at = []
     for name, position in index.items():
         values = cube[name].values
@@ -298,7 +298,7 @@ def completeness(computed: int, failed: int, points: int) -> dict[str, Any]:
     Parameters
     ----------
     computed, failed, points : int
-        Points with any status but `NOT_COMPUTED`; those with a status of 2 or above; all.
+        Numbers of points: with any status but `NOT_COMPUTED`; with a status of 2 or above; in total.
     """
     return {"complete": computed / points, "points": points, "points_failed": failed}
 

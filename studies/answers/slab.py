@@ -24,7 +24,7 @@ class Slab:
     cube : Dataset
         Of any kind of study.
     designs, cases : tuple of str
-        The dimensions of a design, and those of its cases: all others.
+        The dimensions of a design, and the dimensions of its cases, which are all others.
     index : mapping of int arrays
         Grid indices along every dimension; every combination of them is examined.
     """
@@ -36,16 +36,16 @@ class Slab:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Designs along each of their dimensions."""
+        """Number of designs along each of their dimensions."""
         return tuple(self.index[name].size for name in self.designs)
 
     @property
     def extent(self) -> int:
-        """Cases of each design."""
+        """Number of cases along each of their dimensions."""
         return math.prod(self.index[name].size for name in self.cases)
 
     def read(self, name: str) -> NDArray[Any]:
-        """Give a variable, (design, case)."""
+        """Give a variable as an array (design, case)."""
         values = self.cube[name].isel(self.index).transpose(*self.designs, *self.cases).values
         return np.asarray(values.reshape(math.prod(self.shape), -1))
 
@@ -70,7 +70,7 @@ def slabs_of(cube: xr.Dataset, index: Mapping[str, Places], designs: tuple[str, 
     cube, designs
         As of `Slab`.
     index : mapping of int arrays
-        Grid indices that count; all along a dimension that is not named.
+        Grid indices to examine; all indices if a dimension is not named.
     """
     every = dimensions_of(cube)
     cases = tuple(name for name in every if name not in designs)

@@ -76,7 +76,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
 
 
 def _instead(asked: str) -> str:
-    """Say which question a study over base amplitudes answers instead."""
+    """Name the question that a study over base amplitudes answers instead."""
     if asked in ("refine", "follow-ups"):
         return (
             "submit it again with finer axes of clearance_m and friction_force_n about its best damper, or with one base "
@@ -106,7 +106,7 @@ def worst_case_designs(
     records : sequence of str, optional
         Only these records count, by id or by an earthquake's name.
     ranges : mapping of (float, float), optional
-        Lowest and highest value of dimensions: of the ranked dampers, and of the cases that count.
+        Lowest and highest value of dimensions: they limit the ranked dampers and the cases.
     exclude_locked : bool
         Leave out dampers whose friction locks the mass to its base at every base amplitude, near resonance.
 
@@ -170,7 +170,7 @@ def worst_case_designs(
     attributes["note"] = _note(cube.isel(counting), metric, tally, ranked)
     ends: dict[str, list[Any]] = {}
     if ranked:
-        # along the complete axis, also outside the range
+        # along the complete axis, including values outside the range
         ends = ends_of_damper(cube, metric, counting, {name: int(best[name][0]) for name in damper})
         if kind_of(cube.sizes) is AMPLITUDES:
             most = acceleration_g(cube, {**counting, **{name: int(best[name][0]) for name in damper}})
@@ -183,7 +183,7 @@ def worst_case_designs(
 
 
 def _beside(part: xr.Dataset, metric: str) -> dict[str, str]:
-    """Name the further results of a worst case, and their source variables."""
+    """Name the further results of a worst case, each with its source variable."""
     found = {"growth": "growth", "response_class": "response_class"}
     if metric in ("amplitude_ratio", "amplitude_m"):
         found["error"] = metric.replace("amplitude", "amplitude_error").removesuffix("_ratio")

@@ -32,7 +32,7 @@ from damperlab.studies.vocabulary import CRITERIA, Excitation
 
 METRIC = "amplitude_ratio"
 LEAST_MASS = 1e-12
-"""A lighter absorber is tuned so close to 1 that rounding hides its tuning."""
+"""Smallest mass ratio of an absorber; the tuning of a lighter one differs from 1 only by rounding."""
 
 
 def tmd_comparison(
@@ -48,8 +48,8 @@ def tmd_comparison(
         A study's cube; if the design is named, only its curve is read.
     tuning : Tuning
         The tuned mass damper. For `mass_ratio` the nearest grid value is the design's own, unless `at` names it;
-        `tmd_mass_ratio` belongs to the tuned mass damper alone. It, and the structure without a damper, have the
-        excitation of the study's damper, a shaken base or a force on the structure: X over its static deflection.
+        `tmd_mass_ratio` belongs to the tuned mass damper alone. It and the structure without a damper have the study's
+        excitation: a shaken base, or a force on the structure, with X over its static deflection.
     at : mapping of float, optional
         The design, as in `frequency_response`. Unnamed parameters are those of the best design with impacts, or of
         the best of all if none has any, by the largest amplitude over the band.
@@ -72,7 +72,7 @@ def tmd_comparison(
         `hybrid_better` has the lowest and highest grid frequency of each run in which the hybrid is better by more than
         its error. `hybrid_better_share` is the share of the frequencies at which that is known.
 
-        Others: `exact`, both exact curves for drawing, at frequencies so close that no peak is missed
+        Others: `exact` holds both exact curves for drawing, at frequencies close enough to miss no peak
         (`studies.tmd.curves`). `complete`, `points`, `points_failed` and `note`. `verdict` says in sentences which is
         better or, at one frequency, what to compute next.
 
@@ -173,7 +173,7 @@ def tmd_comparison(
     }
 
     def words(phrases: Phrases) -> dict[str, Any]:
-        # a force beside a shaken base has no base amplitude that its static displacement could be over
+        # if only the tuned damper is under a force, its static displacement has no base amplitude to refer to
         spelled = phrases
         if excitation != excitation_of(cube):
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
@@ -193,7 +193,7 @@ def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phra
     if not best:
         return []
     at = ", ".join(phrases.equal(name, value) for name, value in best.items())
-    among = "of those at what was named" if named else "of the study, as none was named"
+    among = "of those at what was named" if named else "of the study, as no design was named"
     return [f"Compared is the {called} {among}: {at}."]
 
 

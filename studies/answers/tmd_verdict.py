@@ -1,4 +1,4 @@
-"""Which is better, a study's damper or a tuned mass damper: the short answer, and its certainty."""
+"""The short answer to whether a study's damper or a tuned mass damper is better, and whether this is certain."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -22,8 +22,8 @@ from damperlab.studies.variables import Status
 def is_judged(answer: xr.Dataset) -> bool:
     """Whether it is known which damper has the lower peak over the band.
 
-    A peak is the largest of all values, so one higher value proves it higher. It is known to be lower only if every
-    frequency has a value, and if they are so close that no resonance of that height lies between them.
+    A peak is the largest of all values, so one higher value proves that the study's peak is higher. It is known to be
+    lower only if every frequency has a value and no resonance of that height fits between two of them.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def is_judged(answer: xr.Dataset) -> bool:
 
 
 def notes_of(cube: xr.Dataset, answer: xr.Dataset) -> list[Note]:
-    """Give the facts that change the comparison or its number, as data."""
+    """Give as data the facts that change the comparison or its number."""
     found, r = answer.attrs, answer[FREQUENCY].values
     notes = []
     if r.size == 1:
@@ -166,7 +166,7 @@ def _tuned(found: Mapping[str, Any], phrases: Phrases) -> str:
 
 
 def _hidden(answer: xr.Dataset) -> NDArray[np.bool_]:
-    """Intervals in which this design's peak may hide, from `hidden`; empty if not all are known."""
+    """Intervals in which this design's peak may hide, from `hidden`; empty if a value is unknown."""
     hybrid, r = answer["hybrid"].values, answer[FREQUENCY].values
     if r.size == 1 or not np.isfinite(hybrid).all():
         return np.zeros((1, r.size - 1), np.bool_)

@@ -37,11 +37,11 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
 CLAMPED = 1.5
-"""Largest amplitude ratio of a mass that counts as clamped because friction holds it at some frequencies."""
+"""Largest amplitude ratio at which a mass counts as clamped, if friction holds it at enough frequencies."""
 HELD = 0.1
-"""Share of the frequencies at which friction holds a clamped mass."""
+"""Share of the frequencies at which friction must hold a mass that counts as clamped."""
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
-"""Frequencies to compute next if a study has only one."""
+"""Frequencies to compute next if a study has only one frequency."""
 OTHERS = 2
 """How many further designs are listed below the best."""
 
@@ -83,15 +83,15 @@ def verdict(
     Parameters
     ----------
     cube, question : Dataset, DesignQuestion
-        The study that was asked.
+        The study and the question.
     ranked : Dataset
-        Its designs, the best first, with `lowest` and `highest`: including all that may be the best.
+        Its designs, the best first, with `lowest` and `highest`; all that may be the best are included.
     active : mapping or None
         Of `best_with_impacts`.
     flat : list of dict
         Of `flatness.flatness`.
     homes : mapping of Dataset, optional
-        The studies with the designs, by the id under `study` in `ranked`; by default `cube` has all of them.
+        The studies that hold the designs, by the id that `ranked` has as `study`; by default `cube` holds all.
 
     Returns
     -------
@@ -111,7 +111,7 @@ def verdict(
     values, highest = ranked["value"].values, ranked["highest"].values
     errors = np.where(np.isnan(highest), np.nan, ranked["error"].values)
     may_be = contend(ranked["lowest"].values, highest)
-    # the first is the best, and may be it: its lower limit is below every value
+    # the first is the best value, and always among those that may be the best
     chance = chance_of_another(values[may_be], errors[may_be], 0)
     found: dict[str, Any] = {"confidence": CONFIDENCE, "as_good": int(may_be[1:].sum())}
     if not math.isnan(chance):
@@ -155,7 +155,7 @@ class _Known:
     flat : list of dict
         Doubts about the best design.
     tuned, bare : float
-        The peaks with a tuned mass damper of the same mass, and without any; NaN if they are not judged.
+        The peaks with a tuned mass damper of the same mass, and without any damper; NaN if they are not judged.
     acceleration_g : float
         The largest acceleration of the structure with the recommended design, in g; NaN if unknown.
     notes : list of Note
@@ -322,7 +322,7 @@ class _Known:
         return own, f"No particle needed: friction alone does best, {value} at {design}."
 
     def _breaks(self, phrases: Phrases) -> str:
-        """Name the parameters of which one grid step is a loss, and those at the end of their range."""
+        """Name the parameters along which one grid step loses much, and those at the end of their range."""
         rugged = [phrases.symbol(entry["dimension"]) for entry in self.lead_flat if entry["worse"]]
         ends = [phrases.symbol(name) for name in _ends(self.cube, self.lead_flat)]
         parts = [f"one grid step in {listed(rugged)} costs more than 10 %"] if rugged else []
@@ -376,8 +376,8 @@ class _Known:
         return phrases.measured(float(row["value"]), float(row["error"]), ".3g")
 
     def _design(self, row: Row, phrases: Phrases, acts: bool = False) -> str:
-        """Name the varying parameters of a design; if its particle does nothing only its friction, unless `act` is
-        set.
+        """Name the varying parameters of a design. If its particle does nothing, name only its friction, unless `act`
+        is set.
         """
         varied = [
             name for name in self.question.design if self.cube.sizes[name] > 1 or name == "friction_ratio"
@@ -395,19 +395,19 @@ def _none_left(cube: xr.Dataset, question: DesignQuestion, tally: Mapping[str, A
         return Brief(None, ("No design is computed at every frequency yet.",), (), command("run", study))
     status = cube["status"].isel(question.axes).values if failed else np.zeros(0)
     if failed == total and (status == Status.UNBOUNDED).any():
-        told = "Every design grows without bound: nothing takes out what the excitation puts in."
+        told = "The response of every design grows without bound: nothing dissipates the energy that the excitation supplies."
         return Brief(None, (told,), (), "a structure with damping, or friction above γ_F = π/4.")
     left_out = [
         (failed, "failed"),
         (waiting, "not computed yet"),
-        (total - failed - waiting, "left out by what was asked"),
+        (total - failed - waiting, "left out by the limits of the question"),
     ]
     why = ", ".join(f"{count:,} {reason}" for count, reason in left_out if count > 0)
     return Brief(None, (f"No design is left of {total:,}: {why}.",), (), command("show", study))
 
 
 def say_next(phrases: Phrases) -> str:
-    """Name the frequencies to compute if a study has only one."""
+    """Name the frequencies to compute next if a study has only one."""
     start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
     return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)} in {NEXT_BAND['num']} steps."
 

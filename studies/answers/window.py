@@ -28,18 +28,18 @@ def window(
     Parameters
     ----------
     answer : Dataset
-        Of `resonance_map`, dimensions (y, x); its first variable is the metric. From `map_difference`, whose
-        difference counts.
+        Of `resonance_map`, dimensions (y, x); its first variable is the metric. If `map_difference` made it, the
+        difference is used instead.
     ranges : mapping of (float, float) or None
         Lowest and highest value of either dimension.
     most : int, optional
-        Most values along either dimension, 2 or more. The first and the last one of the part are kept, from 3 on the
-        line of the largest value, from 4 on that of the smallest too.
+        Most values along either dimension, 2 or more. The first and the last value of the part are kept. If `most` is
+        at least 3, so is the line of the largest value; if at least 4, also that of the smallest.
 
     Returns
     -------
     Dataset
-        The part. Its note says what was left out; counts and completeness are those of the complete map.
+        The part. Its note says what was left out; counts and completeness refer to the complete map.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def _inside(values: NDArray[np.float64], name: str, limits: tuple[float, float] 
 
 
 def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list[tuple[int, int]]:
-    """Find the positions of the largest and the smallest value of the part; codes and an empty part have none."""
+    """Find the positions of the largest and the smallest value of the part; none for codes and for an empty part."""
     metric = answer["difference"] if "difference" in answer else next(iter(answer.data_vars.values()))
     if "flag_values" in metric.attrs or metric.dtype.kind not in "fiu":
         return []
@@ -90,8 +90,8 @@ def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list
 
 
 def _spread(places: NDArray[np.intp], most: int, wanted: list[int]) -> NDArray[np.intp]:
-    """Keep both ends and evenly spaced positions between them; move those nearest to `wanted` there, the first one
-    first.
+    """Keep both ends and evenly spaced positions between them. Move the nearest position to each of `wanted`, in their
+    order.
     """
     kept = np.round(np.linspace(0, places.size - 1, max(FEWEST, most))).astype(np.intp)
     fixed = {0, kept.size - 1}

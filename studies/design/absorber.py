@@ -35,11 +35,11 @@ LIMITED = {
     "acceleration_m_per_s2": Judged(order=2),
     "rms_acceleration_m_per_s2": Judged(factor=math.sqrt(0.5), order=2),
 }
-"""Limits on results of a damper with neither friction nor impacts; it satisfies all others."""
+"""Limits that can apply to a damper with neither friction nor impacts; it satisfies all others."""
 MOVED = Judged(stroke=True)
 """The displacement of its mass against the structure."""
 DETUNED = 0.02
-"""Relative error of its natural frequency that shows the sensitivity to its tuning."""
+"""Relative error of its natural frequency by which the sensitivity to its tuning is shown."""
 
 
 @dataclass(frozen=True)
@@ -49,19 +49,20 @@ class Beside:
     Parameters
     ----------
     absorber : Absorber
-        Tuned for the least worst case of the measure over the bands, within the tolerances, or for the least peak at
-        any frequency.
+        Tuned for the smallest worst case of the measure over the bands within the tolerances, or for the smallest peak
+        at any frequency.
     for_bands : bool
-        Whether it is tuned for the bands, and not for the least peak at any frequency.
+        Whether it is tuned for the bands, and not for the smallest peak at any frequency.
     value : float
         Its worst case over band, amplitudes and tolerances, in the unit of the measure.
     nominal : float
         The same without tolerances.
     detuned : float
-        The worst case if its own natural frequency is also off by up to `DETUNED`, either way. Under records only
-        that deviation counts, on the nominal structure and on the one that moves most.
+        The worst case if its own natural frequency is also off by up to `DETUNED`, either way. Under records only this
+        deviation is tried, on the nominal structure and on the one that moves most.
     stroke, detuned_stroke : float
-        The largest displacement of its mass against the structure within the tolerances, in tune and out of tune as above.
+        The largest displacement of its mass against the structure within the tolerances: tuned, and detuned by
+        `DETUNED`.
     exceeded : tuple of str
         Limits on results that it exceeds within the tolerances.
     """
@@ -79,10 +80,9 @@ class Beside:
 def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
     """Tune the absorber of a mass, and judge it like the dampers; None without mass, or without a record's samples.
 
-    Mass, natural frequency and damping of the structure deviate within their tolerances; the absorber keeps its
-    tuning: for the least worst case of this, over the given bands. It is not tuned for records. Of the tuning for
-    the bands and that of the least peak at any frequency, the one with the smaller worst case under all excitations
-    is used.
+    Mass, natural frequency and damping of the structure deviate within their tolerances, and the absorber keeps its
+    tuning. It is tuned for the smallest worst case over the given bands, but not for records. The tuning with the
+    smallest peak at any frequency is tried too; the one with the smaller worst case under all excitations is used.
     """
     if mass_ratio <= 0.0 or any(
         source.id not in records.motions for records in asked.records for source in records.sources
@@ -97,7 +97,7 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
 
 
 def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside:
-    """Judge an absorber: under the records on some structures, over the bands on the hardest."""
+    """Judge an absorber: under the records on some structures, over the bands on the structure with the worst case."""
     tried = list(structures(asked))
     every = [_shaken(asked, absorber, shares) for shares in tried]
     values = [_worst(asked, each) for each in every]

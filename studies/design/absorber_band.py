@@ -1,4 +1,6 @@
-"""A structure with a tuned mass damper over a band of frequencies, in closed form: its worst response, or its rms there."""
+"""A structure with a tuned mass damper over a band of frequencies, in closed form: its largest response or its rms over
+the band.
+"""
 
 import math
 from typing import NamedTuple
@@ -13,13 +15,13 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, highest
 
 Floats = NDArray[np.float64]
 SAMPLES, FEWER = 4001, 601
-"""Number of frequencies for a response whose peak has no closed form here, or does not count. This is the case for a
-displacement against the base; for a response times a power of the frequency, as an acceleration; and for the rms
-over the band. Tuning and damping are searched with fewer.
+"""Number of sampled frequencies, if the judged value has no closed form here: for a displacement against the base, for
+a response times a power of the frequency, for example an acceleration, and for the rms over the band. The search for
+tuning and damping uses the smaller number.
 """
 BESIDE, FEWER_BESIDE = 60, 12
-"""For an rms, additional frequencies on either side of each peak of X/Z, ever closer to it: a narrow peak lies
-between two others.
+"""For an rms, additional frequencies on either side of each peak of X/Z, ever closer to it, since a narrow peak may lie
+between two samples.
 """
 CLOSEST, FARTHEST = 1e-6, 0.3
 """Their relative distance from a peak."""
@@ -35,7 +37,7 @@ class Judged(NamedTuple):
     against_base : bool
         Whether the displacement is against the base.
     mean : bool
-        Whether the rms over the band counts, and not the largest.
+        Whether the rms over the band is judged, and not the largest value.
     stroke : bool
         Whether the displacement is that of the absorber against the structure.
     """
@@ -48,7 +50,7 @@ class Judged(NamedTuple):
 
 
 class Absorbers(NamedTuple):
-    """Absorbers as arrays of a length n, of one mass or of different ones; see `Absorber`."""
+    """Many absorbers as arrays of length n, with equal or different masses; see `Absorber`."""
 
     mass_ratio: float | Floats
     tuning: Floats
@@ -62,7 +64,9 @@ def worst_of_each(
     damping_ratio: float | Floats,
     shift: float | Floats,
 ) -> Floats:
-    """Give `worst_over` for many absorbers on one structure or one each, (n,); without a closed form, at fewer frequencies."""
+    """Give `worst_over` for many absorbers, all on one structure or each on its own, (n,); without a closed form, at
+    fewer frequencies.
+    """
     return _sampled(excitation, judged, absorbers, damping_ratio, shift, (FEWER, FEWER_BESIDE))
 
 
@@ -111,7 +115,7 @@ def _sampled(
 def _is_closed(excitation: Excitation, judged: Judged) -> bool:
     """Whether the judged quantity is X/Z times a constant, whose largest value has a closed form.
 
-    An acceleration is, if the base has a constant acceleration: the powers of the frequency cancel.
+    This includes an acceleration if that of the base is constant: the powers of the frequency cancel.
     """
     motion = excitation.motion
     return (
@@ -151,7 +155,7 @@ def worst_over(
     Returns
     -------
     float
-        Over ω_n of the structure as built to the power of the order.
+        Divided by ω_n of the structure as built, to the power of the order.
     """
     if _is_closed(excitation, judged):
         band = (excitation.low / (1.0 + shift), excitation.high / (1.0 + shift))
@@ -170,8 +174,8 @@ def response(
 ) -> NDArray[np.float64]:
     """Amplitude ratio: absolute, against the base, or of the stroke.
 
-    See `damperlab.studies.tmd.transfer.amplitude_ratio`, whose a is the factor of the excitation. The absorber moves
-    by λ²/(γ² − λ² + 2iζγλ) times the structure's displacement.
+    See `damperlab.studies.tmd.transfer.amplitude_ratio`, where a is the factor of the excitation. The absorber moves by
+    λ²/(γ² − λ² + 2iζγλ) times the structure's displacement.
     """
     if excitation.motion.force and not judged.stroke:
         return amplitude_ratio(r, absorber, damping_ratio, "force")  # type: ignore[arg-type]  # of one or of many

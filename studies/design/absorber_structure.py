@@ -12,7 +12,7 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 
 AGAINST_BASE = "worst_relative_displacement"
-"""The measure of a band that is taken against the base."""
+"""The measure over a band that is a displacement against the base."""
 FREQUENCY, DAMPING, TUNING = "natural_frequency_hz", "damping_ratio", "tuning"
 OFF = {
     "mass_kg": (-1.0, 0.0, 1.0),
@@ -20,11 +20,13 @@ OFF = {
     DAMPING: (-1.0, 1.0),
     TUNING: (-1.0, 0.0, 1.0),
 }
-"""Fractions of its tolerances, and of an absorber's detuning, that are tried first; between them: `hardest`."""
+"""Fractions of the structure's tolerances, and of an absorber's detuning, that are tried first; `hardest` searches
+between them.
+"""
 PLACES, HIGHS, EXACT = 41, 16, 3
-"""Number of values over a range, of the highest places that are refined, and of those computed exactly."""
+"""Numbers of values over a range, of the highest ones that are refined, and of those computed exactly."""
 CLOSER, ROUNDS = 4, 6
-"""Reduction of the step around each of them per refinement, and the number of refinements."""
+"""Factor by which each refinement reduces the step, and the number of refinements."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Built:
     Parameters
     ----------
     absorber : Absorber or Absorbers
-        In its ratios to this structure; arrays if many are examined.
+        In ratios to this structure; arrays if many are examined.
     damping, shift, stiffness : float or array
         ζ, the relative deviation of ω_n, and the stiffness over the nominal one.
     measured : tuple
@@ -55,7 +57,7 @@ def judged_of(asked: Specification) -> Judged:
 
 
 def structures(asked: Specification) -> Iterator[dict[str, float]]:
-    """Deviations of the structure: first none, then some over the complete range of the tolerances."""
+    """Deviations of the structure: first none, then a grid over the complete range of the tolerances."""
     off = {name: OFF[name] for name in OFF if name in asked.tolerances}
     yield dict.fromkeys(off, 0.0)
     for sides in product(*off.values()):
@@ -64,7 +66,7 @@ def structures(asked: Specification) -> Iterator[dict[str, float]]:
 
 
 def built(asked: Specification, tuned: Absorber | Absorbers, shares: Mapping[str, float | Floats]) -> Built:
-    """Give the structure with these deviations, or many, with the absorber; not yet under a record."""
+    """Give the structure, or many structures, with these deviations and the absorber; no record is applied yet."""
     mass = shares.get("mass_kg", 0.0)
     shift, off = asked.structure.built_off(mass, shares.get(FREQUENCY, 0.0), shares.get(DAMPING, 0.0))
     damping = np.minimum(asked.structure.damping_ratio * (1.0 + off), 0.999)
@@ -92,10 +94,10 @@ def hardest(
 ) -> tuple[float, dict[str, float]]:
     """Give the largest judged value over the bands within the tolerances, and the structure that reaches it.
 
-    The worst damping is at an end of its tolerance. Natural frequency, mass and, if it may deviate, the tuning of
-    the absorber lie anywhere within their tolerances. A light damper moves most where a narrow peak meets an end of
-    a band. They are searched one after the other through each structure of a coarse grid; the highest places are
-    then refined.
+    The worst damping is at an end of its tolerance. Natural frequency, mass and, if it may deviate, the tuning of the
+    absorber lie anywhere within their tolerances. A lightly damped structure moves most where a narrow peak meets an
+    end of a band. These deviations are searched one after the other, starting from each structure of a coarse grid. The
+    structures with the highest values are then refined.
 
     Parameters
     ----------
@@ -151,7 +153,7 @@ def hardest(
 
 
 def _along(places: Floats, i: int, shares: Floats) -> Floats:
-    """Places (n, k) with each of these fractions, (m,) or (n, m), at position i: (n, m, k)."""
+    """Give points (n, k) with position i replaced by each of these fractions, (m,) or (n, m), as (n, m, k)."""
     line = np.repeat(places[:, None], shares.shape[-1], axis=1)
     line[:, :, i] = shares
     return line

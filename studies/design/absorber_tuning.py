@@ -13,34 +13,39 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 
 BELOW, ABOVE, APART = 0.4, 0.5, 0.025
-"""Range of the search below and above the tuning of the least peak at any frequency, and its step, as logarithms."""
+"""Range of the search below and above the tuning for the smallest peak at any frequency, and its step, as logarithms.
+"""
 BESIDE_BAND, FARTHEST = 0.25, 2.3
-"""Range beyond each band, which may be far from resonance; and the farthest distance from that tuning, as
+"""Range of the search beyond each band, which may be far from resonance, and its largest distance from that tuning, as
 logarithms.
 """
 DAMPINGS = np.exp(np.linspace(-5.0, 1.0, 13))
-"""Range of the damping, over that of the least peak at any frequency."""
+"""Range of the damping, relative to that for the smallest peak at any frequency."""
 LOWS = 3
-"""Number of the lowest places that are refined."""
+"""Number of lowest points that are refined."""
 WIDE = (0.05, 0.8)
-"""Range of tuning and damping around them, as logarithms."""
+"""Range of tuning and damping around each of them, as logarithms."""
 SIDE = np.linspace(-1.0, 1.0, 5)
 CLOSER, ROUNDS, FEW = 0.7, 20, 6
-"""Repetitions of a grid of `SIDE` × `SIDE` around the best, ever closer; first a few around many places."""
+"""The best of a grid of `SIDE` × `SIDE` is refined by a finer grid, many times; before that, many points are refined a
+few times.
+"""
 ALONG = np.linspace(-1.0, 1.0, 9)
 ASIDE, NARROWER, HALVINGS, STRETCHES = 0.03, 0.3, 8, 5
-"""The bottom of a valley is followed along `ALONG` values of the damping: the best tuning for each is found by
-`ASIDE` halvings. Then the range of the damping is narrowed by this factor, so many times.
+"""The bottom of a valley is followed along `ALONG` values of the damping; `ASIDE` halvings find the best tuning for
+each. The range of the damping is then narrowed by a factor, repeatedly.
 """
 EXCHANGES, ENOUGH = 6, 1.01
-"""Number of times that a harder structure is added to the tuning, and the relative excess that makes one harder."""
+"""Number of times that the hardest structure is added to those the absorber is tuned for, and the relative excess from
+which it is added.
+"""
 
 
 def tuned_for(asked: Specification, start: Absorber) -> Absorber:
-    """Tune an absorber for the least worst case over the bands.
+    """Tune an absorber for the smallest worst case over the bands.
 
-    It is tuned for some structures, and then also for the hardest of all, as long as that is harder: the method of
-    exchange.
+    It is tuned for some structures. The structure with the worst case is then added, until it is no worse than those
+    (method of exchange).
     """
     judged = judged_of(asked)
     # more damping of the structure hardly ever increases its motion
@@ -77,7 +82,7 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
 
 
 def _tunings(asked: Specification, start: Absorber) -> Floats:
-    """Tunings to examine: around that of the least peak, and around each band."""
+    """Tunings to examine: around that for the smallest peak, and around each band."""
     own = math.log(start.tuning)
     ends = [own - BELOW, own + ABOVE]
     for each in asked.excitations:
@@ -89,7 +94,7 @@ def _tunings(asked: Specification, start: Absorber) -> Floats:
 def _lows(heights: Floats) -> set[tuple[int, int]]:
     """Give the lowest tuning for each damping, and all local minima.
 
-    With little damping the minima are narrower than the grid, so they need not be low on it.
+    With little damping the minima are narrower than the grid, so their values on the grid need not be low.
     """
     padded = np.pad(heights, 1, constant_values=math.inf)
     rows, columns = heights.shape
@@ -101,7 +106,7 @@ def _lows(heights: Floats) -> set[tuple[int, int]]:
 def _least(
     worst: Callable[[Floats, Floats], Floats], best: Absorber, rounds: int = ROUNDS
 ) -> tuple[float, Absorber]:
-    """Lay grids of `SIDE` × `SIDE` ever closer about the best so far."""
+    """Refine the best tuning so far by ever finer grids of `SIDE` × `SIDE`."""
     width = np.array(WIDE)
     p, q = (side.ravel() for side in np.meshgrid(SIDE, SIDE, indexing="ij"))
     value = math.inf
@@ -118,7 +123,7 @@ def _least(
 def _followed(
     worst: Callable[[Floats, Floats], Floats], value: float, best: Absorber
 ) -> tuple[float, Absorber]:
-    """Follow the best tuning for each damping: where two peaks are equal a valley is narrow and curved, and grids
+    """Follow the best tuning for each damping. Where two peaks are equal, the valley is narrow and curved, and grids
     miss its bottom.
     """
     along, aside, reached, there = WIDE[1], ASIDE, value, best

@@ -12,12 +12,12 @@ from damperlab.studies.specification.specification import Choice, Specification
 from damperlab.studies.variables import MADE_BY
 
 SMALL = Effort(divided=10, starts=1, sizes=1, reserve=0.4, left=0.0)
-"""Searches for the alternatives in an answer."""
+"""Effort of the searches for alternatives in an answer."""
 LACKS = {
     "friction_alone": ("clearance_m", "particle_mass_kg", "restitution", *MADE_BY.values()),
     "particle_alone": ("friction_force_n",),
 }
-"""The damper without each of its parts."""
+"""Each alternative, and the part that it lacks."""
 CALLED = {"friction_alone": "friction alone", "particle_alone": "the particle alone"}
 
 
@@ -53,7 +53,7 @@ def alternative(name: str, asked: Specification, book: Book, most: int) -> Step[
     Raises
     ------
     BudgetSpent
-        If none could be judged with its tolerances: a value without them is not comparable.
+        If no damper could be judged with its tolerances; a value without tolerances is not comparable.
     """
     search = Search(without(asked, LACKS[name]), book, SMALL, told=False)
     best = yield from search.run(most)

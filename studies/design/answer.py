@@ -51,7 +51,7 @@ class ReachedUnder(TypedDict):
 
 
 class Limit(ReachedUnder):
-    """A limit, its result, and whether it is kept and binds."""
+    """A limit, the result for it, and whether the limit is kept and binds."""
 
     limit: str
     allowed: Measured
@@ -72,8 +72,8 @@ class Response(TypedDict, total=False):
 
 
 class Alternative(KnownDesign):
-    """A damper without one of its parts, as an alternative to the recommended one; `ratio` is over that one's worst
-    case.
+    """A damper without one of its parts, as an alternative; `ratio` is its worst case over that of the recommended
+    damper.
     """
 
     ratio: Number
@@ -257,7 +257,7 @@ def known_document(asked: Specification, ahead: tuple[Build, Score]) -> KnownDes
 
 
 def worst_document(asked: Specification, score: Score) -> Worst:
-    """Give a worst case with its units, and its place."""
+    """Give a worst case with its units, and the conditions where it occurs."""
     return {
         "measure": asked.measure.name,
         "value": score.value,
@@ -290,12 +290,12 @@ def _where(asked: Specification, score: Score) -> Where:
         return known
     bound = binding(asked, score)
     known["excitation"] = bound.name or None
-    if not asked.measure.mean:  # which is at no frequency
+    if not asked.measure.mean:  # an rms over the band has no frequency
         known["frequency_ratio"] = score.frequency_ratio
         known["frequency_hz"] = hertz(asked, score.frequency_ratio)
     if not (
         asked.measure.mean and bound.motion.order
-    ):  # under a constant velocity no amplitude of the displacement exists
+    ):  # under a constant velocity no single amplitude of the displacement exists
         known["ratio"] = score.value / (score.amplitude_m * _rate(asked) ** asked.measure.order)
         known["base_amplitude_m"] = score.amplitude_m if asked.in_units else None
     return known
@@ -417,19 +417,17 @@ def _of_mass(found: Found, one: OfMass) -> BestOfMass:
 
 
 def _mass_name(asked: Specification) -> Literal["particle_mass_kg", "mass_ratio"]:
-    """Name the mass of a particle: in a specification in ratios the structure's is 1."""
+    """Name the mass of a particle. In a specification in ratios the structure has mass 1."""
     return "particle_mass_kg" if asked.in_units else "mass_ratio"
 
 
 def _times(value: float, found: Found) -> float | None:
-    """Give a value over that of the recommended damper; None if that is 0."""
+    """Give a value divided by that of the recommended damper; None if the latter is 0."""
     return value / found.compared.value if found.compared.value > 0.0 else None
 
 
 def _under_each(found: Found) -> list[Score]:
-    """Give the worst case as drawn under each excitation, last those of records; for records `cases` has the
-    details.
-    """
+    """Give the worst case as drawn under each excitation, records last; `cases` has the details for records."""
     alone = not found.asked.excitations and len(found.asked.records) == 1
     return [*found.under, *(() if alone else found.under_records)]
 
@@ -450,7 +448,7 @@ def _response(found: Found, build: Build) -> Response:
 
 
 def _closed_form(found: Found, absorber: Absorber) -> Response:
-    """Give the response with a tuned mass damper, or with none, on the nominal structure; empty without a band."""
+    """Give the response of the nominal structure with a tuned mass damper, or without a damper; empty without a band."""
     if not found.asked.excitations:
         return {}
     r = np.linspace(

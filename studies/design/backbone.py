@@ -39,10 +39,10 @@ def backbone_document(found: Found) -> list[OverBand]:
     Returns
     -------
     list of dict
-        `amplitude` in `amplitude_units` (that of the constant quantity); whether it is `asked` for; over the band
-        `frequency_ratio`, `frequency_hz`, `value` of the measure and `ratio`, over the base amplitude or the static
-        displacement; `worst`, which is judged; for the largest ratio `worst_ratio`, `worst_frequency_ratio` and
-        `worst_frequency_hz`. Frequencies in hertz are None without units.
+        `amplitude` in `amplitude_units` (that of the constant quantity); whether it is `asked` for by the
+        specification; over the band `frequency_ratio`, `frequency_hz`, `value` of the measure and `ratio`, over the
+        base amplitude or the static displacement; `worst`, which is judged; for the largest ratio `worst_ratio`,
+        `worst_frequency_ratio` and `worst_frequency_hz`. Frequencies in hertz are None without units.
     """
     return [_under(found, each) for each in found.shown]
 
@@ -74,7 +74,7 @@ def _under(found: Found, amplitude: Amplitude) -> OverBand:
 
 
 def peaks_of(found: Found) -> list[tuple[Amplitude, Curve, int]]:
-    """Give each amplitude with the response under it, and the place of its largest value."""
+    """Give each amplitude with the response under it, and the frequency of its largest value."""
     curves = [(each, found.book.curve(found.build, each)) for each in found.shown]
     return [(each, curve, int(curve.measured.argmax())) for each, curve in curves]
 
@@ -90,9 +90,10 @@ def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Dimensions `amplitude` and `frequency_ratio`: `value` and `ratio`, NaN where nothing was computed, since
-        every amplitude has additional frequencies around its own peak. Over `amplitude` alone `worst`,
-        `worst_ratio`, `worst_frequency_ratio` and whether it is `asked` for.
+        Dimensions `amplitude` and `frequency_ratio`: `value` and `ratio`, NaN where nothing was computed, since every
+        amplitude has additional frequencies around its own peak. The variables `worst`, `worst_ratio`,
+        `worst_frequency_ratio` and `asked` have the dimension `amplitude` alone; `asked` is true for amplitudes of the
+        specification.
     """
     r = sorted({each for row in rows for each in row["frequency_ratio"]})
     grids: dict[str, Any] = {}

@@ -56,7 +56,7 @@ ENSEMBLE = {"kind": "ensemble", "n": STARTS, "seed": SEED}
 ABOUT_THE_RUN = ("cycles", "run_time", "status")
 """Additional variables to store."""
 STUDY_COST = 40
-"""Points that cost as much as one more study."""
+"""Number of points that cost as much as one more study."""
 MOST_MERGED = 40
 """Sets of designs that are compared for joining."""
 
@@ -67,8 +67,8 @@ class BudgetSpent(Exception):
 
 @dataclass(frozen=True)
 class Wanted:
-    """A build at frequencies over its own natural one, under an amplitude of an excitation; or, once, under a
-    record.
+    """A build at frequencies relative to its own natural frequency, under an amplitude of an excitation; or a build
+    under a record.
     """
 
     build: Build
@@ -103,7 +103,7 @@ class _Group:
 
     @property
     def cost(self) -> int:
-        """Points, and the overhead of the studies."""
+        """Number of points, and the overhead of the studies in points."""
         cells = sum(int(np.prod([axis.size for axis in grid])) for grid in self.grids)
         return cells * len(self.frequencies) + STUDY_COST * len(self.grids)
 
@@ -292,7 +292,7 @@ class Book:
                 self.spent += 1
 
     def under_record(self, build: Build, case: Case) -> Curve:
-        """Give the known results of a build under a record: one place, with results in units."""
+        """Give the known results of a build under a record: a single point, with results in units."""
         row = self._known.get((build.spot(self.asked.structure, case), ONCE[0]))
         at = np.array(ONCE if row else ())
         rows = np.array(row or ()).reshape(at.size, len(RECORD_VARIABLES))
@@ -322,7 +322,9 @@ class Book:
 
 
 def _beside(cube: xr.Dataset) -> Iterator[float]:
-    """Give the ratios of `BEFORE`, 0 for those that a study lacks; over base amplitudes the numbers of the cavity."""
+    """Give the ratios of `BEFORE`, 0 for those that a study lacks; for a study over base amplitudes, the numbers of the
+    cavity.
+    """
     if AMPLITUDE in cube.sizes:
         yield from cavity_of(definition_of(cube)["physical"]).numbers.values()
     else:

@@ -1,4 +1,4 @@
-"""A damper as it is built, on a structure as it is: nominal, or with deviations within the tolerances."""
+"""A damper as built, on a structure as built: both nominal, or with deviations within the tolerances."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -20,12 +20,12 @@ from damperlab.studies.specification.specification import (
 from damperlab.studies.variables import BEFORE
 
 Place = tuple[float, float, float, float, float]
-"""ζ, e, β, d/Z and γ_F; the three of the particle are 0 where there is none."""
+"""ζ, e, β, d/Z and γ_F; without a particle e, β and d/Z are 0."""
 
 Law = tuple[()] | tuple[str] | tuple[str, float, float, float]
-"""The constant quantity: empty for a base displacement; its name for a force. For a base velocity or acceleration
-its name, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural frequency.
-Under a ground-motion record its id, its scale, and the same two of the structure.
+"""The constant quantity of the excitation: empty for a base displacement, its name for a force. For a base velocity or
+acceleration: its name, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural
+frequency. For a ground-motion record: its id, its scale, and the structure's mass and natural frequency.
 """
 FORCE = ("force",)
 Inside = tuple[float, ...]
@@ -34,8 +34,8 @@ record, and if a velocity or an acceleration of the base is constant, the number
 """
 NOTHING_INSIDE: Inside = (0.0,) * (1 + len(BEFORE))
 Spot = tuple[Law, Place, Inside]
-"""A damper under an amplitude, at every frequency: in ratios under a displacement or a force. Else d [m] and F_f [N]
-replace two of them, and under a record m [kg] replaces β.
+"""The parameters of a damper under an amplitude, for every frequency. Under a displacement or a force they are ratios.
+Else d [m] and F_f [N] replace two of them, and under a record m [kg] also replaces β.
 """
 
 
@@ -52,7 +52,7 @@ class Build:
     contact_time_s : float
         Contact time; 0 if impacts take no time.
     cavity : Cavity
-        Its tilt, and the friction of the particle in it.
+        Tilt of the cavity, and friction of the particle in it.
     """
 
     clearance_m: float
@@ -100,16 +100,20 @@ class Build:
         return amplitude.reference_m / ((1.0 + self.mass_off) * (1.0 + self.frequency_off) ** 2)
 
     def base_m(self, amplitude: Amplitude, frequency_ratio: float) -> float:
-        """Give the base amplitude Z [m], or the static displacement, at a frequency over this structure's natural one."""
+        """Give the base amplitude Z [m], or the static displacement, at a frequency relative to this structure's
+        natural frequency.
+        """
         return amplitude.excitation.base_m(self._reference_m(amplitude), self.nominal(frequency_ratio))
 
     def rate(self, asked: Specification) -> float:
-        """Give ω_n of this structure [rad/s]; over that of the nominal one for a specification in ratios."""
+        """Give ω_n of this structure [rad/s]; for a specification in ratios, relative to that of the nominal structure."""
         nominal = asked.structure.angular_frequency if asked.in_units else 1.0
         return nominal * (1.0 + self.frequency_off)
 
     def _inside(self, structure: Structure, amplitude_m: float) -> Inside:
-        """Give the parameters of the forces on the particle, over 1/ω_n of the actual structure and an amplitude."""
+        """Give the parameters of the forces on the particle, in ratios to 1/ω_n of the actual structure and to an
+        amplitude.
+        """
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
         if not self.cavity.acts:
@@ -118,7 +122,7 @@ class Build:
         return (self._contact_time(structure), *self.cavity.ratios(frequency_hz, amplitude_m))
 
     def _numbers_inside(self, structure: Structure) -> Inside:
-        """Give the parameters of the forces on the particle, by the numbers of its cavity."""
+        """Give the parameters of the forces on the particle, as the numbers of its cavity."""
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
         return (self._contact_time(structure), *self.cavity.numbers.values())
@@ -148,16 +152,16 @@ class Build:
         return self.moved(asked, upper).limited(about)
 
     def excess(self, asked: Specification) -> float:
-        """Give the largest share by which the damper itself exceeds a limit; 0 if it keeps all."""
+        """Give the largest share by which the damper itself exceeds a limit; 0 if it keeps all limits."""
         own = {DAMPER_LIMITS[name]: limit for name, limit in asked.damper_limits.items()}
         return max((about.excess(self.limited(about), limit) for about, limit in own.items()), default=0.0)
 
     def own(self, frequency_ratio: float) -> float:
-        """Convert a frequency over the nominal natural frequency into one over this structure's."""
+        """Convert a frequency relative to the nominal natural frequency into one relative to this structure's."""
         return frequency_ratio / (1.0 + self.frequency_off)
 
     def nominal(self, frequency_ratio: float) -> float:
-        """Convert a frequency over this structure's natural frequency into one over the nominal one."""
+        """Convert a frequency relative to this structure's natural frequency into one relative to the nominal one."""
         return frequency_ratio * (1.0 + self.frequency_off)
 
     def moved(self, asked: Specification, shares: dict[str, float]) -> "Build":

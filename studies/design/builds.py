@@ -21,7 +21,7 @@ WORST = 5
 """Builds whose peaks are bracketed: those that may be the worst."""
 
 NEAR = 0.9
-"""Share of a limit from which the peaks of a build are bracketed too, because they decide whether it keeps the
+"""Share of a limit above which the peaks of a build are bracketed too, because they decide whether the build keeps the
 limit.
 """
 
@@ -33,7 +33,8 @@ class Builds:
     Parameters
     ----------
     drawn, passed : int
-        Number drawn, and number that keep every limit (without limits on results, also the stated bound).
+        Number of builds drawn, and number of those that keep every limit (without limits on results, also the stated
+        bound).
     low, high : float
         Interval of the probability.
     bound : float or None
@@ -48,10 +49,10 @@ class Builds:
 
 
 def clopper_pearson(passed: int, drawn: int, confidence: float) -> tuple[float, float]:
-    """Give the exact interval of a probability from `passed` successes in `drawn` independent trials.
+    """Give the exact confidence interval of a probability from `passed` successes in `drawn` independent trials.
 
-    C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404: at each end, the tail beyond the count has half of the
-    remaining probability, a quantile of the beta distribution.
+    C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404: the tail beyond each end has half of the remaining
+    probability, so the ends are quantiles of the beta distribution.
     """
     from scipy.special import betaincinv  # the light client imports this module, and has no scipy
 

@@ -12,7 +12,7 @@ from damperlab.studies.specification.measure import ACCELERATIONS, Measure
 
 @dataclass(frozen=True)
 class Curve:
-    """A response over the frequency, over the build's own natural frequency; infinite where it failed.
+    """A response over the frequency, relative to the build's own natural frequency; infinite where it failed.
 
     Parameters
     ----------
@@ -21,9 +21,9 @@ class Curve:
     base_m : ndarray, (n,)
         Base amplitude Z; 1 under a record, whose results are in units.
     columns : dict of ndarray, (n,)
-        `Book.variables`, or `RECORD_VARIABLES`, the first of them infinite if the response failed.
+        The variables of `Book.variables` or `RECORD_VARIABLES`; the first is infinite if the response failed.
     measure : Measure
-        The measure to minimise, from these variables.
+        The measure to minimise, computed from these variables.
     rate : float
         ω_n of the structure, the factor of accelerations.
     """
@@ -59,7 +59,7 @@ class Curve:
         return band_mean(self.r, values, self.errors).value if self.measure.mean else float(values.max())
 
     def errors_of(self, variable: str) -> NDArray[np.float64]:
-        """Standard error of a variable, shape (n,): the amplitude's; for an acceleration the same relative error."""
+        """Standard error of a variable, shape (n,): that of the amplitude; an acceleration has the same relative error."""
         errors: NDArray[np.float64] = np.nan_to_num(self["amplitude_error"])
         if variable not in ACCELERATIONS:
             return errors

@@ -43,7 +43,7 @@ class Ask:
     stage : str
         Their purpose.
     spent, budget : int
-        Known points, and most points.
+        Number of known points, and most points.
     ahead : (Build, Score) or None
         The best damper so far, and its known worst case as drawn; None before the first look.
     """
@@ -62,8 +62,8 @@ Rounds = Generator[Ask, Iterable[xr.Dataset], Found]
 def designing(asked: Specification, budget: int) -> Rounds:
     """Search: request the studies that must be known next, receive their cubes, and return the findings.
 
-    The requests depend only on the specification, the budget and the values of the cubes. So an interrupted search
-    is restarted: the studies up to its interruption are stored.
+    The requests depend only on the specification, the budget and the values of the cubes. So an interrupted search can
+    be restarted: its studies so far are stored.
 
     Parameters
     ----------

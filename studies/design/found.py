@@ -29,8 +29,8 @@ class Found:
     build : Build
         The best damper found, or the given one. It is recommended unless another kind does better.
     nominal, compared, stated : Score
-        Its worst case as drawn; with the corners of its tolerances, as the alternatives are judged; and over
-        everything computed for it.
+        Its worst case as drawn; with the corners of its tolerances, as for the alternatives; and over everything
+        computed for it.
     builds : Builds or None
         None without tolerances.
     margins : dict of Margin
@@ -46,8 +46,8 @@ class Found:
     under : tuple of Score
         As `nominal`, under each excitation over a band alone.
     shown : tuple of Amplitude
-        Amplitudes of the excitation that binds, also beyond its range, for which the damper as drawn is known at
-        every frequency of the survey.
+        Amplitudes of the binding excitation, some beyond its range, for which the damper as drawn is known at every
+        frequency of the survey.
     starts : Starts or None
         Responses to other starts than rest; None if the budget did not cover them.
     stopped : str
@@ -83,7 +83,9 @@ class Found:
 
     @property
     def others(self) -> dict[str, Alternative]:
-        """`alternatives` that differ from the damper itself: one without a particle is friction alone."""
+        """`alternatives` that differ from the damper itself; for example, a damper without a particle is itself
+        friction alone.
+        """
         lacks = {
             "friction_alone": self.build.particle_mass_kg == 0.0,
             "particle_alone": self.build.friction_force_n == 0.0,
@@ -91,7 +93,7 @@ class Found:
         return {name: each for name, each in self.alternatives.items() if not lacks[name]}
 
     def otherwise(self, limit: str) -> str:
-        """Name other changes than a relaxed limit that would let the damper keep it."""
+        """Name changes, other than relaxing the limit, that could let a damper keep it."""
         if self.nominal.reached[limit] <= self.asked.limits[limit]:
             return "narrow the tolerances"
         return "widen what may be chosen" if self.asked.free else "let something be chosen"
@@ -113,13 +115,15 @@ class Found:
 
     @property
     def binding(self) -> Excitation:
-        """The excitation of the stated worst case, or the one over the bands if a record has it."""
+        """The excitation of the stated worst case; if that is a record, the excitation of the worst case over the
+        bands.
+        """
         assert self.over is not None  # only of a specification over bands
         return binding(self.asked, self.stated, self.over)
 
 
 def at_ends(found: Found) -> dict[str, str]:
-    """Give the chosen quantities at an end of their range, and which end."""
+    """Give the chosen quantities that lie at an end of their range, and the end."""
     ends: dict[str, str] = {}
     asked = found.asked
     for name in (each for each in OF_DAMPER if each in asked.free or each in asked.bounds):
@@ -127,7 +131,7 @@ def at_ends(found: Found) -> dict[str, str]:
         if not (name == "friction_force_n" or found.build.particle_mass_kg > 0.0):
             continue
         if value in (QUANTITIES[name].lowest, QUANTITIES[name].highest):
-            continue  # there is nothing beyond
+            continue  # no value exists beyond
         if value in (choice.start, choice.stop) and not (choice.values and choice.start == choice.stop):
             # if a limit reduced a range to one value, the upper end is the limit's
             ends[name] = "upper" if value == choice.stop else "lower"

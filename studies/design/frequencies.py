@@ -1,9 +1,9 @@
 """Frequencies of a response over the band, chosen so that its peak is found reliably.
 
-A particle that rides on its wall is added mass: the structure then resonates at r = 1/√(1+β), and at r = 1 where the particle
-does not act. Between the two, and a margin beyond, frequencies are spaced by the half width of the structure's own
-resonance, ζ. So a resonance of that width reaches at least 1/√(1 + ¼) of its height at one of them (a Lorentzian,
-half a step off its peak). Every maximum of that height is then bracketed.
+A particle that stays on its wall is added mass, and the structure then resonates at r = 1/√(1+β). Where the particle
+does not act, it resonates at r = 1. Between the two, and a margin beyond, frequencies are spaced by the half width of
+the structure's own resonance, ζ. So a resonance of that width reaches at least 1/√(1 + ¼) of its height at one of them
+(a Lorentzian, half a step off its peak). Every maximum of that height is then bracketed.
 """
 
 import math
@@ -16,25 +16,29 @@ from damperlab.studies.specification.excitation import Excitation
 from damperlab.studies.specification.specification import OF_STRUCTURE, Specification
 
 NARROWEST, WIDEST = 0.001, 0.008
-"""Steps between resonances; a lighter damping than the first is not resolved by samples alone."""
+"""Smallest and largest step between resonances; samples alone do not resolve the resonance of a damping below the
+first.
+"""
 MOST_STEPS = 60
 """Most samples between resonances."""
 OUTSIDE = 8
 """Samples on either side of the resonances."""
 COARSE = 3
-"""Step of the first look, in these steps."""
+"""Step of the first look, in steps of the survey."""
 SHOWN = 0.85
-"""Share of the largest value from which a maximum is bracketed."""
+"""A maximum is bracketed if it reaches this share of the largest value."""
 BRACKETS = 3
 """Most maxima bracketed in one step."""
 CLOSER = 0.001
-"""Step of a response where a rise between two samples would decide."""
+"""Step near the largest value, where a rise between two samples could change the result."""
 INNER = 7
 """Samples on either side of a bracket."""
 NARROW = 1e-5
-"""Width of an interval [1] that is not divided further: a hundredth of the smallest step between resonances."""
+"""Width of an interval that is not divided further: a hundredth of the smallest step between resonances."""
 DIGITS = 9
-"""Decimals of a frequency ratio: one place is one number, however it was computed."""
+"""Decimals to which a frequency ratio is rounded, so that equal frequencies are equal numbers however they were
+computed.
+"""
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Survey:
     step : float
         Between resonances.
     fine, coarse : tuple of float
-        All of them, and those of the first look; both without the ends of the band.
+        All sampled frequencies, and those of the first look; both without the ends of the band.
     """
 
     low: float
@@ -84,9 +88,9 @@ class Survey:
         return cls(low, high, step, tuple(fine), tuple(coarse))
 
     def sample(self, mass_ratio: float, shift: float, fine: bool) -> tuple[float, ...]:
-        """Give the frequencies, over its own natural frequency, of a structure with a relative deviation.
+        """Give the frequencies for a structure with a relative deviation, over its own natural frequency.
 
-        Both ends of the band are among them, and the resonance of a particle that rides on its wall.
+        They include both ends of the band, and the resonance with a particle that stays on its wall.
         """
         low, high = self.low / (1.0 + shift), self.high / (1.0 + shift)
         riding = round(1.0 / math.sqrt(1.0 + mass_ratio), DIGITS)
@@ -114,8 +118,8 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float =
     Returns
     -------
     tuple of float
-        Inside the neighbouring intervals of every maximum that reaches `shown` of the largest value, the highest
-        first; empty if none of those intervals is wider than `NARROW`.
+        Frequencies in the intervals next to each maximum that reaches `shown` of the largest value, the highest maximum
+        first. Empty if none of these intervals is wider than `NARROW`.
     """
     if r.size < 2:
         return ()
@@ -135,7 +139,8 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float =
 def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
     """Give further frequencies in the wider intervals where the response is near its largest value.
 
-    A peak on a flank is no maximum of the samples if it is narrower than their distance, so `brackets` misses it.
+    A peak on a flank that is narrower than the distance of the samples is not a maximum of the samples, so `brackets`
+    misses it.
 
     Parameters
     ----------
@@ -145,7 +150,7 @@ def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float,
     Returns
     -------
     tuple of float
-        They divide every interval with an end at `SHOWN` of the largest value or more, into parts no wider than
+        They divide every interval with an end of at least `SHOWN` times the largest value into parts no wider than
         `CLOSER`.
     """
     high = np.maximum(values[:-1], values[1:]) >= SHOWN * values.max()
@@ -159,9 +164,9 @@ def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float,
 def rise(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
     """Estimate by how much the peak next to the largest sample exceeds it.
 
-    On an interval next to it the response is assumed to rise no more steeply than towards the interval from either
-    end. The rise ends where both lines meet. If the value beyond is too low for that, the response jumps: it is
-    assumed to rise up to the jump, as steeply as before it.
+    On an interval next to it the response is assumed to rise no more steeply than on the two intervals on either side.
+    The rise ends where both lines meet. If the value at the far end is too low for that, the response jumps. It is then
+    assumed to rise up to the jump, as steeply as before.
     """
     place = int(values.argmax())
     return max(
@@ -176,7 +181,7 @@ def _rise_ahead(
     back: NDArray[np.float64],
     behind: NDArray[np.float64],
 ) -> float:
-    """Give the rise on the first interval of a response, whose neighbour was sampled from behind."""
+    """Give the rise on the first interval of a response, from the slopes on both sides of it."""
     if r.size < 2 or back.size < 2 or not np.isfinite(np.r_[values[:3], behind[:3]]).all():
         return 0.0
     width, slopes = abs(r[1] - r[0]), np.diff(behind[:3]) / -np.abs(np.diff(back[:3]))

@@ -1,5 +1,5 @@
-"""Response against the mass of the particle: the best damper found for each of several masses, with all other
-quantities chosen again.
+"""Response over the mass of the particle: the best damper found for each of several masses, with all other quantities
+chosen again.
 
 The search for a mass starts from the best damper of the neighbouring mass, and moves one step of one quantity as
 long as this is better. So each is only the best of the dampers examined, as drawn. The tuned mass damper of the same
@@ -21,7 +21,7 @@ from damperlab.studies.specification.specification import Choice, Specification
 
 MASS = "particle_mass_kg"
 MASSES = 5
-"""Masses over a range; more if the recommended one lies between them."""
+"""Number of masses over a range; one more if the recommended mass lies between them."""
 MOST_LISTED = 7
 """Most masses of a list."""
 SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -29,9 +29,9 @@ SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
 WIDEST, FINEST = 1 / 8, 1 / 16
 """Steps of the other quantities, as fractions of their ranges."""
 FULL = 2
-"""Quantities up to which every neighbour is examined."""
+"""Largest number of quantities for which every neighbour is examined."""
 POOL = 4
-"""Dampers of the main search from which the search for a known mass starts."""
+"""Number of dampers of the main search from which the search for a known mass starts."""
 SAME = 1e-9
 """Relative difference within which two masses are equal."""
 
@@ -88,16 +88,14 @@ def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, .
     Parameters
     ----------
     search : Search
-        At its end.
-    best : tuple of float
-        Its recommendation.
+        At its end. best : tuple of float Its recommendation.
     most : int
         Points that the book may hold afterwards.
 
     Returns
     -------
     tuple of OfMass
-        In the order of their masses, as many as the points allow.
+        In the order of their masses; as many as the allowed points cover.
     """
     recommended = search.space.build(best)
     masses = masses_of(search.asked, recommended)
@@ -127,7 +125,7 @@ def beside_particle_alone(
 
 
 def undominated(front: tuple[OfMass, ...]) -> tuple[OfMass, ...]:
-    """Choose the masses that no lighter one equals."""
+    """Choose the masses that do better than every lighter one."""
     kept: list[OfMass] = []
     for each in front:
         if all(each.score.rank < other.score.rank for other in kept):
@@ -198,8 +196,8 @@ def _others(search: Search, candidate: Candidate) -> Candidate:
 
 
 def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
-    """Give the neighbours of a candidate, a step away along every quantity if there are up to two, else along one of
-    them.
+    """Give the neighbours of a candidate, one step away: along any of up to `FULL` quantities together, else along one
+    alone.
     """
     steps = [max(step, 1.0 / (count - 1)) if count else step for count in space.counts]
     moves = product((-1.0, 0.0, 1.0), repeat=len(steps))
@@ -211,7 +209,7 @@ def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
 
 
 def _pool(search: Search, mass: float) -> set[Candidate]:
-    """Give the best as drawn among the search's dampers of a mass."""
+    """Give the search's dampers of a mass that are best as drawn."""
     same = (each for each in search.values if search.space.build(each).particle_mass_kg == mass)
     ranked = sorted(same, key=lambda each: (*search.score(search.space.build(each)).rank, each))
     return {_others(search, each) for each in ranked[:POOL]}
@@ -222,6 +220,6 @@ def _with_mass(asked: Specification, mass: float) -> Specification:
 
 
 def _limit(asked: Specification) -> float:
-    """Give the heaviest mass that keeps its limit, with its tolerance."""
+    """Give the heaviest mass that keeps its limit, including its tolerance."""
     limit = asked.damper_limits.get(MASS, float("inf"))
     return asked.tolerances[MASS].most(limit) if MASS in asked.tolerances else limit

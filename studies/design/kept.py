@@ -1,4 +1,4 @@
-"""A design as stored: the specification, the studies its search waits for, its end."""
+"""A design as stored: the specification, the studies that its search waits for, and how it ended."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -18,12 +18,12 @@ class Where(TypedDict):
     frequency_ratio: Number
     frequency_hz: Number
     base_amplitude_m: Number
-    excitation: Annotated[str | None, Says(description="Its name, where there are several.")]
+    excitation: Annotated[str | None, Says(description="Its name, if there are several.")]
     record: NotRequired[
         Annotated[str | None, Says(description="The ground-motion record, of a design under records.")]
     ]
     record_name: NotRequired[
-        Annotated[str | None, Says(description="What it is called: its id, or what it was generated from.")]
+        Annotated[str | None, Says(description="Its name: its id, or the definition it was generated from.")]
     ]
     scale: NotRequired[Number]
 
@@ -85,7 +85,7 @@ class Round:
     number : int
         Rounds so far, including this one.
     points, wanted : int
-        Points known, and points of the studies.
+        Number of known points, and of points of the studies.
     studies : tuple of str
         Their ids.
     known : dict or None
@@ -93,7 +93,7 @@ class Round:
     started : str
         When the search began, in ISO 8601, UTC.
     message : str or None
-        Another reason to wait, apart from its studies.
+        A reason to wait other than its studies.
     """
 
     stage: str
@@ -125,7 +125,7 @@ class Kept:
     finished : str or None
         When it ended.
     message : str or None
-        The reason of its failure, or of its waiting.
+        The reason for its failure, or for its waiting.
     owner : str or None
         Its owner; None without keys.
     round : Round or None
@@ -146,7 +146,7 @@ class Kept:
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more happens without a request."""
+        """Whether the design has ended, so that nothing more happens without a request."""
         return self.finished is not None
 
     @property

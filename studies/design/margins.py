@@ -1,4 +1,4 @@
-"""How far each quantity of a damper may change alone."""
+"""By how much each quantity of a damper may change while all others stay."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -24,7 +24,9 @@ FEW = 3
 
 @dataclass(frozen=True)
 class Margin:
-    """Range of one quantity alone: limits are kept from `low` to `high`, and exceeded at the values beyond."""
+    """Range of one quantity while all others stay: limits are kept from `low` to `high`, and exceeded at the next
+    values beyond.
+    """
 
     low: Measured
     high: Measured
@@ -49,7 +51,8 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
         moved[PARTICLE_FRICTION.name, -1] = []
         rubbing = [(each, build.with_values({PARTICLE_FRICTION.name: each})) for each in COEFFICIENTS]
         moved[PARTICLE_FRICTION.name, 1] = rubbing
-    # a worst case can only grow: if the coarse look shows a failure, values beyond it need no look
+    # a worst case can only grow with more frequencies: if a coarse look shows a failure, larger changes are not
+    # examined
     near: dict[tuple[str, int], list[Build]] = {key: [] for key in moved}
     for first, last in ((0, FEW), (FEW, None)):
         further = {
@@ -79,7 +82,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
 
 
 def _moved(search: Search, build: Build) -> list[str]:
-    """Name the quantities of a damper that are chosen, or have tolerances."""
+    """Name the quantities of a damper that are chosen or have tolerances."""
     asked = search.asked
     names = [name for name in OF_DAMPER if name in asked.free or name in asked.tolerances]
     if build.particle_mass_kg == 0.0:
@@ -110,7 +113,7 @@ def _value(search: Search, build: Build, name: str, share: float) -> float | Non
 
 
 def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:
-    """Choose the builds that exceed no limit on the damper itself: the others need not be computed."""
+    """Choose the builds that exceed no limit on the damper itself; the others need not be computed."""
     return [each for row in rows for each in row if each.excess(search.asked) <= stated.violation]
 
 

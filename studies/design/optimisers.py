@@ -1,8 +1,8 @@
 """scipy's optimisers as generators, which request values instead of computing them.
 
-Each yields candidates whose values it needs next, and continues once they are known. A function of scipy calls its
-objective and waits for it, so an optimiser is restarted with the known values and followed until one is missing. The
-requests depend only on the values, and following it costs little compared with computing them.
+Each yields the candidates whose values it needs next, and continues once they are known. A function of scipy calls its
+objective and waits for the value. So an optimiser is restarted with the known values, and runs until one is missing.
+The requests depend only on the values. Restarting costs little compared with computing values.
 """
 
 from collections.abc import Generator, Mapping, Sequence
@@ -19,16 +19,16 @@ Wants = Generator[list[Candidate], None, None]
 Values = Mapping[Candidate, float]
 
 STRETCH = 1.5
-"""Relative excess of the box that DIRECT divides over the ranges: it samples only midpoints, and so some lie on the
-ends.
+"""Relative excess of the box that DIRECT divides over the ranges. It samples only midpoints; in a larger box some of
+them lie on the ends of the ranges.
 """
 SIZES = (1 / 12, 1 / 48)
-"""Sizes of simplices, as fractions of the ranges: each starts at the best of the earlier ones."""
+"""Sizes of simplices, as fractions of the ranges; each smaller one starts at the best value of the earlier ones."""
 FAR = 1 / 8
 """Distance between the starts of the first simplices, as a fraction of the ranges."""
 SHRUNK = 1 / 8
-"""Fraction of its first size at which a simplex ends: where the response jumps, the values at its corners never
-agree.
+"""Fraction of its first size at which a simplex ends: its values cannot be compared instead, since at a jump of the
+response they never agree.
 """
 MOST_STEPS = 30
 """Most values of a simplex, for each quantity."""
@@ -41,7 +41,7 @@ class Effort:
     Parameters
     ----------
     divided : int
-        Candidates of the division of the ranges, for each chosen quantity.
+        Number of candidates, per chosen quantity, when the ranges are divided.
     starts : int
         Simplices of the first size.
     sizes : int
@@ -60,19 +60,19 @@ class Effort:
 
 
 class _Ended(Exception):
-    """The optimiser needs further values, or has enough candidates."""
+    """Stops an optimiser that needs further values, or has enough candidates."""
 
 
 def sought(space: Space, values: Values, effort: Effort) -> Wants:
-    """Find the candidate with the least value: all of a few, else by dividing the ranges, and then downhill from the
-    best.
+    """Find the candidate with the least value: examine all candidates if there are few; else divide the ranges, and
+    then go downhill from the best.
 
     Parameters
     ----------
     space : Space
         The candidates.
     values : mapping
-        Known candidates; the receiver of a request adds to them.
+        Values of known candidates; whoever answers a request adds to them.
     effort : Effort
         Its effort.
     """
@@ -86,7 +86,7 @@ def sought(space: Space, values: Values, effort: Effort) -> Wants:
 
 
 def _divided(space: Space, values: Values, count: int) -> Wants:
-    """Divide the ranges where the least value may be, until the wanted number of candidates is known.
+    """Divide the ranges where the least value may lie, until the wanted number of candidates is known.
 
     D. R. Jones, C. D. Perttunen, B. E. Stuckman, J. Optim. Theory Appl. 79 (1993) 157, in the locally biased form of
     J. M. Gablonsky, C. T. Kelley, J. Glob. Optim. 21 (2001) 27. All candidates of an iteration are requested

@@ -27,15 +27,15 @@ class Score:
     Parameters
     ----------
     value, error, noise : float
-        The largest value of the measure in its unit, and how much larger it may be at the required confidence. Also
+        The largest value of the measure in its unit; by how much it may be larger at the required confidence; and by
         how much smaller, since a response that does not repeat has a standard error.
     violation : float
         The largest share by which a limit is exceeded; 0 if all are kept.
     reached : dict of float
-        The largest value of each limited quantity, of results and of the damper itself, in the unit of its limit.
+        The largest value of each limited quantity, a result or a quantity of the damper, in the unit of its limit.
     frequency_ratio : float
-        Frequency of the worst case, over the nominal natural frequency; if the rms over the band is judged, that of
-        its largest response. NaN under a ground-motion record, like the next.
+        Frequency of the worst case, over the nominal natural frequency; if the rms over the band is judged, that of its
+        largest response. NaN under a ground-motion record, as is `amplitude_m`.
     amplitude_m : float
         Base amplitude Z of the worst case, at its frequency.
     build : Build
@@ -47,8 +47,7 @@ class Score:
     violation_at_most : float
         As `violation`, from these bounds.
     reached_at : dict of tuple
-        The excitation of each result in `reached`, and its frequency ratio, as `frequency_ratio`; empty for one that
-        is 0.
+        For each result in `reached`, its excitation and frequency ratio; a result of 0 has no entry.
     """
 
     value: float
@@ -71,7 +70,7 @@ class Score:
 
     @property
     def sure(self) -> tuple[float, float]:
-        """As `rank`, from upper bounds: the smallest of many noisy values is small by chance."""
+        """As `rank`, but from upper bounds, because the smallest of many noisy values is small by chance."""
         return self.violation, self.most
 
     @property
@@ -83,8 +82,8 @@ class Score:
 def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
     """Judge a build by its known results.
 
-    Error and value are those of the sampled frequencies; the error includes the possible rise of the peak between
-    them. Results without their own errors are assigned the amplitude's.
+    Value and error come from the sampled frequencies; the error includes the possible rise of the peak between them.
+    Results without their own error get that of the amplitude.
     """
     asked = book.asked
     quantile = NormalDist().inv_cdf(asked.confidence)
@@ -175,8 +174,8 @@ def _judged(curve: Curve, quantile: float) -> _Judged:
 
 
 def _at_most(curve: Curve, values: NDArray[np.float64], errors: NDArray[np.float64] | None) -> float:
-    """Give upper bounds of values over the band, with errors and between the frequencies; without errors the
-    largest.
+    """Give upper bounds of values over the band, including errors and the rise between frequencies; without errors, the
+    largest value.
     """
     place = int(values.argmax())
     if errors is None or not np.isfinite(values).all():
@@ -212,12 +211,12 @@ def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] |
 
 
 def _highest(scores: list[Score], limit: str) -> Score:
-    """Give the build that reaches the largest part of the limits."""
+    """Give the build that reaches the largest share of a limit."""
     return max(scores, key=lambda one: one.reached[limit])
 
 
 def worst(scores: Iterable[Score]) -> Score:
-    """Join the scores of several builds: the worst of each."""
+    """Combine the scores of several builds: the worst value of each quantity."""
     every = list(scores)
     top = max(every, key=lambda one: one.value)
     reached = {name: max(one.reached[name] for one in every) for name in top.reached}

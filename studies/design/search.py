@@ -1,11 +1,11 @@
-"""The search: scipy's optimisers request dampers, each of which is examined only as closely as it matters.
+"""The search: scipy's optimisers request dampers, and each damper is examined only as closely as necessary.
 
-It is a generator: it yields the points that it needs next, and continues when the book has them. What it yields
-depends only on the specification and on the values in the book.
+It is a generator: it yields the points that it needs next, and continues when the book has them. Its requests depend
+only on the specification and on the values in the book.
 
 The value of a damper is its worst case as drawn and at the corners of its tolerances, with every maximum over the
-frequency bracketed to the same fineness. A worst case can only grow as more frequencies are computed, so a damper is
-refined only while it may be near the best. The recommended damper is refined most.
+frequency bracketed equally finely. A worst case can only grow as more frequencies are computed, so a damper is refined
+only while it may be near the best. The recommended damper is refined most.
 """
 
 import math
@@ -33,13 +33,15 @@ CLOSE = 1
 CLOSEST = 3
 """Two more rounds of brackets: for comparing dampers, with each maximum known to a 64th of the survey's steps."""
 BETWEEN, SURE = 4, 6
-"""Every interval near the largest response divided, and two more rounds of brackets: for the recommended damper."""
+"""First every interval near the largest response is divided, then two more rounds of brackets follow: for the
+recommended damper.
+"""
 NEAR = 0.95
-"""Share of the largest value from which a bracketed build, or maximum, is bracketed again."""
+"""A bracketed build or maximum is bracketed again if it reaches this share of the largest value."""
 MARGIN = 0.05
 """Excess over the best beyond which a damper is not refined."""
 WORST, EXCEEDING = 1e4, 1e3
-"""Value of an unbounded response, and the least value of a damper that exceeds a limit."""
+"""Value that stands for an unbounded response, and least value of a damper that exceeds a limit."""
 LEAST = 1e-300
 
 
@@ -54,7 +56,7 @@ class Search:
     book : Book
         The known points; shared with other searches.
     effort : Effort
-        How much it takes.
+        How many dampers it examines.
     told : bool
         Whether the book's stage describes its activity.
     """
@@ -65,9 +67,9 @@ class Search:
     told: bool = True
     stopped: str = ""
     values: dict[Candidate, float] = field(default_factory=dict)
-    """The value of each examined candidate: a lower bound if it is far from the best."""
+    """The value of each examined candidate; only a lower bound if it is far from the best."""
     robust: dict[Candidate, Score] = field(default_factory=dict)
-    """The worst case with tolerances of those that were near the best."""
+    """The worst case with tolerances of each candidate that was near the best."""
 
     def __post_init__(self) -> None:
         """Lay out frequencies, amplitudes and corners."""
@@ -106,7 +108,7 @@ class Search:
             known = [each for each in self.first() if self.looked_at(self.space.build(each))]
             if not known:
                 raise BudgetSpent
-            # nothing was judged with its tolerances: the best as drawn, with the known results of its corners
+            # no damper was judged with its tolerances: take the best as drawn, with the known results of its corners
             best = min(known, key=lambda each: (self.value(each), each))
             self.robust[best] = self.judged(best)
         try:
@@ -134,7 +136,7 @@ class Search:
         return [one for build in builds for one in self._samples_of(build, 0, self.amplitudes)]
 
     def _look(self, candidates: list[Candidate]) -> Asks:
-        """Compute the values of candidates, each as closely as needed while it may be near the best."""
+        """Compute the values of candidates, ever more closely for those that may be near the best."""
         yield from self.known(map(self.space.build, candidates), 0)
         if not self.robust and len(candidates) > 1:  # there is no best yet for comparison
             candidates = sorted(candidates, key=lambda each: (self.value(each), each))
@@ -154,7 +156,9 @@ class Search:
             self.book.ahead = self.space.build(self.best())
 
     def _deciding(self, candidate: Candidate, level: int) -> list[Build]:
-        """Give the builds of a candidate to compute at a level: first all corners, then the possible worst case."""
+        """Give the builds of a candidate to compute at a level: first all corners, then those that may be the worst
+        case.
+        """
         nominal, *corners = self.with_corners(candidate)
         if level == CLOSE:
             return corners or [nominal]
@@ -168,7 +172,7 @@ class Search:
         ]
 
     def reconsidered(self) -> Asks:
-        """Examine the skipped dampers now that the best is worse than it seemed, and find the best again."""
+        """Examine the skipped dampers, now that the best has proved worse than it seemed, and find the best again."""
         bar = self.worth(self.robust[self.best()]) + MARGIN
         yield from self._look(
             [each for each, value in self.values.items() if each not in self.robust and value <= bar]
@@ -189,7 +193,7 @@ class Search:
                 self.book.ahead = self.space.build(self.best())
 
     def best(self) -> Candidate:
-        """Give the best of those judged with their tolerances."""
+        """Give the best of the candidates judged with their tolerances."""
         return min(self.robust, key=lambda each: (self.worth(self.robust[each]), each))
 
     def score(self, build: Build) -> Score:
@@ -201,7 +205,7 @@ class Search:
         return worst(map(self._known_of, filter(self.looked_at, self.with_corners(candidate))))
 
     def _known_of(self, build: Build) -> Score:
-        """Judge a build; if it was not bracketed, it is too low for the possible rise of its peak to matter."""
+        """Judge a build. One that was not bracketed is so low that the possible rise of its peak does not matter."""
         one = self.score(build)
         close = self._level[build] >= CLOSEST or self.asked.measure.mean
         return one if close else replace(one, error=min(one.noise, one.error))
@@ -219,7 +223,7 @@ class Search:
         return round(math.log(max(judged.value + judged.noise, LEAST)), 9)
 
     def looked_at(self, build: Build) -> bool:
-        """Whether anything is known of a build under all amplitudes."""
+        """Whether something is known of a build under every amplitude."""
         return build in self._level
 
     def with_corners(self, candidate: Candidate) -> list[Build]:
@@ -267,8 +271,8 @@ class Search:
     def sample(self, build: Build, amplitude: Amplitude, fine: bool) -> tuple[float, ...]:
         """Give the frequencies of a build under an amplitude, over its own natural frequency.
 
-        A coarse sample only underestimates the largest response, but may miss the rms over the band in either
-        direction: that is judged by all of them together.
+        A coarse sample can only underestimate the largest response, but it may over- or underestimate the rms over the
+        band. So the rms always uses all frequencies.
         """
         mass = build.place(self.asked.structure, amplitude.reference_m)[2]
         every = fine or self.asked.measure.mean

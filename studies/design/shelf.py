@@ -1,8 +1,8 @@
 """The store of designs: specification, progress and result, each a small file in a folder.
 
-A file is written completely or not at all, and only one process changes each. The request is written once, the round
-by the search, and the end by the first process that ends the design. So a process that is killed at any moment
-leaves a design that can be continued. A new name and a place in the trash are additional files.
+A file is written completely or not at all, and only one process changes each. The request is written once, the round by
+the search, and the end by the first process that ends the design. So a process that is killed at any moment leaves a
+design that can be continued. A new name and a deletion date are additional files.
 """
 
 import json
@@ -35,7 +35,7 @@ NAME, TRASH = "name.json", "trash.json"
 WHERE = "`damperlab designs list` or GET /api/v1/designs lists them"
 
 _putting = threading.Lock()
-"""Lock held from counting to writing, so that simultaneous designs are counted too."""
+"""Lock held from counting the designs to writing one, so that simultaneous requests cannot exceed the limit."""
 
 
 class Shelf:
@@ -126,7 +126,7 @@ class Shelf:
             return self.get(found.pop())
         many = f"{describe(reference)}, which matches {len(found)} designs"
         if reference in self._in_trash():
-            return self.get(reference)  # its message says so
+            return self.get(reference)  # its error message says so
         raise DesignNotFound(
             Fault(
                 "design",
@@ -171,7 +171,7 @@ class Shelf:
             asked = parse_specification(request["specification"])
             digest, name = asked.digest, asked.name
         except StudyFaults:
-            # of a version with other keys: it is kept, and searching for it reports the error
+            # written by a version with other keys: it stays, and a search for it reports the error
             digest, name = design_id, str(request["specification"].get("name", ""))
         return Kept(
             id=design_id,
@@ -242,7 +242,7 @@ class Shelf:
         return self.end(design_id, "done")
 
     def end(self, design_id: str, state: State, message: str | None = None) -> bool:
-        """End a design; False where it had ended before."""
+        """End a design; False if it had already ended."""
         if self._has(design_id, END):
             return False
         end = {"state": state, "message": message, "finished": now()}
@@ -345,9 +345,9 @@ class Shelf:
         folder.clear()
 
     def pieces(self, design_id: str) -> dict[str, bytes]:
-        """Give the files of a design unchanged; one that ends meanwhile is given in its state before or after."""
+        """Give the files of a design unchanged. If it ends meanwhile, they are those before or those after its end."""
         folder, found = self._folder.at(design_id), {}
-        # the end last: the files that it announces must exist before
+        # the end is written last, because the files that it announces must exist before
         for name in (END, ANSWER, REPORT, ROUND, NAME, TRASH, REQUEST):
             with suppress(FileNotFoundError):
                 found[name] = folder.get(name)
@@ -360,7 +360,7 @@ class Shelf:
         folder = self._folder.at(design_id)
         folder.remove(REQUEST)
         folder.clear()
-        # first without the request, which makes it a design, and then with it
+        # the request is written last, because its presence makes the folder a design
         for some in ({name: pieces[name] for name in pieces if name != REQUEST}, {REQUEST: pieces[REQUEST]}):
             if some:
                 folder.fill(some)
@@ -373,7 +373,7 @@ class Shelf:
         return None
 
     def _renamed(self, design_id: str, name: str) -> str:
-        """Give the later name of a design, or the one of its request."""
+        """Give the new name of a design if it was renamed, else the name in its request."""
         try:
             return str(self._read(design_id, NAME)["name"])
         except FileNotFoundError:

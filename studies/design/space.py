@@ -18,7 +18,7 @@ GRAIN = 2048
 the same dampers.
 """
 MOST_LISTED = 100
-"""Most combinations of listed values of which all are examined."""
+"""Up to this number of combinations of listed values, all are examined."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Space:
         return tuple(len(self.asked.choices[name].values) for name in self.names)
 
     def build(self, candidate: Candidate) -> Build:
-        """Give the damper of a candidate, without quantities that do not matter for it."""
+        """Give the damper of a candidate, without quantities that have no effect on it."""
         chosen = dict(zip(self.names, candidate, strict=True))
         values = {name: self.asked.choices[name].at(chosen.get(name, 0.0)) for name in OF_DAMPER}
         share = chosen.get("restitution", 0.0)
@@ -53,7 +53,7 @@ class Space:
         return Build(**drawn, contact_time_s=contact_time_s, cavity=cavity_of(values))
 
     def candidate(self, shares: Sequence[float]) -> Candidate:
-        """Convert fractions into values: of a list, or at a fixed fraction of a range."""
+        """Round fractions to those of listed values, or to the grain of a range."""
         parts = (count - 1 if count else GRAIN for count in self.counts)
         return tuple(
             round(min(max(float(share), 0.0), 1.0) * part) / part
@@ -61,14 +61,16 @@ class Space:
         )
 
     def every(self) -> list[Candidate]:
-        """Give all candidates if there are few: each value of every list; else none."""
+        """Give all combinations of listed values if there are few; else none."""
         if not all(self.counts) or math.prod(self.counts) > MOST_LISTED:
             return []
         return list(product(*([k / (count - 1) for k in range(count)] for count in self.counts)))
 
 
 FACTORIAL = 3
-"""Tolerances up to which every corner is examined; for more, a fraction in which no two share a column."""
+"""Number of tolerances up to which every corner is examined; for more, a fraction in which no two tolerances share a
+column.
+"""
 HADAMARD = (
     (1, 1, 1, 1, 1, 1, 1),
     (-1, 1, -1, 1, -1, 1, -1),
@@ -89,7 +91,7 @@ def amplitudes_of(asked: Specification, count: int) -> tuple[Under, ...]:
 
 
 def corners_of(asked: Specification) -> list[dict[str, float]]:
-    """Give the corners of the tolerances: every one of a few, else a balanced fraction of them."""
+    """Give the corners of the tolerances: all if there are few tolerances, else a balanced fraction."""
     names = asked.toleranced
     if not names:
         return []

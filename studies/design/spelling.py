@@ -30,14 +30,14 @@ NOUNS = {
     "random vibration record": "random vibration records",
     "shock": "shocks",
 }
-"""Names of a record, and of several."""
+"""Singular and plural of each kind of record."""
 OVER = {"1": "", "m": " Z", "m/s": " ω_n·Z", "m/s²": " ω_n²·Z", "N": " k·Z", "kg": " M"}
-"""References of limits without units, by their units otherwise."""
+"""By the unit of a limit, the reference of its ratio in a specification without units."""
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 
 
 def quantity(asked: Specification, name: str, value: float, digits: int = 4) -> str:
-    """Write a quantity of the damper in its unit, or as its ratio without units."""
+    """Write a quantity of the damper in its unit, or as a ratio if the specification has no units."""
     if asked.in_units or name == "restitution":
         return spelling.quantity(name, value, digits)
     return f"{SYMBOLS[name]} = {value:.{digits}g}"
@@ -68,15 +68,15 @@ def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
 
 
 def allowing(asked: Specification, noise: float) -> str:
-    """Describe the margin added to computed values: an error has a confidence, the allowance for other frequencies
-    has none.
+    """Describe the margin added to computed values. The part for errors has a confidence; the part for frequencies
+    between samples has none.
     """
     error = f"for its error (confidence {asked.confidence:.3g}) and " if noise else ""
     return f"allowing {error}for frequencies between those computed"
 
 
 def response(asked: Specification, value: float, digits: int = 4) -> str:
-    """Write a value of the measure; over the base amplitude without units."""
+    """Write a value of the measure; as a ratio to the base amplitude if there are no units."""
     if not isfinite(value):
         return "without bound"
     if asked.in_units:
@@ -85,7 +85,7 @@ def response(asked: Specification, value: float, digits: int = 4) -> str:
 
 
 def limited(asked: Specification, limit: str, value: float) -> str:
-    """Write a value of a limited quantity, given as in the document: in its unit, or as a ratio."""
+    """Write a value of a limited quantity in the unit of the document, or as a ratio."""
     unit = (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).unit
     if asked.in_units:
         return spelled(value, unit)
@@ -93,7 +93,7 @@ def limited(asked: Specification, limit: str, value: float) -> str:
 
 
 def rounded_up(value: float, digits: int = 4) -> float:
-    """Give the least number with so many digits that is not smaller: an advised limit must be sufficient."""
+    """Round up to this number of digits, because an advised limit must be sufficient."""
     if not isfinite(value) or value <= 0.0:
         return value
     scale = 10.0 ** (digits - 1 - floor(log10(value)))
@@ -101,7 +101,7 @@ def rounded_up(value: float, digits: int = 4) -> float:
 
 
 def length(asked: Specification, value: float) -> str:
-    """Write a displacement, for any measure; over the base amplitude without units."""
+    """Write a displacement, whatever the measure; as a ratio to the base amplitude if there are no units."""
     return spelled(value, "m") if asked.in_units else f"{value:.4g} times {_reference(asked)}"
 
 
@@ -139,7 +139,7 @@ def frequency(asked: Specification, ratio: float) -> str:
 
 
 def under_records(records: RecordCases) -> str:
-    """Write the records of an excitation; a single generated one with its definition."""
+    """Name the records of an excitation; a single generated record with its definition."""
     scales, alone = records.scales, records.alone
     each = "each " if len(records.sources) > 1 else ""
     several = f", {each}at {counted(len(scales), 'scale')}" if len(scales) > 1 else ""
@@ -152,7 +152,7 @@ def under_records(records: RecordCases) -> str:
 
 
 def transients(asked: Specification) -> str:
-    """Write the kind of a specification's records: records, sweeps, shocks, or several of them."""
+    """Name the kind of a specification's records: records, sweeps, shocks, or several of these."""
     nouns = [noun for records in asked.records for noun in records.nouns]
     if len(nouns) == 1 and nouns[0] != "ground-motion record":
         return nouns[0]
@@ -160,7 +160,7 @@ def transients(asked: Specification) -> str:
 
 
 def spelled_out(asked: Specification, excitation: Excitation) -> str:
-    """Write an excitation: its band, and its amplitudes where there are units."""
+    """Write an excitation: its band and, if there are units, its amplitudes."""
     low, high = frequency(asked, excitation.low), frequency(asked, excitation.high)
     over = f"from {low} to {high}" if excitation.high > excitation.low else f"at {low}"
     if not asked.in_units:
@@ -179,7 +179,7 @@ def best_so_far(known: Mapping[str, Any]) -> str:
     Parameters
     ----------
     known : mapping
-        As of `damperlab.studies.design.answer.known_document`, which a service returns for a running design.
+        As `damperlab.studies.design.answer.known_document` makes it; a service returns it for a running design.
     """
     keeps = "" if known["feasible"] else ", exceeds a limit"
     return f"{_worst(known['worst'])}{keeps}: {', '.join(_quantities(known['design']))}"

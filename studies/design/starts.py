@@ -22,15 +22,17 @@ FROM = {
     "worst": f" from the worst of {STARTS} starts",
     "likely": f" in the responses that most of {STARTS} starts lead to",
 }
-"""Initial states of the responses that count, for sentences."""
+"""Initial states of the responses that are judged, for sentences."""
 BY_RANK = (
     ("attractor_share", "amplitude_ratio"),
     ("attractor_share_second", "amplitude_ratio_second"),
     ("attractor_share_third", "amplitude_ratio_third"),
 )
-"""Share of the starts and amplitude of the distinct responses, the most frequent first."""
+"""Variables of the share of the starts and of the amplitude of each distinct response, the most frequent first."""
 SAME = 1e-6
-"""Relative difference within which the amplitude from rest equals one of them: it is computed from the same start."""
+"""Relative difference within which the amplitude from rest equals that of one of these responses, since the start is
+the same.
+"""
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,7 @@ class Several:
     frequency_hz : float or None
         The same in hertz; None without units.
     attractors : int
-        How many responses.
-    highest : float
-        The largest displacement of any, in the unit of lengths.
+        How many responses. highest : float The largest displacement of any, in the unit of lengths.
     responses : tuple of Reached
         Up to three, the most frequent first.
     share_left : float
@@ -104,7 +104,7 @@ class Starts:
     frequency_hz : float or None
         The same in hertz; None without units.
     beyond : int or None
-        Number of frequencies at which some start exceeds the upper bound of the stated worst case. None if the
+        Number of frequencies at which a start leads beyond the upper bound of the stated worst case. None if the
         measure is not the displacement, because other results are not stored for every start.
     where : tuple of Several
         The frequencies of `several`, ascending.
@@ -121,7 +121,7 @@ class Starts:
 
 
 def started(search: Search, build: Build, over: Score) -> Step[None]:
-    """Compute the damper as drawn, whose worst case over the bands is given, from several starts."""
+    """Compute the damper as drawn from several starts; its worst case over the bands is given."""
     largest = binding(search.asked, over).largest
     at = (*search.sample(build, largest, False), build.own(over.frequency_ratio))
     yield search.book.from_starts(Wanted(build, largest, tuple(sorted(set(at)))))
@@ -175,7 +175,7 @@ def hertz(asked: Specification, ratio: float) -> float | None:
 
 
 def _several(asked: Specification, cube: xr.Dataset, largest: Amplitude, rest: Curve) -> Iterator[Several]:
-    """Give the frequencies of a study from several starts at which these lead to different responses."""
+    """Give the frequencies at which the several starts of a study lead to different responses."""
     every = cube.squeeze([name for name in cube.sizes if name != "frequency_ratio"], drop=True)
     for r in every["frequency_ratio"].values.tolist():
         at = every.sel(frequency_ratio=r)
@@ -207,8 +207,8 @@ def _reached(
 ) -> Iterator[Reached]:
     """Distinguish the responses at one frequency.
 
-    For the most frequent one all variables are stored, and those of the one from rest are known from the search,
-    which its amplitude identifies. Others have only amplitude and share. The variable of the measure is over `unit`.
+    All variables are stored for the most frequent response. Those of the response from rest are known from the search;
+    its amplitude identifies it. The others have only amplitude and share. The variable of the measure is in `unit`.
     """
     for rank, (share, amplitude) in enumerate(BY_RANK):
         if not float(at[share]) > 0.0:

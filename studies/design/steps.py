@@ -1,4 +1,4 @@
-"""Steps of a search: each requests points. The steps after the search share the remaining budget."""
+"""Steps of a search, each of which requests points. The steps after the search share the remaining budget."""
 
 from collections.abc import Callable, Generator
 from math import inf
@@ -23,16 +23,17 @@ def within(step: Step[T], left_out: list[str], what: str) -> Step[T | None]:
 
 
 Part = Callable[[int], Step[bool]]
-"""Receives the number of points that the book may reach, takes what it needs, and returns whether that was
+"""Receives the number of points that the book may reach, computes what it needs, and returns whether that number was
 sufficient.
 """
 
 
 def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
-    """Take parts, each with an equal share of the remaining budget, the one with the cheapest first look first.
+    """Carry out parts, each with an equal share of the remaining budget; the part with the cheapest first look comes
+    first.
 
-    A part passes on the points that it does not need. Interrupted parts then continue with the complete rest, in the
-    same order: their known points cost nothing.
+    A part passes on the points that it does not need. Interrupted parts then continue with all of the rest, in the same
+    order; their known points cost nothing.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
     Returns
     -------
     list of str
-        Those that stayed incomplete.
+        The parts that stayed incomplete.
     """
     names = sorted(parts, key=lambda name: _first_cost(book, parts[name]))
     cut = []
@@ -68,7 +69,7 @@ def _whole(book: Book, name: str, part: Part, most: int) -> Step[bool]:
 
 
 def _first_cost(book: Book, part: Part) -> float:
-    """Give the points that the first look of a part needs."""
+    """Give the number of points that the first look of a part needs."""
     steps = part(book.budget)
     try:
         wanted = next(steps)

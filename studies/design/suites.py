@@ -37,7 +37,7 @@ AXES = (
     "clearance_m",
     "friction_force_n",
 )
-"""Quantities that distinguish dampers of one structure's mass, in the order of the rows here."""
+"""Quantities that distinguish dampers on structures of equal mass, in the order of the rows in this module."""
 OF_PARTICLE = ("restitution", "clearance_m")
 """Quantities without meaning if there is no particle."""
 
@@ -50,7 +50,7 @@ def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...
     place_of = {source.id: i for i, records in enumerate(asked.records) for source in records.sources}
     cases: dict[tuple[float, bool, Inside, Place, float, int], set[tuple[str, float]]] = {}
     for law, place, inside in lacking:
-        assert len(law) == 4  # that of a record
+        assert len(law) == 4  # the record's own
         record, scale, mass, frequency = law
         key = (mass, place[2] > 0.0, inside, place, frequency, place_of[record])
         cases.setdefault(key, set()).add((record, scale))
@@ -96,8 +96,8 @@ def _suite(
 
 
 def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
-    """Give the results in a suite's cube of every damper under every case: `RECORD_VARIABLES`, infinite first if it
-    failed.
+    """Give the results in a suite's cube of every damper under every case: `RECORD_VARIABLES`, the first of them
+    infinite if the run failed.
     """
     document = definition_of(cube)
     mass, inside = float(document["mass_kg"]), (contact_time_of(cube), *cavity_of(document).numbers.values())

@@ -24,9 +24,7 @@ class Surroundings:
     search : Search
         At its end.
     best : tuple of float
-        What it recommends.
-    stated : Score
-        Its worst case.
+        What it recommends. stated : Score Its worst case.
     shown : tuple of Amplitude
         Amplitudes that are shown.
     """
@@ -45,7 +43,7 @@ class Surroundings:
         return self.search.space.build(self.best)
 
     def look(self) -> Step[list[str]]:
-        """Compute all of it as far as the budget allows; name the parts that it did not cover."""
+        """Compute all of these as far as the budget allows; name the parts that it did not cover."""
         parts: dict[str, Part] = {f"the best of {CALLED[name]}": self._alternative(name) for name in LACKS}
         parts[MOVED] = self._margins
         masses = masses_of(self.search.asked, self.build) if self._has_mass else []

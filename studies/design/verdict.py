@@ -41,7 +41,7 @@ from damperlab.studies.understood import unusual_specification
 from damperlab.studies.variables import MADE_BY, ResponseClass
 
 GROWS = 1.5
-"""Excess growth of a response over that of its excitation from which it depends on the amplitude."""
+"""A response whose growth exceeds that of its excitation by this share depends on the amplitude."""
 CALLED: dict[Damper, str] = {
     "hybrid": "particle with friction",
     "particle_alone": "particle alone",
@@ -50,7 +50,7 @@ CALLED: dict[Damper, str] = {
     "no_damper": "without damper",
 }
 CAVITY = {*MADE_BY.values()}
-"""Optional keys of a specification for the cavity; the default is level, without friction."""
+"""Optional keys of a specification for the cavity; by default it is level and frictionless."""
 NAMES = {
     "clearance_m": "clearance",
     "friction_force_n": "friction",
@@ -88,14 +88,14 @@ def called_of(found: Found, damper: Damper) -> str:
 
 
 def is_as_good(theirs: Score, ours: Score) -> bool:
-    """Whether another damper is as good as the recommended one, which has more parts."""
+    """Whether a damper with fewer parts is as good as the recommended one."""
     keeps = theirs.violation <= ours.violation and not clearly_less(ours.most, theirs.most)
     return keeps and not clearly_less(ours.value, theirs.value)
 
 
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
-    """Name what to build, and return it: None for the damper of the answer; `bare`, the worst case of no damper, if
-    none is needed.
+    """Write what to build, and return it: None for the damper of the answer. `bare` is the worst case without a damper,
+    if none is needed.
     """
     ours = found.compared
     if not found.asked.free:
@@ -119,7 +119,7 @@ def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Besid
 
 
 def _tuned_wins(tuned: Beside, ours: Score) -> bool:
-    """Whether a tuned mass damper is better in tune, and no worse at the detuning that a workshop may leave."""
+    """Whether a tuned mass damper is better when tuned, and no worse when detuned as a workshop may leave it."""
     if ours.violation > 0.0 and not tuned.exceeded:
         return True
     better = clearly_less(tuned.value, ours.value) and not clearly_less(ours.value, tuned.detuned)
@@ -127,7 +127,7 @@ def _tuned_wins(tuned: Beside, ours: Score) -> bool:
 
 
 def _without_damper(asked: Specification) -> float | None:
-    """Give the worst case of the structure alone within its tolerances; None if it may exceed the limits."""
+    """Give the worst case of the structure without a damper within its tolerances; None if it may exceed the limits."""
     if asked.cases or asked.limits.keys() - {asked.measure.limit}:
         return None
     return hardest(asked, NO_DAMPER, judged_of(asked))[0]
@@ -139,17 +139,17 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
     stays = f"keeps the {judged} within"
     if isinstance(best, float):
         bare = response(asked, rounded_up(best, 3), 3)
-        return f"Build no damper: without one the {judged} stays within {bare}, and none that was looked at does better."
+        return f"Build no damper: without one the {judged} stays within {bare}, and none that was examined does better."
     if isinstance(best, Beside):
         reach = response(asked, rounded_up(best.value, 3), 3)
         if best.exceeded:
             nearest = f"Nearest is a tuned mass damper: {_tuned(asked, best)}; it {stays} {reach}."
-            return f"No damper that was looked at keeps every limit. {nearest}"
+            return f"No damper that was examined keeps every limit. {nearest}"
         return f"Use a tuned mass damper: {_tuned(asked, best)}, {stays} {reach} ({_detuned(asked, best)})."
     score = found.stated if best is None else best.score
     build = found.build if best is None else best.build
     if isinf(score.value):
-        return f"Nothing bounds the {judged}: it grows without bound with every damper that was looked at."
+        return f"Nothing bounds the {judged}: it grows without bound with every damper that was examined."
     reach = _reach(asked, score.value, score.most)
     if build.friction_force_n and locked(found, build):
         return _locked(found, build, reach)
@@ -157,7 +157,7 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
         word = "The given damper" if score.violation == 0.0 else "The given damper exceeds a limit: it"
         return f"{word} ({damper_words(asked, build)}) {stays} {reach}."
     if score.violation > 0.0:
-        return f"No damper that was looked at keeps every limit. Nearest: {damper_words(asked, build)}; it {stays} {reach}."
+        return f"No damper that was examined keeps every limit. Nearest: {damper_words(asked, build)}; it {stays} {reach}."
     if damper == "friction_alone":
         force = quantity(asked, "friction_force_n", build.friction_force_n, 3)
         return f"No particle needed: a friction force of {force} alone {stays} {reach}."
@@ -169,7 +169,7 @@ def _locked(found: Found, build: Build, reach: str) -> str:
     force = quantity(found.asked, "friction_force_n", build.friction_force_n, 3)
     if all(each.motion.force for each in found.asked.excitations) and not found.asked.cases:
         return f"A friction force of {force} withstands the force at every frequency: the structure does not move."
-    return f"A friction force of {force} clamps the structure to its base: it moves as that does, {reach}; nothing is damped."
+    return f"A friction force of {force} clamps the structure to its base: it moves with the base, {reach}; nothing is damped."
 
 
 def _notes(found: Found, damper: Damper) -> Iterator[Note]:
@@ -220,7 +220,7 @@ def _notes(found: Found, damper: Damper) -> Iterator[Note]:
 
 
 def _said(found: Found, note: Note) -> str:
-    """Write a note that belongs into the first sentences."""
+    """Write a note that belongs in the first sentences."""
     asked, known = found.asked, note.values
     if note.kind == "nearly_clamped":
         return "It nearly clamps the structure to its base."
@@ -272,7 +272,7 @@ def _nearly_clamped(found: Found, build: Build) -> bool:
 
 
 def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
-    """Give the result of twice the largest amplitude, if it is clearly more than twice as much."""
+    """Give the result at twice the largest amplitude, if it is clearly more than doubled."""
     asked = found.asked
     if not asked.excitations or asked.cases or asked.measure.mean:
         return None
@@ -349,7 +349,7 @@ def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
 
 
 def _accelerates(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
-    """State the acceleration of the structure, unless the answer is about it anyway."""
+    """State the acceleration of the structure, unless the measure is already an acceleration."""
     asked, g = found.asked, acceleration_g(found)
     told = any("acceleration" in name for name in (asked.measure.name, *asked.limits))
     if g is not None and not told:
@@ -408,7 +408,7 @@ def _with_friction(found: Found) -> str:
 
 
 def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:
-    """Give the second best, and its loss."""
+    """Give the second best, and how much worse it is."""
     asked = found.asked
     for name, limit in asked.limits.items():
         reached = found.stated.reached[name]

@@ -35,7 +35,7 @@ from damperlab.studies.spelling import spelled
 ENDED: Mapping[str, str] = {
     "budget": "The search ended with its share of the budget of {points}.",
     "converged": "The search ended because no neighbour of the best was better.",
-    "lists": "These are all combinations of the values listed.",
+    "lists": "Every combination of the listed values was examined.",
     "nothing": "The limits leave one damper.",
 }
 """Reasons for the end of a search."""
@@ -85,7 +85,7 @@ def _worst(found: Found) -> Iterator[str]:
         # a single generated record, at its only scale, begins the sentence
         one = len(records.cases) == 1 and records.alone is not None
         near = "" if one else f", under {stated.under.name}"
-    elif not asked.excitations:  # no record moves anything
+    elif not asked.excitations:  # no record causes any motion
         shaken, name, near = under_records(asked.records[0]), asked.records[0].name, ""
     else:
         shaken, name = spelled_out(asked, found.binding), found.binding.name
@@ -121,7 +121,7 @@ def _worst(found: Found) -> Iterator[str]:
 
 
 def words_of_structure(asked: Specification) -> Iterator[str]:
-    """Say which given quantities a tolerance of the mass leaves unchanged."""
+    """State which given quantities a tolerance of the mass leaves unchanged."""
     if "mass_kg" in asked.tolerances:
         damping = "dashpot" if asked.structure.dashpot_given else "damping ratio"
         spring = "stiffness" if asked.structure.stiffness_given else "natural frequency"
@@ -210,11 +210,11 @@ def _starts(found: Found) -> Iterator[str]:
         return
     near = f"near {frequency(asked, starts.frequency_ratio)}"
     at = "1 frequency ratio" if starts.frequencies == 1 else f"each of {starts.frequencies} frequency ratios"
-    reached = "does not exceed what is stated"
+    reached = "does not exceed the value stated"
     if starts.beyond is None:
         reached = f"reaches a displacement of the structure up to {length(asked, starts.worst)}, {near}"
     elif starts.beyond:
-        reached = f"reaches up to {response(asked, starts.worst)}, {near}: at {starts.beyond} of these more than is stated"
+        reached = f"reaches up to {response(asked, starts.worst)}, {near}: at {starts.beyond} of these more than stated"
     yield f"Started in {counted(starts.count, 'way')} at {at}, the damper as drawn {reached}."
     if starts.several:
         yield f"At {starts.several} of these ratios it has more than one response."
@@ -222,7 +222,9 @@ def _starts(found: Found) -> Iterator[str]:
 
 def _margins(found: Found) -> Iterator[str]:
     asked = found.asked
-    if not found.margins or isinf(found.stated.most):  # an unbounded value cannot be exceeded
+    if not found.margins or isinf(
+        found.stated.most
+    ):  # if the stated value is unbounded, no start can exceed it
         return
     holds = ["every limit holds"] if asked.limited_at_all else []
     if found.stated.violation > 0.0:
@@ -247,7 +249,7 @@ def _known(found: Found) -> Iterator[str]:
     if found.asked.free:
         yield f"Computed: {points}, of {dampers}. {ended}"
     else:
-        yield f"Nothing was to be chosen. Computed: {points}{', all of the budget' if found.stopped == 'budget' else ''}."
+        yield f"There was nothing to choose. Computed: {points}{', all of the budget' if found.stopped == 'budget' else ''}."
     if found.left_out:
         yield f"The budget did not allow: {'; '.join(found.left_out)}."
     better = found.ended in ("budget", "converged")

@@ -1,4 +1,4 @@
-"""A question to a measurement, assembled from known values and parameters to estimate; every fault is named."""
+"""Assembles a question to a measurement from known values and parameters to estimate, and names every fault."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -41,13 +41,14 @@ def make_question(
         The response.
     structure : mapping
         The known values in the form of a study: `damping_ratio`, `axes`, `physical`, `particle`, `contact`, `start`,
-        `steady`. An axis is estimated within its range, as if it stood in `fit`; frequencies are those measured.
+        `steady`. An axis is estimated within its range, as if it were given in `fit`; the frequencies are the measured
+        ones.
     fit : mapping
         The parameters to estimate and their ranges: (lowest, highest), or None for the default range.
     known : mapping, optional
         Numbers that override those of `structure`, by the names of `NAMED`.
     share : float, optional
-        Standard deviation of the amplitudes relative to each, if the measurement has none.
+        Standard deviation of each amplitude as a share of it, if the measurement states none.
     confidence : float
         Of the intervals.
     seed : int
@@ -135,13 +136,13 @@ def taken_apart(
 
 
 def read_number(name: str, raw: object, faults: list[Fault]) -> dict[str, float]:
-    """Read one number of a prototype; none, and a fault, if it is wrong."""
+    """Read one number of a prototype; if it is wrong, give None and record a fault."""
     if name in NAMED:
         return attempt(lambda: {name: NAMED[name].read(raw, name)}, {}, faults)
     near = nearest(str(name), NAMED)
     advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
     allowed = f"one of {listing(NAMED)}"
-    told = f"{{field}} is not known of a prototype; allowed are {listing(NAMED)}."
+    told = f"{{field}} is not a known value of a prototype; allowed are {listing(NAMED)}."
     faults.append(Fault(str(name), "an unknown name", allowed, advice, told))
     return {}
 
@@ -173,7 +174,7 @@ def not_free(name: str, free: Sequence[str], of: str = "") -> Fault:
     """Name what can be estimated instead of an unknown name."""
     near = nearest(name, free)
     advice = f"did you mean `{near}`?" if near else "name one of these"
-    told = f"{name} cannot be estimated{of}; what can be are {listing(free)}."
+    told = f"{name} cannot be estimated{of}; possible are {listing(free)}."
     return Fault(f"fit.{name}", name, f"one of {listing(free)}", advice, told)
 
 
@@ -191,7 +192,7 @@ def _middles(ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, floa
 
 
 def read_ranges(ranges: Mapping[str, tuple[float, float] | None], faults: list[Fault]) -> list[Free]:
-    """Check the ranges of parameters; None means that there is neither a given nor a default range."""
+    """Check the ranges of parameters; None stands for a parameter with neither a given nor a default range."""
     read = [_range(name, span) for name, span in ranges.items()]
     faults += [each for each in read if isinstance(each, Fault)]
     return [each for each in read if not isinstance(each, Fault)]
@@ -200,7 +201,7 @@ def read_ranges(ranges: Mapping[str, tuple[float, float] | None], faults: list[F
 def _range(name: str, span: tuple[float, float] | None) -> Free | Fault:
     field = f"fit.{name}"
     if span is None:
-        told = f"{{field}} needs a range to look in, since {name} has no usual one."
+        told = f"{{field}} needs a range to search, since {name} has no default range."
         advice = f"write the lowest and the highest value, as in `fit: {{{name}: [LOW, HIGH]}}`"
         return Fault(field, NOTHING, "a range", advice, told)
     quantity = NAMED[name]
@@ -214,7 +215,7 @@ def _range(name: str, span: tuple[float, float] | None) -> Free | Fault:
 
 
 def _usual(name: str, known: Mapping[str, float], measured: Measurement) -> tuple[float, float] | None:
-    """Give the range of a parameter without a given one; None if there is no default."""
+    """Give the default range of a parameter; None if there is no default."""
     if name == "natural_frequency_hz":
         return (0.8 * known[name], 1.25 * known[name]) if name in known else None
     if name == "clearance_ratio" and not measured.in_metres:
@@ -229,7 +230,7 @@ def faults_between(names: Sequence[str], free: Sequence[str], friction: str) -> 
     """Find faults between the parameters that are estimated together."""
     faults = []
     if not names:
-        told = "Nothing is to be estimated."
+        told = "There is no parameter to estimate."
         advice = f"name what is unknown, as in `fit: {{restitution: null, {friction}}}`"
         faults.append(Fault("fit", NOTHING, f"one or more of {listing(free)}", advice, told))
     if len(names) > MOST_FREE:
@@ -244,7 +245,7 @@ def faults_between(names: Sequence[str], free: Sequence[str], friction: str) -> 
 
 
 def _check(question: FitQuestion) -> None:
-    """Try the definition of every configuration at both ends of all ranges."""
+    """Check the definition of every configuration at both ends of all ranges."""
     faults: dict[tuple[str, str], Fault] = {}
     particle = question.settings.get("particle", True) is not False
     for conditions, rows in question.configurations:
@@ -265,7 +266,7 @@ def _check(question: FitQuestion) -> None:
 
 
 def _missing(question: FitQuestion, given: Mapping[str, float], particle: bool) -> Iterable[Fault]:
-    """Find values that some rows need and that are given nowhere; a study's own defaults describe another prototype."""
+    """Find values that rows need but that are given nowhere; the defaults of a study would describe another prototype."""
     ratios = {RATIO_OF.get(name, name) for name in given}
     for name in RATIOS:
         if name == "frequency_ratio" or name in ratios or (name in OF_PARTICLE and not particle):

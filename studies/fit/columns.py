@@ -15,7 +15,7 @@ MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237}
 DAMPINGS = {"ns/m": 1.0, "kg/s": 1.0}
 RATIO = {"": 1.0, "1": 1.0, "-": 1.0}
 SHARES = {"%": 0.01}
-"""Units, and what one of each is in SI units."""
+"""Units, and their factors to SI units."""
 
 PERCENT = "deviation_share"
 """A standard deviation as a share of the amplitude."""
@@ -28,7 +28,7 @@ class Column:
     Parameters
     ----------
     names : dict of dict
-        By the column's name here, the units that imply it.
+        By the column's name in this program, the units that imply it.
     spellings : tuple of str
         Allowed headings, in lower case, without a unit.
     """
@@ -64,11 +64,11 @@ CONDITIONS = tuple(name for column in COLUMNS[6:] for name in column.names)
 ACCELERATION = re.compile(
     r"acc(el)?|((absolute|relative) )?acceleration( (amplitude|of the structure))?|amplitude of the acceleration"
 )
-"""Headings of an accelerometer on the structure, whose signal is not fitted."""
+"""Headings for the signal of an accelerometer on the structure, which is not fitted."""
 
 OF_RESPONSE = (
-    "Friction and impacts make a motion that is no sine, so that its largest displacement is not its largest acceleration "
-    "over ω²",
+    "With friction and impacts the motion is not a sine, so its largest displacement is not its largest "
+    "acceleration over ω²",
     "integrate the recorded acceleration twice, high-pass filtered well below the excitation frequency, and give the largest "
     "displacement of a cycle as `amplitude (mm)`",
 )
@@ -88,7 +88,7 @@ _OTHERWISE = {
     "disp": "displacement",
     "gap": "clearance",
 }
-"""Common spellings, and the names used here."""
+"""Common spellings, and the headings that this program uses."""
 
 
 def says_time(heading: str) -> bool:
@@ -97,7 +97,7 @@ def says_time(heading: str) -> bool:
 
 
 def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> str:
-    """Give the heading that was probably meant, with its unit if it has one: by its words, else by its unit."""
+    """Give the heading that was probably meant, found by its words or else by its unit; with the unit if it has one."""
     spellings = {spelling: column for column in columns for spelling in column.spellings}
     near: str | None = said
     while near is not None and near not in spellings:
@@ -117,7 +117,7 @@ def read_headings(
     columns: Sequence[Column] = COLUMNS,
     not_fitted: tuple[str, str] = OF_RESPONSE,
 ) -> tuple[list[str], list[float], list[Fault]]:
-    """Read a heading of many columns: their names, factors and faults; see `read_heading`."""
+    """Read the headings of many columns: their names, factors and faults; see `read_heading`."""
     field = f"line {number}"
     read = [read_heading(cell, field, columns, not_fitted) for cell in cells]
     faults = [each for each in read if isinstance(each, Fault)]
@@ -141,7 +141,7 @@ def read_heading(
     text : str
         The heading.
     field : str
-        Its position, for the fault.
+        Its place, for the fault.
     columns : sequence of Column
         Columns that the table may have.
     not_fitted : (str, str)
@@ -182,12 +182,12 @@ def read_heading(
         if not unit:
             told = f"The heading {printable(written)} states no unit; allowed are {listing(column.units)}."
             forms = " or ".join(f"`{said} ({unit})`" for unit in column.units[:3])
-            advice = f"state the unit that the numbers are in, as in {forms}"
+            advice = f"state the unit of the numbers, as in {forms}"
         return Fault(field, found, allowed, advice, told)
     if ACCELERATION.fullmatch(said):
         told = f"The heading {printable(written)} is an acceleration of the structure, which is not fitted. {not_fitted[0]}."
         return Fault(field, printable(written), "a displacement", not_fitted[1], told)
-    advice = "name what it is by one of these; leave a column out only where it is none of them"
+    advice = "name it by one of these; leave the column out only if none of them applies"
     if meant := _meant(said, unit, as_written, columns):
         advice = f"did you mean `{meant}`? Otherwise {advice}"
     allowed = f"one of {listing(column.spellings[0] for column in columns)}"

@@ -1,4 +1,4 @@
-"""A question to a measurement as one document, for HTTP."""
+"""Reads a question to a measurement from one document, for HTTP."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -83,7 +83,7 @@ def _measured(document: Mapping[str, Any], faults: list[Fault]) -> Measurement |
 def _ranges(raw: object, faults: list[Fault]) -> dict[str, tuple[float, float] | None]:
     """Read null, ``[low, high]`` or ``{start, stop}`` by name; names are checked with the question."""
     if not isinstance(raw, Mapping):
-        advice = 'write what is estimated, as in {"friction_ratio": [0, 0.8], "restitution": null}'
+        advice = 'write the parameters to estimate, as in {"friction_ratio": [0, 0.8], "restitution": null}'
         faults.append(Fault("fit", describe(raw), "a mapping of ranges", advice))
         return {}
     found: dict[str, tuple[float, float] | None] = {}
@@ -120,12 +120,14 @@ def fit_schema() -> dict[str, Any]:
             "measured": {
                 "type": "string",
                 "maxLength": MOST_BYTES,
-                "description": "A table, apart by comma, semicolon or tab; its first line names the columns with units.",
+                "description": "A table, separated by comma, semicolon or tab; its first line names the "
+                "columns with units.",
             },
             "name": {"type": "string", "minLength": 1, "maxLength": MAX_NAME, "default": "measurement"},
             "structure": {
                 "type": "object",
-                "description": "What is known of the prototype, written as a study is; an axis is a range to estimate within.",
+                "description": "The known values of the prototype, in the form of a study; an axis is a "
+                "range within which to estimate.",
             },
             "fit": {
                 "type": "object",

@@ -18,19 +18,19 @@ from damperlab.studies.variables import ResponseClass
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 UNDETERMINED = 0.8
-"""Share of the range above which an interval is uninformative: without data it would cover the confidence's share of
-it.
+"""An interval wider than this share of the range is uninformative: without data it would cover a share equal to the
+confidence.
 """
 AT_END = 0.05
-"""Share of the range within which an interval counts as reaching its end."""
+"""An interval that comes within this share of the range to its end counts as reaching the end."""
 ALIKE = 0.95
 """Absolute correlation above which the data do not separate two parameters."""
 BARELY = 0.99
-"""The same if one of the two is undetermined anyway: only near equality is worth a sentence."""
+"""The same if one of the two is undetermined anyway; then only a correlation near 1 is mentioned."""
 DOUBTED = 0.01
 """Probability of chi-square below which the model and the stated deviations disagree."""
 OUTLIER = 0.01
-"""Probability that any row is called an outlier although none is."""
+"""Probability that some row is called an outlier although none is."""
 IRREGULAR = (int(ResponseClass.MODULATED), int(ResponseClass.CHAOTIC))
 """Classes of responses that do not repeat."""
 CURVE_VALUES = 101
@@ -46,9 +46,7 @@ class Estimate:
     name : str
         Name in a study.
     value : float
-        The best.
-    low, high : float
-        Its interval, with every other parameter free.
+        The best value. low, high : float Its interval, with every other parameter free.
     spread : float
         Standard deviation.
     lowest, highest : float
@@ -96,10 +94,10 @@ class Outcome:
     evaluations : int
         Computed sets of parameters.
     widening : float
-        Factor by which the intervals are wider because the model agrees worse than the stated deviations allow; 1 if
-        it does not.
+        Factor by which the intervals are widened if the model agrees worse than the stated deviations allow; otherwise
+        1.
     others : tuple of dict
-        Further sets of parameters in other parts of the ranges that agree about as well.
+        Further sets of parameters, elsewhere in the ranges, that agree about as well.
     """
 
     estimates: tuple[Estimate, ...]
@@ -130,7 +128,7 @@ class Outcome:
 
     @property
     def alike(self) -> list[tuple[str, str, float]]:
-        """Pairs of parameters that the data do not separate, with their correlation."""
+        """Pairs of parameters that the data cannot separate, with their correlation."""
         found = []
         for j, second in enumerate(self.estimates):
             for i, first in enumerate(self.estimates[:j]):
@@ -149,12 +147,12 @@ class Fitted(Outcome):
     question : FitQuestion
         The question.
     model, model_error : ndarray
-        The response with the best parameters, and its uncertainty: chaos, and jumps of the response within the
+        The response with the best parameters, and its uncertainty from chaos and from jumps of the response within the
         parameters' uncertainty. NaN if a response failed.
     deviation : ndarray
         Standard deviation of the measurement; the estimate, if none was given.
     impacts_per_cycle, stick_fraction, response_class : ndarray
-        Classes of the best responses.
+        Results of the responses with the best parameters.
     """
 
     question: FitQuestion
@@ -167,7 +165,7 @@ class Fitted(Outcome):
 
     @property
     def residual(self) -> NDArray[np.float64]:
-        """Measured less computed, in standard deviations of both together; NaN if a response failed.
+        """Measured minus computed, in standard deviations of both together; NaN if a response failed.
 
         If the deviations are relative to the amplitudes, the logarithms of the two are compared.
         """
@@ -186,7 +184,7 @@ class Fitted(Outcome):
 
     @property
     def outliers(self) -> list[int]:
-        """Rows that lie further off than chance allows (Bonferroni), the farthest first."""
+        """Rows that deviate more than chance allows (Bonferroni), the largest deviation first."""
         limit = outlier_limit(self.question.measured.rows)
         off = np.nan_to_num(np.abs(self.residual))
         return [int(row) for row in np.argsort(-off, kind="stable") if off[row] > limit]
@@ -198,7 +196,7 @@ class Fitted(Outcome):
 
     @property
     def never_strikes(self) -> bool:
-        """Whether there is a particle that strikes in none of the responses."""
+        """Whether there is a particle, but it strikes in none of the responses."""
         particle = self.question.settings.get("particle", True) is not False
         return particle and bool(np.nanmax(self.impacts_per_cycle, initial=0.0) == 0.0)
 
@@ -213,8 +211,8 @@ class Fitted(Outcome):
         Returns
         -------
         dict
-            The definition with the estimated numbers, over the measured band. If rows were measured at several
-            conditions, each condition is an axis, except the base amplitude, which is the first row's.
+            The definition with the estimated numbers, over the measured band. A condition that differs between rows
+            becomes an axis, except the base amplitude, for which that of the first row is used.
         """
         measured = self.question.measured
         every = [
@@ -245,5 +243,5 @@ class Fitted(Outcome):
 
 
 def outlier_limit(rows: int) -> float:
-    """Residual, in standard deviations, that one of all rows exceeds with the probability `OUTLIER`."""
+    """Residual, in standard deviations, that at least one of all rows exceeds by chance with the probability `OUTLIER`."""
     return math.sqrt(chdtri(1.0, OUTLIER / rows))

@@ -21,7 +21,7 @@ MOST_COLUMNS = 30
 
 @dataclass(frozen=True)
 class Lines:
-    """A table before its interpretation.
+    """A table of text, before it is interpreted.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Lines:
     heading : (int, str)
         Line number, from 1, and text of the heading.
     rows : list of (int, str)
-        The same for every other line; comments and empty lines are dropped.
+        Line number and text of every other line; comments and empty lines are dropped.
     """
 
     separator: str
@@ -45,7 +45,7 @@ class Lines:
 
 
 def check_lines(lines: Lines, columns: int) -> None:
-    """Raise StudyFaults, once, for faults of all lines: decimal commas, or another number of cells."""
+    """Raise StudyFaults once for faults that all lines share: decimal commas, or a wrong number of cells."""
     cut = [(number, lines.cells(text)) for number, text in lines.rows]
     for number, cells in cut:
         cell = None if lines.separator == "," else decimal_comma(cells)
@@ -69,7 +69,7 @@ def check_lines(lines: Lines, columns: int) -> None:
 def columns_of(
     lines: Lines, names: Sequence[str], read: Callable[[str, str], float | Fault], faults: list[Fault]
 ) -> dict[str, NDArray[np.float64]]:
-    """Read the numbers of a table, each by its column's name; raises StudyFaults with their faults and `faults`."""
+    """Read the numbers of a table, by column; raise StudyFaults with their faults and `faults`."""
     rows: list[list[float]] = []
     for number, line in lines.rows:
         cells = lines.cells(line)
@@ -88,7 +88,7 @@ def columns_of(
 
 
 def read_bytes(path: Path | str) -> bytes:
-    """Read a file, up to one byte beyond the limit; raises StudyFaults if it cannot be read."""
+    """Read a file, up to one byte beyond the limit; raise StudyFaults if it cannot be read."""
     try:
         with Path(path).open("rb") as file:
             return file.read(MOST_BYTES + 1)
@@ -122,7 +122,7 @@ def lines_of(text: bytes | str) -> Lines:
     separator = next((one for one in (";", "\t", ",") if one in lines[0][1]), " ")
     columns = lines[0][1].count(separator) + 1
     if columns > MOST_COLUMNS:
-        allowed, advice = f"at most {MOST_COLUMNS} columns", "keep the columns that are fitted"
+        allowed, advice = f"at most {MOST_COLUMNS} columns", "keep only the columns to fit"
         raise StudyFaults([Fault(f"line {lines[0][0]}", counted(columns, "column"), allowed, advice)])
     table = Lines(separator, lines[0], lines[1:])
     check_end(written, [table.cells(line)[-1] for _, line in table.rows])

@@ -18,7 +18,7 @@ MOST_ROWS = 2_000
 _FEW_LINES = 30
 """Lines among which a heading is sought that is not the first."""
 LARGEST = 1e12
-"""Bound on every number: beyond it the unit is wrong."""
+"""Bound on every number; beyond it the unit must be wrong."""
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,12 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
     Parameters
     ----------
     text : bytes or str
-        A table whose first line names the columns with their units, as in ``frequency (Hz), amplitude (mm)``,
-        separated by comma, semicolon or tab; bytes are UTF-8. Lines that begin with # are skipped. Frequencies in Hz
-        or over the natural frequency (`frequency ratio`); amplitudes as lengths or over the base amplitude (`X/Z`).
-        If it is known, one standard deviation (`deviation (mm)`, `deviation (%)`, `deviation ratio`). Columns for
+        A table whose first line names the columns with their units, as in ``frequency (Hz), amplitude (mm)``, separated
+        by comma, semicolon or tab; bytes are UTF-8. Lines that begin with # are skipped. Frequencies are in Hz or over
+        the natural frequency (`frequency ratio`), amplitudes are lengths or over the base amplitude (`X/Z`). Optional
+        is one standard deviation (`deviation (mm)`, `deviation (%)`, `deviation ratio`). Further columns hold
         conditions that differ from row to row, as in ``base amplitude (mm)`` or ``clearance ratio``; an empty cell
-        means the value for the other rows.
+        stands for the known value.
     name : str
         What to call it.
 
@@ -120,16 +120,14 @@ def _headings(lines: Lines) -> tuple[list[str], list[float]]:
 
 
 def _no_heading(lines: Lines) -> Fault | None:
-    """Explain a first line that names no column: it is a title, or already a row."""
+    """Explain a first line that names no column: it is a title, or already a row of numbers."""
     number, text = lines.heading
     field, found = f"line {number}", printable(text.strip())
     allowed = "a line that names the columns"
     example = "`frequency (Hz), amplitude (mm)`, or `time (s), displacement (mm)` of a time history"
     if all(_is_number(cell) for cell in lines.cells(text)):
         told = f"{{field}} has numbers already; the first line must name the columns, each with its unit, as in {example}."
-        return Fault(
-            field, found, allowed, "write such a line above it, with the units that the numbers are in", told
-        )
+        return Fault(field, found, allowed, "write such a line above it, with the units of the numbers", told)
     if not lines.rows:
         return None
     told = f"{{field}} is {found}, which names no columns; the first line must name them, each with its unit."
@@ -177,7 +175,7 @@ def _faults_between(names: list[str], number: int) -> list[Fault]:
              ("particle_mass_kg", "mass_ratio"), ("damping_n_s_per_m", "damping_ratio"))  # fmt: skip
     for pair in pairs:
         if set(pair) <= set(names):
-            told = f"The table has both {pair[0]} and {pair[1]}, which say the same."
+            told = f"The table has both {pair[0]} and {pair[1]}, which state the same quantity."
             faults.append(Fault(f"line {number}", "both", "one of the two", "remove one of them", told))
     return faults
 

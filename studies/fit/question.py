@@ -25,8 +25,8 @@ NAMED: dict[str, Quantity] = {
 } | {each.name: each for each in QUANTITIES if each is not EXCITATION_FREQUENCY}
 """Every value of a prototype that may be known, by name."""
 FREE: tuple[str, ...] = (*(name for name in NAMED if name not in ("mass_kg", "base_amplitude_m")),)
-"""Parameters that may be estimated; mass and base amplitude may not, because the other quantities are measured with
-them.
+"""Parameters that may be estimated. Mass and base amplitude may not, because the other quantities are measured in terms
+of them.
 """
 BESIDE_AXES = ("damping_ratio", *BEFORE)
 """Ratios outside the `axes` of a study."""
@@ -34,7 +34,7 @@ METRICS = ("amplitude_ratio", "amplitude_error", "impacts_per_cycle", "stick_fra
 """Results computed for each measured row."""
 
 WIDE = 10.0
-"""Ratio of largest to smallest value above which a range is searched in its logarithm."""
+"""A range whose largest value exceeds its smallest by this factor is searched in its logarithm."""
 
 
 @dataclass(frozen=True)
@@ -80,12 +80,12 @@ class FitQuestion:
     settings : mapping
         `name`, `particle`, `contact`, `start`, `steady` of the study for a response.
     share : float, optional
-        Standard deviation of the amplitudes relative to each, if the measurement has none; None if it is estimated
+        Standard deviation of each amplitude as a share of it, if the measurement states none; None if it is estimated
         from the scatter.
     confidence : float
         Of the intervals.
     seed : int
-        Of whatever is drawn.
+        Of all draws.
     """
 
     measured: Measurement
@@ -98,7 +98,7 @@ class FitQuestion:
 
     @property
     def in_shares(self) -> bool:
-        """Whether deviations are relative to the amplitudes, so that differences are, too."""
+        """Whether deviations are relative to the amplitudes; differences are then relative too."""
         return self.measured.deviation is None
 
     @property
@@ -110,7 +110,9 @@ class FitQuestion:
 
     @cached_property
     def configurations(self) -> tuple[tuple[dict[str, float], NDArray[np.intp]], ...]:
-        """Conditions of the rows, and the rows of each; a single entry if the rows differ only in their frequency."""
+        """The different conditions, and the rows measured at each; a single entry if rows differ only in their
+        frequency.
+        """
         columns = {name: self.measured.columns[name] for name in CONDITIONS if name in self.measured.columns}
         found: dict[tuple[float | None, ...], list[int]] = {}
         for row in range(self.measured.rows):
@@ -126,11 +128,11 @@ class FitQuestion:
         )
 
     def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
-        """Give the parameters at a place of their ranges, each from 0 to 1."""
+        """Give the parameters at given fractions of their ranges, each from 0 to 1."""
         return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
 
     def given(self, values: Mapping[str, float], conditions: Mapping[str, float]) -> dict[str, float]:
-        """Combine the values for some rows: those of the row take precedence, then estimated, then known ones."""
+        """Combine the values for some rows: values in the rows take precedence, then estimated ones, then known ones."""
         found = dict(self.known)
         for more in (values, conditions):
             for name, value in more.items():

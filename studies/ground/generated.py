@@ -1,4 +1,4 @@
-"""Records generated from a document, by the name of the method."""
+"""Generates records from a document, by the name of the method."""
 
 import json
 from collections.abc import Callable
@@ -25,7 +25,7 @@ RECIPES: dict[str, Callable[[object], Recipe]] = {
     "random_vibration": random_vibration_of,
     "shock": shock_of,
 }
-"""Reader of each, without samples."""
+"""Reader of each of these methods, which makes no samples yet."""
 
 
 def _generate(way: str, document: object) -> GroundMotion:
@@ -37,25 +37,25 @@ GENERATED: dict[str, Callable[[object], GroundMotion]] = {
     "kanai_tajimi": read_kanai_tajimi,
     **{way: partial(_generate, way) for way in RECIPES},
 }
-"""Generator of each; every fault of a reader begins with the name."""
+"""Generator of each method; every fault of its reader begins with the name of the method."""
 SCHEMAS: dict[str, dict[str, Any]] = {
     "kanai_tajimi": kanai_tajimi_schema(),
     "sweep": sweep_schema(),
     "random_vibration": random_vibration_schema(),
     "shock": shock_schema(),
 }
-"""JSON schema of each."""
+"""JSON schema of each method."""
 WRITTEN = '{"kanai_tajimi": {"seed": 1}} or one of sweep, random_vibration and shock with its keys'
-"""Their form in a document."""
+"""How a generated record is written in a document, for messages."""
 SEEDED = ("kanai_tajimi", "random_vibration")
-"""Ways that draw."""
+"""Methods that draw random numbers."""
 MOST_SEEDS = 100
 SEEDS_SCHEMA = {"type": "integer", "minimum": 1, "maximum": MOST_SEEDS, "default": 1}
 LISTED_SCHEMAS = {
     way: schema | {"properties": schema["properties"] | ({"seeds": SEEDS_SCHEMA} if way in SEEDED else {})}
     for way, schema in SCHEMAS.items()
 }
-"""The same for an entry that may mean several records."""
+"""The same for an entry of a list, which may stand for several records."""
 
 
 def recipe_in(document: dict[Any, Any]) -> str:
@@ -73,14 +73,12 @@ def same_process(recipe: str, other: str) -> bool:
 
 
 def each_of(entry: object) -> tuple[list[object], list[Fault]]:
-    """Give the records that one entry of a list means: the number in `seeds`, from `seed` on.
+    """Give the records that one entry of a list stands for: as many as `seeds` says, with seeds from `seed` on.
 
     Returns
     -------
     entries : list
-        Each with one seed.
-    faults : list of Fault
-        If `seeds` is no count.
+        Entries with one seed each. faults : list of Fault If `seeds` is not a count.
     """
     way = recipe_in(entry) if isinstance(entry, dict) else ""
     if not isinstance(entry, dict) or way not in SEEDED or not isinstance(entry[way], dict):
@@ -91,6 +89,6 @@ def each_of(entry: object) -> tuple[list[object], list[Fault]]:
     first = one.get("seed", 0)
     first = int(first) if isinstance(first, float) and first.is_integer() else first
     if count == 1 or isinstance(first, bool) or not isinstance(first, int):
-        # a seed that is no whole number is refused by the reader
+        # the reader refuses a seed that is not a whole number
         return [entry | {way: one}], faults
     return [entry | {way: one | {"seed": first + place}} for place in range(count)], faults

@@ -1,5 +1,5 @@
-"""The lines above the samples of a record: the quantities, their units, and the institution. A stated unit is never
-overruled.
+"""The lines above the samples of a record: the quantities, their units, and the institution. A unit that the file
+states is never overruled.
 """
 
 import re
@@ -58,7 +58,7 @@ _OTHERS = {
 """Files that are no record: words that identify them, and the remedy."""
 _HEADER_LINES = 60
 _FORMATS = (
-    ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal a count"),
+    ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal per count"),
     ("ESM", r"^EVENT_NAME:", "the values follow the heading, in its UNITS, SAMPLING_INTERVAL_S apart"),
     ("COSMOS", r"\(Format v\d+\.\d+ with \d+ text lines\)", "take the acceleration block, in its units"),
     ("CSMIP", r"^\s*\d+ POINTS OF ACCEL DATA", "take the acceleration block, in its units"),
@@ -69,7 +69,7 @@ _FORMATS = (
     ),
     ("SMC", r"^\s*\d\s+\w+\s+ACCELEROGRAM", "the values follow the comment lines, in cm/s²"),
 )
-"""Files of other institutions: their names, how they begin, and where they have the acceleration."""
+"""Files of other institutions: their names, how they begin, and where they state the acceleration."""
 
 
 def read_heading(
@@ -147,7 +147,7 @@ def _check_mentioned(lines: Sequence[Line], given: str) -> None:
 
 
 def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str]] | None, Sequence[Line]]:
-    """Find the line that names the columns, whose units may be in the next line; and give the other lines."""
+    """Find the line that names the columns; its units may be in the next line. Give the other lines too."""
     names, units = ([], [], *(_cells(line) for _, line in lines[-2:]))[-2:]
     if len(names) == len(units) == 2 and all(map(kind_of, units)):
         lines = [*lines[:-2], (lines[-1][0], f"{names[0]} ({units[0]}), {names[1]} ({units[1]})")]
@@ -182,13 +182,15 @@ def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
     if len(cells) != 2 or not _is_time(cells[0]):
         shown = listing(map(printable, cells))
         told = f"The heading names {shown}; a record has two columns, the time first."
-        advice = f"write the heading as {COLUMNS}, and # before a line that is none"
+        advice = f"write the heading as {COLUMNS}, and # before a line that is not a heading"
         raise refused(f"line {number}", shown, COLUMNS, advice, told)
     return [units for _, units in read]
 
 
 def _cells(line: str) -> list[str]:
-    """Split a heading into cells; a cell may contain blanks, so it is split at wide gaps and after brackets first."""
+    """Split a heading into cells. A cell may contain blanks, so the heading is first split at wide gaps and after
+    brackets.
+    """
     bare = line.lstrip("#%*!/ ")
     bare = bare.strip('"') if bare.count('"') == 2 else bare
     for parting in (";", "\t", ',(?=(?:[^"]*"[^"]*")*[^"]*$)', r"\s{2,}|(?<=[)\]])\s*(?=[^\s)\]])"):
@@ -215,7 +217,7 @@ def _stated(line: str) -> Iterator[str]:
 
 
 def _first_unit(text: str) -> str:
-    """Give the longest beginning of a text that is a unit; empty if there is none, or a factor follows."""
+    """Give the longest beginning of a text that is a unit; empty if there is none, or if a factor follows."""
     words = text.split(maxsplit=6)
     for count in range(min(6, len(words)), 0, -1):
         unit = " ".join(words[:count]).strip("(),.;")
@@ -231,13 +233,13 @@ def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[
         if kind_of(written) in _OTHERS:
             raise _no_record(kind_of(written), number, written)
         if usual(written) not in allowed:
-            told = f"Line {number} gives {quantity} in {shown}, which is not read; allowed are {listing(allowed)}."
+            told = f"Line {number} gives {quantity} in {shown}, which is not supported; allowed are {listing(allowed)}."
             advice = "convert the numbers to one of these, and write it in the heading"
             raise refused(place, shown, f"one of {listing(allowed)}", advice, told)
         if usual(written) != usual(stated[0][0]):
             found = f"{printable(stated[0][0])} in line {stated[0][1]}, but {shown} in {place}"
             told = f"The file gives {quantity} in two units: {found}."
-            raise refused(place, found, "one unit", "correct or remove the one that is wrong", told)
+            raise refused(place, found, "one unit", "correct or remove the wrong one", told)
     return usual(stated[0][0]) if stated else None
 
 

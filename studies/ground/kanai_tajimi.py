@@ -78,11 +78,11 @@ def kanai_tajimi(
     fall_s: float = 10.0,
     name: str = "",
 ) -> GroundMotion:
-    """Generate a record: cosines at equal steps of frequency with random phases, under a trapezoid and a second
-    filter.
+    """Generate a record: a sum of cosines at equal steps of frequency with random phases, times a trapezoid, then
+    filtered again.
 
-    The second filter removes the slow part, with which the base would drift by metres: its velocity and displacement
-    come to rest with the motion.
+    The second filter removes the slow part, which would let the base drift by metres, so velocity and displacement end
+    with the motion.
 
     Parameters
     ----------
@@ -107,12 +107,12 @@ def kanai_tajimi(
     Notes
     -----
     M. Shinozuka, G. Deodatis, Simulation of stochastic processes by spectral representation, Appl. Mech. Rev. 44 (1991)
-    191: before the trapezoid the periodogram is the spectrum itself. The sum of cosines is one inverse FFT.
+    191: without the trapezoid, the periodogram is the spectrum itself. The sum of cosines is one inverse FFT.
 
-    The second filter is that of R. W. Clough, J. Penzien, Dynamics of Structures (1975): s²/(s² + 2ζ_f·ω_f·s + ω_f²) with
-    ω_f = 0.1 ω_g and ζ_f = 0.6, so that the displacement of the base is that of an oscillator. It comes after the trapezoid
-    (as in S. Rezaeian, A. Der Kiureghian, Earthquake Eng. Struct. Dyn. 39 (2010) 1155): before it, the trapezoid would
-    bring the drift back.
+    The second filter is that of R. W. Clough, J. Penzien, Dynamics of Structures (1975): s²/(s² + 2ζ_f·ω_f·s + ω_f²)
+    with ω_f = 0.1 ω_g and ζ_f = 0.6, so that the displacement of the base is that of an oscillator. It is applied after
+    the trapezoid (as in S. Rezaeian, A. Der Kiureghian, Earthquake Eng. Struct. Dyn. 39 (2010) 1155): if it were
+    applied before, the trapezoid would bring the drift back.
     """
     count = round(duration_s / step_s) + 1
     faults = too_many_samples(
@@ -146,7 +146,7 @@ def kanai_tajimi(
 
 
 def _at_rest(wave: NDArray[np.float64], omega: float) -> NDArray[np.float64]:
-    """Filter an acceleration from rest; `omega` is ω_f times the step.
+    """Apply the second filter to an acceleration, from rest; `omega` is ω_f times the step.
 
     The trapezoidal rule also integrates a record to its velocity, so that velocity has no drift except rounding.
     """

@@ -41,13 +41,13 @@ class MotionSummary(TypedDict):
 
 
 class MotionOfId(MotionSummary):
-    """The same for a record with an id."""
+    """An entry for a record with an id."""
 
     id: str
 
 
 class GroundMotionDocument(MotionOfId):
-    """The same for a stored record, with its owner."""
+    """An entry for a stored record, with its owner."""
 
     submitted_by: NotRequired[str]
 
@@ -75,12 +75,12 @@ class GroundMotion:
 
     @property
     def content(self) -> bytes:
-        """Time step and samples, little-endian float64: everything that a response depends on."""
+        """Time step and samples, as little-endian float64: all data on which a response depends."""
         return np.concatenate(([self.step_s], self.acceleration_m_s2)).astype("<f8").tobytes()
 
     @property
     def sha256(self) -> str:
-        """Hash of `content`, 64 hex digits: the same for the same motion under another name."""
+        """SHA-256 of `content`, 64 hex digits; it is the same for the same motion under another name."""
         return hashlib.sha256(self.content).hexdigest()
 
     @property
@@ -123,12 +123,12 @@ class GroundMotion:
 
 
 def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
-    """Return the motion if it can be computed with.
+    """Return the motion if it can be used in a computation.
 
     Raises
     ------
     StudyFaults
-        If it is too short or too long, its step is out of bounds, or it does not move.
+        If it is too short or too long, its step is out of bounds, or the base does not move.
     """
     size = motion.acceleration_m_s2.size
     if not 2 <= size <= MOST_SAMPLES:
@@ -164,6 +164,6 @@ def doubt_of(moved_m: float) -> str:
 
 
 def refused(place: str, found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:
-    """Return the refusal of a record for one fault, in a field or a line; `told` is its sentence."""
+    """Return the exception that refuses a record for one fault, in a field or a line; `told` is its sentence."""
     in_line = f"{place.capitalize()} must be {allowed}, not {found}." if place.startswith("line ") else ""
     return StudyFaults([Fault(place, found, allowed, advice, told or in_line)])

@@ -50,7 +50,7 @@ class Earthquake:
     seed : int
         Of their draw.
     contact : Contact
-        What an impact is.
+        The model of an impact.
     """
 
     record_id: str
@@ -64,7 +64,7 @@ class Earthquake:
 
 
 MOST_NAMED = 20
-"""Most unknown cases that are named: each is compared with all known ones."""
+"""Most unknown cases that are named in a message, because each is compared with all known ones."""
 KEYS = (*QUANTITIES, *(each.name for each in fields_of(Compared)), "contact")
 
 

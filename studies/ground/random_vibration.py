@@ -33,19 +33,19 @@ LEVELS: dict[str, Quantity] = {
     ),
     "psd_g2_per_hz": Quantity("psd_g2_per_hz", "level there [g²/Hz]", 1e-12, 1e6, "give it in g²/Hz"),
 }
-"""Units of the levels; one is given."""
+"""Keys for the levels, one for each unit; a document gives one of them."""
 DURATION = Quantity("duration_s", "time at full level [s]", 0.01, 1e5, "some tens of seconds are usual")
 NUMBERS = {DURATION.name: (DURATION, None)}
 MOST_POINTS = 100
 SAMPLES_PER_CYCLE = 8
-"""Samples per cycle of the highest frequency. Straight lines between samples attenuate a component of frequency f by
-sinc²(fh), which is corrected. They also repeat it at 1/h − f with (fh/(1 − fh))² of its amplitude: at most a
-fiftieth, and only for the highest frequency.
+"""Samples per cycle of the highest frequency. Straight lines between samples, a step h apart, attenuate a component of
+frequency f by sinc²(fh), which is corrected. They also add a copy at 1/h − f with (fh/(1 − fh))² of its amplitude: at
+most a fiftieth, for the highest frequency.
 """
 RAMP_CYCLES = 4.0
 """Duration of the rise and the fall around the full level, in cycles of the lowest frequency."""
 SHOWN = {"frequency_hz": "[10, 100]", "psd_g2_per_hz": "[0.001, 0.001]", "psd_m2_per_s3": "[0.1, 0.1]"}
-"""A column of each kind."""
+"""The columns of a table, as an example."""
 EXAMPLE = '{"frequency_hz": [10, 100], "psd_g2_per_hz": [0.001, 0.001], "duration_s": 30, "seed": 1}'
 
 
@@ -111,11 +111,11 @@ class RandomVibration:
     def motion(self, name: str = "") -> GroundMotion:
         """Draw the record: cosines at equal steps of frequency, with random amplitudes and phases.
 
-        The coefficients are Gaussian, so that the sum is (S. O. Rice, Bell Syst. Tech. J. 23 (1944) 282; M. Grigoriu, Probab.
-        Eng. Mech. 8 (1993) 75): the energy of a draw, and so the rms of a response, scatters as it does in a test.
-        Every component has the power of the table within half a step of frequency. The displacement of the base is
-        drawn with ramps, and the record is its second derivative: the base starts and ends at rest in the same
-        place.
+        The coefficients are Gaussian, and so is the sum (S. O. Rice, Bell Syst. Tech. J. 23 (1944) 282; M. Grigoriu,
+        Probab. Eng. Mech. 8 (1993) 75). So the energy of a draw, and the rms of a response, scatter as in a test. Every
+        component has the power of the table in the interval of half a frequency step to either side. The displacement
+        of the base is drawn with ramps, and the record is its second derivative: so the base starts and ends at rest in
+        the same place.
         """
         count = self.samples
         step = self.whole_s / (count - 1)
@@ -151,7 +151,7 @@ class RandomVibration:
         return f"random vibration from {low:.6g} to {high:.6g} Hz, seed {self.seed}"
 
     def words_at(self, scale: float) -> str:
-        """Describe the base motion, times a factor."""
+        """Describe the base motion scaled by a factor."""
         return f"under random vibration {self._told(scale)}"
 
     def _told(self, scale: float) -> str:
@@ -178,7 +178,7 @@ def random_vibration_of(document: object) -> RandomVibration:
     others = (FREQUENCY.name, *LEVELS, "seed")
     given, found, faults = read_numbers(document, PLACE, NUMBERS, others, EXAMPLE)
     seed = read_seed(given, PLACE, faults)
-    key = one_of(LEVELS, given, PLACE, faults, "what the levels are", "psd_g2_per_hz")
+    key = one_of(LEVELS, given, PLACE, faults, "the levels", "psd_g2_per_hz")
     frequencies = _column(FREQUENCY, given, faults)
     levels = _column(LEVELS[key], given, faults) if key else ()
     for place in range(1, len(frequencies)):

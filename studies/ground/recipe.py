@@ -1,4 +1,4 @@
-"""Shared by generated records: reading their numbers from a document, and the envelope of an amplitude."""
+"""Functions that all generated records share: they read numbers from a document, and give the envelope of an amplitude."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -34,22 +34,18 @@ def read_numbers(
     Parameters
     ----------
     document : object
-        As it is written.
-    place : str
-        The method; every fault begins with it.
+        As written. place : str The method; every fault begins with it.
     numbers : Numbers
         The numbers.
     others : tuple of str
-        Other keys than these and ``name``.
+        Further allowed keys, apart from ``name``.
     example : str
         Advice.
 
     Returns
     -------
     document : mapping
-        The same.
-    found : dict of float
-        The numbers that are given and valid, and defaults.
+        The document as a mapping. found : dict of float The numbers that are given and valid, and defaults.
     faults : list of Fault
         Their faults.
 
@@ -80,7 +76,7 @@ def read_numbers(
 def schema_of(
     description: str, numbers: Numbers, more: Mapping[str, Any] | None = None, required: tuple[str, ...] = ()
 ) -> dict[str, Any]:
-    """Return the JSON schema for `read_numbers`; `more` properties, and the required ones."""
+    """Return the JSON schema of what `read_numbers` reads, with `more` properties and the required ones."""
     return {
         "type": "object",
         "description": description,
@@ -116,13 +112,11 @@ def one_of(
     what: str,
     usual: str,
 ) -> str:
-    """Give the only one of some keys that the document has; a fault if it has none, and one for each beyond the
-    first.
-    """
+    """Give the one of several keys that the document has. Record a fault if it has none, and for each beyond the first."""
     given = [key for key in known if key in document]
     allowed = f"one of {', '.join(known)}"
     if not given:
-        told = f"{{field}} does not say {what}: give {allowed}."
+        told = f"{{field}} does not state {what}: give {allowed}."
         faults.append(Fault(place, NOTHING, allowed, f"add `{usual}`", told))
     for key in given[1:]:
         told = f"{{field}} and `{place}.{given[0]}` both say {what}."
@@ -131,7 +125,7 @@ def one_of(
 
 
 def ramps(time_s: Floats, duration_s: float, rise_s: float, fall_s: float) -> tuple[Floats, Floats, Floats]:
-    """Give w and its first two derivatives in time: it rises from 0 to 1, stays, and falls back.
+    """Give the envelope w, which rises from 0 to 1, stays, and falls back, and its first two derivatives in time.
 
     Parameters
     ----------
@@ -150,7 +144,9 @@ def ramps(time_s: Floats, duration_s: float, rise_s: float, fall_s: float) -> tu
 
 
 def _step(share: Floats) -> tuple[Floats, Floats, Floats]:
-    """Give a smooth step from 0 at 0 to 1 at 1 and its first two derivatives; the first three vanish at both ends."""
+    """Give a smooth step from 0 at 0 to 1 at 1, and its first two derivatives. Its first three derivatives vanish at
+    both ends.
+    """
     s = np.clip(share, 0.0, 1.0)
     rest = 1.0 - s
     square, both = s * s, s * rest

@@ -12,13 +12,13 @@ from damperlab.studies.questions import MOST_STARTS
 
 
 def suite_json_schema() -> dict[str, Any]:
-    """Return the JSON schema of a suite, whole in itself."""
+    """Return the self-contained JSON schema of a suite."""
     record = {
         "anyOf": [
             {"type": "string", "description": "the id of a record, or an earthquake's name"},
             {
                 "type": "object",
-                "description": f"{WRITTEN}, or a record as a stored study has it",
+                "description": f"{WRITTEN}, or a record in the form of a stored study",
                 "properties": LISTED_SCHEMAS,
             },
         ]

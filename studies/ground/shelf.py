@@ -41,7 +41,7 @@ class ShelfFull(StoreFault):
 
 
 _putting = threading.Lock()
-"""Lock held from counting to writing, so that simultaneous records are counted too."""
+"""Lock held from counting the records to writing one, so that simultaneous requests cannot exceed the limit."""
 
 
 class Shelf:
@@ -52,7 +52,7 @@ class Shelf:
     data_dir : Path
         The data directory; its folder `records` is created with the first record.
     quota : KeptQuota
-        How many it keeps.
+        Most records kept.
     """
 
     def __init__(self, data_dir: Path, quota: KeptQuota = USUAL) -> None:
@@ -62,7 +62,7 @@ class Shelf:
     @classmethod
     def none(cls) -> "Shelf":
         """Give a store with only the built-in records."""
-        return cls(Path(os.devnull))  # below which there is never a folder
+        return cls(Path(os.devnull))  # a path below which no folder can exist
 
     def ids(self) -> tuple[str, ...]:
         """Return the ids of all records, the built-in ones first."""
@@ -86,7 +86,7 @@ class Shelf:
             if not isinstance(kept, dict) or set(kept) - {SUBMITTED_BY, "crc32c"} != _SUMMARY:
                 raise ValueError("its entries are not those of a summary")
             if f"u-{kept['digest']}" != record_id:
-                raise ValueError(f"it is of record {kept['digest']}")
+                raise ValueError(f"it belongs to record {kept['digest']}")
         except (OSError, ValueError) as error:
             raise _damaged(record_id, str(error)) from error
         kept.pop("crc32c", None)
@@ -108,7 +108,7 @@ class Shelf:
                 yield record_id, str(error)
 
     def owner(self, record_id: str) -> str | None:
-        """Name the owner of a record; None without keys, and for a built-in one.
+        """Name the owner of a record; None without keys, and for a built-in record.
 
         Raises
         ------
@@ -137,7 +137,7 @@ class Shelf:
             found = f"{record_id}, which is built in"
             raise RecordKept(Fault("record", found, "an uploaded record", advice, told))
         self._require_uploaded(record_id)
-        # the summary first: a record exists once its summary does
+        # the summary is removed first, because a record exists as long as its summary does
         for suffix in (".json", ".npy"):
             (self.folder / f"{record_id}{suffix}").unlink(missing_ok=True)
         sync_path(self.folder)
@@ -158,7 +158,7 @@ class Shelf:
         Raises
         ------
         RecordNotFound
-            Where there is none.
+            If there is no such record.
         """
         whole = whole_id(record_id)
         if whole in builtin_ids():
@@ -178,25 +178,23 @@ class Shelf:
             motion = GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
             if f"u-{motion.digest}" != record_id:
                 raise ValueError("its samples are not those that were uploaded")
-        # any exception of numpy for bytes that are none of its files
+        # numpy may raise any exception for bytes that are not one of its files
         except Exception as error:
             raise _damaged(record_id, str(error)) from error
         return motion
 
     def put(self, motion: GroundMotion) -> tuple[str, bool]:
-        """Store a record; the same samples are one record, and a damaged one is written again.
+        """Store a record. Equal samples are one record; a damaged record is written again.
 
         Returns
         -------
         record_id : str
-            Under which it is found.
-        new : bool
-            False where it was there already.
+            The id by which it is found. new : bool False if it existed already.
 
         Raises
         ------
         ShelfFull
-            If as many are kept as may be, in all or of this owner.
+            If the number of records, in total or of this owner, is at its limit.
         """
         with _putting:
             return self._put(motion)
@@ -216,7 +214,7 @@ class Shelf:
         sync_path(self.folder.parent)
         samples = io.BytesIO()
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
-        # the summary last: a record exists once its summary does
+        # the summary is written last, because a record exists once its summary does
         Folder(self.folder).put(f"{record_id}.npy", samples.getvalue())
         summary = {"crc32c": PLACEHOLDER, **signed(motion.summary())}
         Folder(self.folder).put(f"{record_id}.json", seal(json.dumps(summary).encode()))

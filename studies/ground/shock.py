@@ -24,9 +24,11 @@ NUMBERS: dict[str, tuple[Quantity, float | None]] = {
     )
 }
 SAMPLES_PER_PULSE = 50
-"""Straight lines between them miss a half sine by at most (π/50)²/8 = 4.9e-4 of its peak; the other shapes are straight."""
+"""Samples per pulse. Straight lines between them deviate from a half sine by at most (π/50)²/8 = 4.9e-4 of its peak;
+the other shapes are straight.
+"""
 RISE = 0.1
-"""Rise of a trapezoid over its duration; also its fall."""
+"""Duration of the rise of a trapezoid, and of its fall, over the total duration."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ class Shock:
 
     @property
     def samples(self) -> int:
-        """Number of samples of its record: those of the pulse and at least one of the rest."""
+        """Number of samples of its record: those of the pulse, and at least one of the rest after it."""
         return SAMPLES_PER_PULSE + 1 + max(1, math.ceil(self.rest_s / self.step_s))
 
     def motion(self, name: str = "") -> GroundMotion:
@@ -82,11 +84,11 @@ class Shock:
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Its name."""
         return self._told(1.0)
 
     def words_at(self, scale: float) -> str:
-        """Say what the base does, times a factor."""
+        """Describe the base motion scaled by a factor."""
         return f"under a {self._told(scale)}"
 
     def _told(self, scale: float) -> str:
@@ -113,7 +115,7 @@ def shock_of(document: object) -> Shock:
     if faults:
         raise StudyFaults(faults)
     shock = Shock(str(shape), **found)
-    why = f"{SAMPLES_PER_PULSE} in the pulse, and as close in its rest"
+    why = f"{SAMPLES_PER_PULSE} in the pulse, and equally close ones in the rest after it"
     faults = too_many_samples(f"{PLACE}.rest_s", shock.samples, why, shock.shorter)
     if faults:
         raise StudyFaults(faults)

@@ -1,4 +1,4 @@
-"""A record as a study names it: its id, and the hash that identifies its samples."""
+"""A record as named in a study: its id, and the hash that identifies its samples."""
 
 import json
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from damperlab.studies.ground.question import read_record_reference
 from damperlab.studies.ground.shelf import Shelf
 
 Entry = tuple[str, str, object]
-"""A record as written: its place, the place for the faults of its reader, and the record."""
+"""An entry of a list: its place, the place that is named in faults of its reader, and the record as written."""
 _KEYS = ("id", "sha256", "step_s", "samples", *GENERATED)
 
 
@@ -64,7 +64,7 @@ class RecordSource:
 
     @property
     def generated(self) -> Recipe | None:
-        """Its definition, if that describes the base motion."""
+        """Its definition, if the definition describes the base motion."""
         recipe = json.loads(self.recipe) if self.recipe else {}
         return next((RECIPES[way](recipe[way]) for way in recipe if way in RECIPES), None)
 
@@ -97,8 +97,8 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
         The id of a record, an earthquake's name, one of `GENERATED` as
         ``{"sweep": {…}}``, or a `RecordSource.document`.
     shelf : Shelf, optional
-        Source of records. Without one, an entry with a digest is accepted, as in a stored study; of the others only
-        the built-in records are known.
+        Source of records. Without it, an entry with a digest is accepted, as in a stored study; without a digest, only
+        built-in records are found.
 
     Returns
     -------
@@ -143,7 +143,7 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
 
 
 def read_sources(raw: object, shelf: Shelf | None) -> list[tuple[RecordSource, GroundMotion | None]]:
-    """Read one entry of ``records`` as `read_source` does; with ``seeds`` it means that number of records.
+    """Read one entry of ``records`` as `read_source` does; with ``seeds`` it stands for that number of records.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def read_entries(
     shelf : Shelf, optional
         As in `read_source`.
     named : set of str
-        Ids that are already used; the new ones are added.
+        Ids that are already used; the new ids are added.
     faults : list of Fault
         Those so far.
 
@@ -183,7 +183,7 @@ def read_entries(
         try:
             read = read_sources(entry, shelf)
         except StudyFaults as caught:
-            # a missing record is reported under a separate name, which a list does not need
+            # the fault of a missing record names the key `record`, which a list does not have
             faults += [
                 replace(each, field=place) if each.field == "record" else each.under(within)
                 for each in caught.faults

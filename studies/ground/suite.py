@@ -39,20 +39,19 @@ class Suite:
     name : str
         Free text.
     records : tuple of RecordSource
-        By id, ascending: like the values of every axis they are a set.
+        Sorted by id, because they are a set, as the values of every axis are.
     axes : dict of AxisSpec
         Every one of `AXES`.
     numbers : dict of float
-        `NUMBERS`; for friction and tilt of a cavity those that are not 0.
+        `NUMBERS`; friction and tilt of the cavity only if they are not 0.
     starts, seed : int
         Perturbed starts of each point in addition to the one at rest, and the seed of their draw.
     contact : Contact
-        What an impact is.
+        The model of an impact.
     metrics : tuple of str
         Names of the stored variables.
     motions : mapping of GroundMotion
-        The records' samples by id, if available: a submitted suite has them, one that was read from a store does
-        not.
+        The records' samples by id, if available: a submitted suite has them, a suite read from a store does not.
     """
 
     name: str
@@ -73,7 +72,9 @@ class Suite:
 
     @property
     def identities(self) -> dict[str, NDArray[Any]]:
-        """The coordinates, with a record as its samples: an id may name others after an update."""
+        """The coordinates, with each record identified by its samples, because after an update an id may name other
+        samples.
+        """
         told = np.array([f"{record.id} {record.sha256}" for record in self.records])
         return self.coordinates | {RECORD: told}
 
@@ -104,7 +105,7 @@ class Suite:
 
     @property
     def whole_rows(self) -> bool:
-        """Whether a point starts where another ended: none does."""
+        """Whether a point continues from another one; none does."""
         return False
 
     @cached_property
@@ -132,7 +133,7 @@ class Suite:
         return {record.key: record.sha256 for record in self.records}
 
     def attachments(self) -> dict[str, bytes]:
-        """Give the records' samples, so that every worker finds them with the definition, permanently.
+        """Give the records' samples, which are stored with the definition so that every worker finds them.
 
         Raises
         ------
@@ -174,6 +175,6 @@ class Suite:
 def windows_of(
     source: RecordSource, natural_frequency_hz: NDArray[np.float64] | float, tail_s: float
 ) -> NDArray[np.float64]:
-    """Estimate the steps of a run: those of the record, divided where the structure is fast."""
+    """Estimate the number of steps of a run: the steps of the record, subdivided if the natural frequency is high."""
     shortest = np.minimum(source.step_s, 0.4 / (2.0 * math.pi * np.asarray(natural_frequency_hz)))
     return np.asarray((source.duration_s + tail_s) / shortest)

@@ -13,8 +13,8 @@ from damperlab.studies.portable import cos, exp, expm1, sin
 Floats = NDArray[np.float64]
 
 SAMPLES_PER_CYCLE = 72
-"""Of the highest frequency. A line over a step h misses a by at most h²/8·max |a''|, so for a sine (ωh)²/8 = 9.5e-4
-of the amplitude. Ramps of `FEWEST_RAMP_CYCLES` add less than a twentieth of it to a''.
+"""Samples per cycle of the highest frequency. A line over a step h deviates from a(t) by at most h²/8·max |a''|; for a
+sine this is (ωh)²/8 = 9.5e-4 of the amplitude. Ramps of `FEWEST_RAMP_CYCLES` increase a'' by less than a twentieth.
 """
 FEWEST_RAMP_CYCLES = 4.0
 SPELLED: tuple[tuple[str, str], ...] = (
@@ -22,7 +22,7 @@ SPELLED: tuple[tuple[str, str], ...] = (
     ("base velocity", "m/s"),
     ("base acceleration", "m/s²"),
 )
-"""The constant quantity, and its unit, by the order of the derivative."""
+"""Name and unit of the constant quantity, by the order of the derivative."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class Sweep:
     Parameters
     ----------
     start_hz, stop_hz : float
-        Frequency at the beginning and at the end; a run-down ends lower.
+        Frequency at the beginning and at the end, which is lower in a run-down.
     duration_s : float
-        From the first to the last [s], ramps included.
+        Time from the first frequency to the last [s], ramps included.
     logarithmic : bool
-        Whether the frequency changes by equal ratios in equal times, else by equal differences.
+        Whether the frequency changes by equal ratios in equal times; otherwise it changes by equal differences.
     amplitude : float
         Amplitude of the constant quantity: of the displacement [m], the velocity [m/s] or the acceleration [m/s²].
     order : int
@@ -61,7 +61,7 @@ class Sweep:
 
     @property
     def highest_hz(self) -> float:
-        """The higher of both ends."""
+        """The higher of the two end frequencies."""
         return max(self.start_hz, self.stop_hz)
 
     @property
@@ -81,7 +81,7 @@ class Sweep:
 
     @property
     def samples(self) -> int:
-        """How many samples its record has."""
+        """Number of samples of its record."""
         return math.ceil(self.duration_s * self.highest_hz * SAMPLES_PER_CYCLE) + 1
 
     def frequency_hz(self, time_s: ArrayLike) -> Floats:
@@ -154,7 +154,7 @@ class Sweep:
         return self.words_at(1.0)
 
     def words_at(self, scale: float) -> str:
-        """Give the same with the amplitude times a factor."""
+        """Give the phrase with the amplitude scaled by a factor."""
         constant, unit = SPELLED[self.order]
         value = scale * self.amplitude
         level = f"{value:.4g} {unit}"

@@ -25,7 +25,7 @@ PACES: dict[str, Quantity] = {
         Quantity("duration_s", "duration of a sweep at a constant rate in Hz/s [s]", 1e-3, 1e6, "give it in s"),
     )
 }  # fmt: skip
-"""Keys for the rate, of which one is given; a rate is positive in either direction."""
+"""Keys for the rate, one of which is given; a rate is positive in either direction."""
 AMPLITUDES: dict[str, Quantity] = {
     each.name: each
     for each in (
@@ -70,7 +70,7 @@ def sweep_of(document: object) -> Sweep:
     amplitude = one_of(AMPLITUDES, given, PLACE, faults, "how far the base moves", "base_amplitude_m")
     start, stop = (found.get(key) for key in ENDS)
     if start is not None and start == stop:
-        told = f"{{field}} = {stop:g} is where the sweep begins: it must be another frequency."
+        told = f"{{field}} = {stop:g} is the frequency at the start of the sweep; it must differ from it."
         advice = "give another frequency"
         faults.append(Fault(f"{PLACE}.stop_hz", f"{stop:g}", "another frequency than start_hz", advice, told))
     if faults or start is None or stop is None:
@@ -93,7 +93,7 @@ def sweep_of(document: object) -> Sweep:
 
 def sweep_schema() -> dict[str, Any]:
     """Return the JSON schema of a sweep."""
-    told = "A sine of the base whose frequency runs from `start_hz` to `stop_hz`: with one of "
+    told = "A sine of the base whose frequency runs from `start_hz` to `stop_hz`, with one of "
     return schema_of(f"{told}{listing(PACES)}, and one of {listing(AMPLITUDES)}.", NUMBERS)
 
 

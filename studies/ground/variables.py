@@ -14,7 +14,7 @@ DIMENSIONS: dict[str, tuple[str, str]] = {
     "clearance_m": ("m", "clearance d"),
     "friction_force_n": ("N", "friction force F_f"),
 }
-"""Unit and meaning of every dimension, in the cube's order: quantities shared by the points of a block come first."""
+"""Unit and meaning of every dimension, in the cube's order; quantities that the points of a block share come first."""
 
 SYMBOLS: dict[str, str] = {
     "natural_frequency_hz": "f_n",
@@ -22,7 +22,7 @@ SYMBOLS: dict[str, str] = {
     "clearance_m": "d",
     "friction_force_n": "F_f",
 }
-"""Those with a symbol in the paper, apart from the ratios."""
+"""Symbols of the dimensions that have one in the paper, apart from the ratios."""
 
 RECORD = "record"
 DAMPER = ("restitution", "particle_mass_kg", "clearance_m", "friction_force_n")
@@ -105,7 +105,7 @@ VARIABLES: dict[str, Variable] = {
 
 
 def available_variables(starts: int, rubs: bool = False) -> tuple[str, ...]:
-    """Return the names of the variables that a suite gives: the spread needs perturbed starts, a loss needs friction
-    of the particle.
+    """Return the names of the variables that a suite gives: the spread requires perturbed starts, and the loss in the
+    cavity requires friction of the particle.
     """
     return tuple(v.name for v in VARIABLES.values() if (starts or not v.start) and (rubs or not v.rubbing))

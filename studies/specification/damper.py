@@ -32,7 +32,7 @@ CONTACT_TIME = Quantity(
     "contact_time_s", "time for which particle and wall touch [s]", 0.0, 1e3, "give it in s"
 )
 LONGEST = tau
-"""Longest contact time over 1/ω_n: a natural period."""
+"""Longest contact time over 1/ω_n: one natural period."""
 NAME_OF = {ratio: name for name, ratio in RATIO_OF.items()}
 QUANTITIES = {
     "clearance_m": CLEARANCE,
@@ -80,8 +80,8 @@ class DamperFields(SceneFields):
                 scale = scale_of(name, amplitude_m, structure)
             elif key == name and name != "restitution" and structure is not None and not self._in_units:
                 told = (
-                    "{field} is in units, and the specification lacks mass_kg, natural_frequency_hz or the amplitude of its "
-                    "base, which make a ratio of it."
+                    "{field} is in units, but the specification lacks mass_kg, natural_frequency_hz or the "
+                    "amplitude of its base, which convert it to a ratio."
                 )
                 self._fault(
                     field,
@@ -100,7 +100,7 @@ class DamperFields(SceneFields):
                     choice.contact_times_s,
                 )
         if missing and "choose" not in self.document:
-            told = "{field} is missing, and so is a quantity of the damper that is given."
+            told = "{field} is missing, although not every quantity of the damper is given."
             advice = "write `choose: {clearance_m: {start: …, stop: …}}`, or give all of them"
             self._fault("choose", NOTHING, f"at least one of {listing(OF_DAMPER)}", advice, told)
         for quantity in OF_CAVITY:
@@ -161,7 +161,7 @@ class DamperFields(SceneFields):
             value = self._read(place, entry, quantity)
             if value is None:
                 continue
-            # a material is its restitution and its contact time
+            # a material has both a restitution and a contact time
             if (value, time_s) in found:
                 told = f"{{field}} is {value!r} a second time."
                 self._fault(
@@ -178,7 +178,7 @@ class DamperFields(SceneFields):
     def _contact_time(self, field: str, raw: object) -> float:
         """Read the contact time [s]; 0 if it is faulty."""
         if not self._in_units:
-            told = "{field} is in seconds, and the specification is in ratios."
+            told = "{field} is in seconds, but the specification is in ratios."
             advice = "add mass_kg, natural_frequency_hz and the amplitude of the base"
             self._fault(field, describe(raw), "a contact time with a structure in units", advice, told)
             return 0.0

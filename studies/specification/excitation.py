@@ -14,7 +14,7 @@ Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 @dataclass(frozen=True)
 class Motion:
-    """The amplitude that is constant over frequency: of the base, or of a force on the structure.
+    """The quantity whose amplitude is constant over frequency: a motion of the base, or a force on the structure.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Motion:
     unit, words : str
         For sentences.
     constant : str or None
-        Name in a study, see `damperlab.studies.amplitudes.CONSTANT`; None for the displacement, and for a force.
+        The key of this quantity in `damperlab.studies.amplitudes.CONSTANT`; None for a displacement or a force.
     force : bool
         Whether it is a force on the structure, whose base stands still.
     """
@@ -36,7 +36,7 @@ class Motion:
 
     @property
     def order(self) -> int:
-        """Which derivative of the displacement it is: 0, 1 or 2."""
+        """Order of the derivative of the displacement: 0, 1 or 2."""
         return 0 if self.constant is None else CONSTANT[self.constant]
 
 
@@ -49,12 +49,12 @@ MOTIONS = {
         Motion("force_n", "N", "force amplitude", force=True),
     )
 }
-"""Quantities that may be constant over the band; each an amplitude, not an effective value."""
+"""Quantities that may be constant over the band. Each is an amplitude, not an rms value."""
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """Motion of the base, or a force: at every frequency of the band with every amplitude of the range.
+    """Motion of the base, or a force, at every frequency of the band and with every amplitude of the range.
 
     Parameters
     ----------
@@ -77,7 +77,8 @@ class Excitation:
     name: str = ""
 
     def base_m(self, reference_m: float, frequency_ratio: Numbers) -> Numbers:
-        """Give the base amplitude Z [m] at frequencies over the nominal one, for `reference_m` at that one.
+        """Give the base amplitude Z [m] at frequencies over the nominal natural frequency, at which it is
+        `reference_m`.
 
         A velocity V gives Z = V/ω, an acceleration A gives Z = A/ω²; a force gives Z = F₀/k.
         """
@@ -93,7 +94,7 @@ class Excitation:
         return Amplitude(self, self.highest_m)
 
     def amplitudes(self, count: int) -> tuple["Amplitude", ...]:
-        """Give amplitudes over its range at equal ratios, ends included; one for a single amplitude."""
+        """Give amplitudes over its range in equal ratios, ends included; only one if the range is a single amplitude."""
         low, high = self.lowest_m, self.highest_m
         if low == high:
             return (self.largest,)

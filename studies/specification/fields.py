@@ -1,4 +1,4 @@
-"""A document read field by field: unreadable values become faults, and reading continues."""
+"""Reads a document field by field: unreadable values become faults, and reading continues."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,9 +13,7 @@ class Fields:
     Parameters
     ----------
     document : dict
-        Guarded.
-    faults : list of Fault
-        Those found so far.
+        The document, after `guard`. faults : list of Fault Those found so far.
     """
 
     def __init__(self, document: dict[str, Any], faults: list[Fault]) -> None:

@@ -47,7 +47,7 @@ class LimitFields(ToleranceFields):
     """Reads limits."""
 
     def _limit_values(self) -> dict[str, float]:
-        """Read `limits` as far as it is independent of other fields, by its keys."""
+        """Read `limits` by its keys, as far as no other fields are needed."""
         known = LIMIT_QUANTITIES | RATIO_QUANTITIES
         raw = self._mapping("limits", tuple(known), self.document.get("limits", {})) or {}
         found: dict[str, float] = {}
@@ -63,26 +63,26 @@ class LimitFields(ToleranceFields):
     def _without_period(self, key: str) -> None:
         """Refuse a limit on a result that a response to a record does not have."""
         told = (
-            "{field} holds over bands of frequencies alone: it is a mean over the cycles of a steady response, and a response "
-            "to a ground-motion record has none."
+            "{field} applies only to bands of frequencies: it is a mean over the cycles of a steady "
+            "response, and a response to a ground-motion record has no steady cycles."
         )
-        advice = "limit `impact_speed_m_per_s`, or add a band of frequencies to what shakes it"
+        advice = "limit `impact_speed_m_per_s`, or add a band of frequencies to the excitations"
         self._fault(
             f"limits.{key}", "records alone", "a band of frequencies among the excitations", advice, told
         )
 
     def _limits(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
-        """Read limits in units, whatever their form in the document."""
+        """Read limits and convert them to units, whatever their form in the document."""
         values = self._limit_values()
         if self._in_units:
             for key in (each for each in values if each in IN_RATIOS):
-                told = "{field} is a ratio, and the specification is in units."
+                told = "{field} is a ratio, but the specification is in units."
                 name = IN_RATIOS[key]
                 self._fault(f"limits.{key}", f"{values[key]:g}", f"`{name}`", f"give `{name}`", told)
             return {key: limit for key, limit in values.items() if key not in IN_RATIOS}
         in_units = [key for key in values if key not in IN_RATIOS and key != STICK.name]
         if in_units:
-            told = "{field} are in units, and the specification is in ratios."
+            told = "{field} are in units, but the specification is in ratios."
             ratios = [each.ratio for each in EVERY if each.name in in_units and each.ratio]
             give = f"give {listing(ratios)}, or add" if ratios else "add"
             self._fault(
@@ -106,23 +106,21 @@ class LimitFields(ToleranceFields):
         tolerances: dict[str, Tolerance],
         units: Mapping[str, float],
     ) -> dict[str, str]:
-        """Keep only values whose tolerance keeps the limits on the damper itself.
+        """Keep only values that stay within the limits on the damper itself, including their tolerance.
 
         Parameters
         ----------
         choices : dict of Choice
-            Changed.
-        limits : dict of float
-            In units.
+            Changed in place. limits : dict of float In units.
         tolerances : dict of Tolerance
             By quantity.
         units : mapping of float
-            References of limits in the document, by their names; empty if it is in units.
+            Reference of each limit given as a ratio, by name; empty if the document is in units.
 
         Returns
         -------
         dict of str
-            The limit that shortened a range, by the quantity.
+            For each quantity whose range was shortened, the limit that did so.
         """
         bounds: dict[str, str] = {}
         exact = Tolerance(0.0, True)
@@ -139,7 +137,9 @@ class LimitFields(ToleranceFields):
         return name if self._in_units else DAMPER_LIMITS[name].ratio
 
     def _limit_units(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
-        """Give the references of limits on the damper in the document, by their names; empty if it is in units."""
+        """Give the reference of each limit on the damper that is given as a ratio, by name; empty if the document is in
+        units.
+        """
         return (
             {}
             if self._in_units
@@ -177,13 +177,13 @@ class LimitFields(ToleranceFields):
         needed = about.factor * (choice.start + tolerance.of(choice.start)) / unit
         why = ["the cavity is twice as long"] if about.factor == 2.0 else []
         why += (
-            [f"its tolerance takes it to {(choice.start + tolerance.of(choice.start)) / unit:g}"]
+            [f"with its tolerance it reaches {(choice.start + tolerance.of(choice.start)) / unit:g}"]
             if tolerance.size
             else []
         )
         told = (
-            f"{{field}} = {limit / unit:g} excludes every {quantity} asked for, which begins at {least:g}"
+            f"{{field}} = {limit / unit:g} excludes every allowed {quantity}; the smallest is {least:g}"
             f"{' (' + '; '.join(why) + ')' if why else ''}."
         )
-        advice = f"relax it to at least {needed:g}, or let `{quantity}` begin lower"
+        advice = f"relax it to at least {needed:g}, or allow a smaller `{quantity}`"
         self._fault(f"limits.{key}", f"{limit / unit:g}", f"at least {needed:g}", advice, told)

@@ -15,7 +15,7 @@ class Measure:
     name : str
         As the specification has it.
     variable : str
-        The result variable over Z on which it is based.
+        The result variable, over Z, on which it is based.
     factor : float
         The factor of that variable, apart from Z.
     words : str
@@ -25,10 +25,10 @@ class Measure:
     unit : str
         Unit of its values in a specification in units.
     order : int
-        Order of the derivative of a displacement: a result over Z·ω_n to this power has that factor too.
+        Order of the derivative of a displacement; the result is over Z·ω_n to this power.
     mean : bool
-        Whether the rms over the band is judged, with every frequency in hertz counting the same, and not the largest
-        over the band.
+        Whether the rms over the band, with equal weight for every frequency in hertz, is judged instead of the largest
+        value.
     """
 
     name: str
@@ -42,19 +42,19 @@ class Measure:
 
     @property
     def of_displacement(self) -> bool:
-        """Whether it is the amplitude of the structure, which every response has."""
+        """Whether it is the displacement amplitude of the structure, which is known for every response."""
         return self.variable == "amplitude_ratio"
 
     @property
     def kind(self) -> str:
-        """Word that distinguishes it from a displacement if both are mentioned."""
+        """Word that distinguishes it from a displacement when both are mentioned."""
         if self.words.endswith("against its base"):
             return " against the base"
         return " rms" if self.factor < 1.0 else ""
 
     @property
     def judged(self) -> str:
-        """Name of the judged value, for sentences: `words` are for one frequency, or one record."""
+        """Name of the judged value, for sentences; `words` names the result at one frequency or under one record."""
         return f"{self.words} over the whole band" if self.mean else self.words
 
 
@@ -77,7 +77,9 @@ MEASURES = {
         Measure("rms_acceleration", "acceleration_ratio_rms", RMS, f"rms {_SHAKEN}", "", "m/s²", 2, mean=True),
     )
 }  # fmt: skip
-"""Measures over bands; each the largest over the amplitudes, and over the band or of its rms there."""
+"""Measures over bands: the largest value over the amplitudes, either of the largest value over the band or of the rms
+over the band.
+"""
 RECORD_MEASURES = {
     each.name: each
     for each in (
@@ -92,13 +94,13 @@ RECORD_MEASURES = {
         ),
     )
 }  # fmt: skip
-"""Measures under records; each the largest over records and scales. The first is the default."""
+"""Measures under records: the largest value over records and scales. The first is the default."""
 MIXED_MEASURES = {name: each for name, each in MEASURES.items() if name in RECORD_MEASURES}
-"""Measures over bands and under records together: those that both have, so that the worse is defined."""
+"""Measures over bands and under records together: only those that both have, so that they can be compared."""
 
 
 ACCELERATIONS = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
-"""Results over a band with the reference Z·ω_n²."""
+"""Results over a band whose reference is Z·ω_n²."""
 
 
 @dataclass(frozen=True)
@@ -114,16 +116,17 @@ class Limit:
     unit : str
         Unit of the limit; 1 for a plain number.
     over_band : tuple of str
-        The result variables over a band whose product it is.
+        The result variables over a band; their product is limited.
     under_record : str
         The result variable under a record; empty if there is none.
     ratio : str
-        Name in ratios: over the largest base amplitude; a speed over ω_n times it, an acceleration and noise over
-        ω_n² times it.
+        Name of the limit as a ratio: of a length over the largest base amplitude Z, of a speed over ω_n Z, of an
+        acceleration or noise over ω_n² Z.
     factor : float
         Factor of the product over a band, apart from powers of Z and ω_n.
     per_second : bool
-        Whether a count per cycle is among them, which the excitation frequency converts to one per second.
+        Whether one of these variables is a count per cycle, which the excitation frequency converts to a count per
+        second.
     """
 
     name: str
@@ -136,7 +139,7 @@ class Limit:
     per_second: bool = False
 
     def has_error(self, by_records: bool) -> bool:
-        """Whether the result has an error: a length, or over a band an acceleration; other results have none."""
+        """Whether the result has an error, as lengths have and, over a band, accelerations; other results have none."""
         return self.unit == "m" or (not by_records and self.over_band[0] in ACCELERATIONS)
 
 
@@ -174,7 +177,7 @@ LIMITS = {
 
 
 ROUNDING = 1e-9
-"""Tolerance of a limit on the damper itself: decimals are rounded, and 1.1 × 30 N must not count as above 33 N."""
+"""Tolerance of a limit on the damper itself: because decimals are rounded, 1.1 × 30 N must not count as above 33 N."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +197,7 @@ class DamperLimit:
     quantity : str
         The quantity of the damper that it limits, one of `CHOSEN`.
     factor : float
-        Its multiple of that quantity.
+        Factor from that quantity to the limited one.
     """
 
     name: str

@@ -54,8 +54,10 @@ KEYS = (
 CONFIDENCE = Quantity("confidence", "confidence of errors and intervals", 0.5, 0.999, "the default is 0.9")
 BUDGET_MINUTES = Quantity("budget_minutes", "core minutes", 0.01, 1e5, "the default is 8")
 REFUSED_UNDER_RECORDS = {
-    "rms_displacement": "it is the rms over a band; that in time, under the worst record or sweep, is `worst_rms_displacement`",
-    "rms_acceleration": "it is the rms over a band; that in time, under the worst record or sweep, is `worst_rms_acceleration`",
+    "rms_displacement": "this is the rms over a band; the rms in time, under the worst record or sweep, is "
+    "`worst_rms_displacement`",
+    "rms_acceleration": "this is the rms over a band; the rms in time, under the worst record or sweep, is "
+    "`worst_rms_acceleration`",
 }
 
 
@@ -96,7 +98,7 @@ def load_specification(text: bytes | str, written_in: Format) -> Any:
 
 
 def _of_specification(fault: Fault) -> Fault:
-    """Adapt to a specification the messages that the text reader has for a study, whose axes may be long."""
+    """Adapt messages of the text reader to a specification; they are written for studies, whose axes may be long."""
     advice = "write less: a specification has few values" if "axes" in fault.advice else fault.advice
     return replace(fault, advice=advice, message=fault.message.replace("a study", "a specification"))
 
@@ -139,7 +141,7 @@ class _Reader(LimitFields):
     """Reads a complete specification."""
 
     def specification(self) -> Specification | None:
-        """Read all of it; None if a part is faulty on which the rest depends."""
+        """Read all of it; None if a part on which the rest depends is faulty."""
         self._unknown("", self.document, KEYS)
         structure = self._structure()
         records = self._records(structure)
@@ -152,7 +154,7 @@ class _Reader(LimitFields):
         minutes = self._number("budget_minutes", BUDGET_MINUTES, 8.0)
         points = self._count("budget_points", 100, 10_000_000, None)
         if "budget_points" in self.document and "budget_minutes" in self.document:
-            told = "{field} and budget_minutes are given together."
+            told = "{field} and budget_minutes are both given."
             found = "a budget in points together with one in minutes"
             self._fault("budget_points", found, "one of the two", "remove one of them", told)
         builds = self._count("builds", 0, 10_000, 60)
@@ -161,7 +163,7 @@ class _Reader(LimitFields):
             return None
         # records have no base amplitude as a reference
         largest_m = max((each.highest_m for each in excitations), default=1.0)
-        if not self._in_units:  # then the largest amplitude is the reference, even if units are given
+        if not self._in_units:  # then ratios refer to the largest amplitude, even if units are given
             excitations = tuple(each.over(largest_m) for each in excitations)
             largest_m = 1.0
         choices = self._choices(largest_m, structure)
@@ -207,7 +209,7 @@ class _Reader(LimitFields):
                 return
 
     def _without_ratios(self, structure: Structure | None) -> None:
-        """Read the damper although no ratio can be derived: only faults of values in units."""
+        """Read the damper although no ratio can be derived, to find faults of values in units."""
         choices = self._choices(1.0, None)
         chosen = self.document.get("choose")
         held = {*self.document, *(chosen if isinstance(chosen, dict) else ())}
@@ -248,7 +250,7 @@ class _Reader(LimitFields):
         return str(raw)
 
     def _not_the_worst(self) -> None:
-        told = "{field} cannot be worst: of every response the displacement of the structure alone is known."
+        told = "{field} cannot be worst: for the responses from other starts only the displacement of the structure is known."
         advice = "choose likely, or measure and limit the displacement of the structure alone"
         self._fault("judge", "worst", "rest or likely", advice, told)
 

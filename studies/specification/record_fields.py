@@ -15,10 +15,10 @@ from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Structure
 
 OF_RECORDS = ("records", *GENERATED)
-"""Keys of an excitation by records: a generated one is short for records with this one alone."""
+"""Keys of an excitation by records; the key of a generated record is short for `records` with this record alone."""
 RECORD_KEYS = (*OF_RECORDS, "scales", "tail_s")
 MOST_CASES = 50
-"""Most cases, records times scales, of all excitations."""
+"""Most cases, records times scales, of all excitations together."""
 SCALE, TAIL = (QUANTITIES[name][0] for name in ("scale", "tail_s"))
 WITHOUT_BASE = ("clearance_ratio", "friction_ratio")
 """Ratios to an amplitude of the base, which records do not have."""
@@ -41,7 +41,7 @@ class RecordFields(Fields):
 
     @property
     def _shakers(self) -> list[tuple[str, object]]:
-        """The excitations, each with its place in the document."""
+        """Give the excitations, each with its place in the document."""
         raw = self.document.get("excitation")
         if isinstance(raw, list):
             return [(f"excitation[{place}]", each) for place, each in enumerate(raw)]
@@ -49,7 +49,7 @@ class RecordFields(Fields):
 
     @property
     def _by_records(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Those that are records, or generate one."""
+        """Give the excitations that are records, or generate one."""
         return [
             (place, each)
             for place, each in self._shakers
@@ -78,13 +78,13 @@ class RecordFields(Fields):
         if count > MOST_CASES:
             place, given = self._by_records[0]
             key = next(key for key in OF_RECORDS if key in given)
-            told = f"The records make {count} cases, each at every scale of its own; at most {MOST_CASES} are allowed."
+            told = f"The records make {count} cases, each record at each of its scales; at most {MOST_CASES} are allowed."
             advice = "keep the records and scales that may be the worst"
             self._fault(f"{place}.{key}", f"{count} cases", f"at most {MOST_CASES}", advice, told)
         if len(groups) < len(read):
             return None
-        # the document, and so its digest, contains the digest of the samples: the record in its present form is
-        # meant
+        # the document, and so its digest, contains the digest of the samples, because it means the record in its
+        # present form
         held = iter(groups)
         places = {place for place, _ in self._by_records}
         kept = [_held(next(held), each) if place in places else each for place, each in self._shakers]
@@ -99,7 +99,9 @@ class RecordFields(Fields):
             (("natural_frequency_hz", "stiffness_n_per_m"), "add it, or `stiffness_n_per_m`"),
         ):
             if not self._has("structure", *keys):
-                told = "{field} is missing: records are in m/s² and seconds, so that the structure must be in units."
+                told = (
+                    "{field} is missing: records are in m/s² and seconds, so the structure must be in units."
+                )
                 self._fault(f"structure.{keys[0]}", NOTHING, "a structure in units", advice, told)
 
     def _group(
@@ -111,8 +113,10 @@ class RecordFields(Fields):
         assert raw is not None  # it is a mapping
         first, *others = [key for key in OF_RECORDS if key in raw]
         for key in others:
-            told = f"{{field}} and `{place}.{first}` are given together: one excitation has one of them."
-            advice = "write all of them among the records, or make a list of excitations"
+            told = (
+                f"{{field}} and `{place}.{first}` are both given; one excitation may have only one of them."
+            )
+            advice = "write all of them in `records`, or make a list of excitations"
             self._fault(f"{place}.{key}", describe(raw[key]), f"one of {listing(OF_RECORDS)}", advice, told)
         if others:
             return None
@@ -142,7 +146,7 @@ class RecordFields(Fields):
                 if key in held:
                     name = "clearance_m" if key == "clearance_ratio" else "friction_force_n"
                     field = f"{place}.{key}" if place else key
-                    told = "{field} is over the amplitude of the base, which records do not have."
+                    told = "{field} is relative to the amplitude of the base, which records do not have."
                     self._fault(field, describe(held[key]), name, f"give `{name}`", told)
 
     def _entries(self, field: str, raw: object) -> list[Entry]:
@@ -182,8 +186,8 @@ class RecordFields(Fields):
 
 
 def _held(group: RecordCases, given: object) -> dict[str, Any]:
-    """Give an excitation by records in the form of a specification."""
-    assert isinstance(given, Mapping)  # otherwise it would not be an excitation by records
+    """Write an excitation by records in the form in which a specification stores it."""
+    assert isinstance(given, Mapping)  # without this key it would not be an excitation by records
     name = {key: given[key] for key in ("name",) if key in given}
     # a sweep defines its samples completely; for other records the digest of the samples is part of the document
     sources = [source.document() for source in group.sources]

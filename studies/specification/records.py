@@ -9,7 +9,7 @@ from damperlab.studies.ground.source import RecordSource
 from damperlab.studies.specification.excitation import Amplitude
 
 ONCE = (1.0,)
-"""The frequencies of a case: a record has one response and no frequency, so it is known at one place."""
+"""The frequencies of a case: a record has one response and no frequency, so its response has a single point."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class RecordCases:
 
     @property
     def alone(self) -> Recipe | None:
-        """The definition of the only record, if it describes the base motion."""
+        """The definition of the record, if it is the only one and describes the base motion."""
         return self.sources[0].generated if len(self.sources) == 1 else None
 
     @property

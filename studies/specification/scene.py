@@ -70,7 +70,7 @@ class SceneFields(RecordFields):
             ("damping_ratio", "damping_n_s_per_m"),
         ):
             if one in raw and other in raw:
-                told = f"{{field}} and `structure.{one}` say the same twice."
+                told = f"{{field}} and `structure.{one}` state the same quantity."
                 self._fault(
                     f"structure.{other}",
                     describe(raw[other]),
@@ -128,7 +128,7 @@ class SceneFields(RecordFields):
             for place, (field, each) in enumerate(self._shakers)
             if field not in by_records
         }
-        # a missing part of the structure is reported only once
+        # a missing part of the structure is reported once, not for every excitation
         self.faults[:] = dict.fromkeys(self.faults)
         names = self._names
         for place, name in enumerate(names):
@@ -140,7 +140,7 @@ class SceneFields(RecordFields):
         ]
         if any(have) and not all(have):
             place = have.index(False)
-            told = "{field} has no amplitude, and other excitations have one: they cannot be compared for the worst."
+            told = "{field} has no amplitude, but other excitations have one, so they cannot be compared."
             advice = "give every excitation an amplitude, or none of them"
             self._fault(f"excitation[{place}]", NOTHING, f"one of {listing(MOTIONS)}", advice, told)
         if not all(found.values()):
@@ -149,7 +149,7 @@ class SceneFields(RecordFields):
 
     @property
     def _names(self) -> list[str]:
-        """Names of the excitations of a list."""
+        """Give the names of the excitations of a list."""
         return [self._name_of(place, each) for place, (_, each) in enumerate(self._shakers)]
 
     def _name_of(self, place: int, raw: object) -> str:
@@ -191,8 +191,8 @@ class SceneFields(RecordFields):
         motion = MOTIONS[given[0]] if given else MOTIONS["base_amplitude_m"]
         for key in given[1:]:
             told = (
-                f"{{field}} and `{field}.{given[0]}` are given together: one excitation has one of them, and several of a "
-                "list act one at a time."
+                f"{{field}} and `{field}.{given[0]}` are both given; one excitation may have only one of "
+                "them, and the excitations of a list act one at a time."
             )
             self._fault(
                 f"{field}.{key}",
@@ -204,7 +204,7 @@ class SceneFields(RecordFields):
         if given:
             level = self._span(f"{field}.{motion.key}", raw[motion.key], BASE[motion.key])
         if motion.order and not self._has("structure", "natural_frequency_hz", "stiffness_n_per_m"):
-            told = f"{{field}} is missing: {motion.key} makes a displacement only with a frequency in Hz."
+            told = f"{{field}} is missing: {motion.key} gives a displacement only with a frequency in Hz."
             self._fault(
                 "structure.natural_frequency_hz",
                 NOTHING,
@@ -215,7 +215,7 @@ class SceneFields(RecordFields):
         if motion.force and not self._has("structure", "stiffness_n_per_m"):
             needed = [key for key in ("mass_kg", "natural_frequency_hz") if not self._has("structure", key)]
             for key in needed:
-                told = "{field} is missing: a force makes a displacement only with the stiffness of the structure."
+                told = "{field} is missing: a force gives a displacement only with the stiffness of the structure."
                 advice = "add it, or give the stiffness"
                 self._fault(
                     f"structure.{key}", NOTHING, "mass and natural frequency, or stiffness", advice, told

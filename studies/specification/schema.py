@@ -56,7 +56,9 @@ LIMIT_WORDS = {
 }
 
 
-WORDS = "Motion of the base, or a force: at every frequency of the band with every amplitude of the range."
+WORDS = (
+    "Motion of the base, or a force, at every frequency of the band and with every amplitude of the range."
+)
 MEASURE_WORDS = (
     f"The measure to minimise. Over a band one of {', '.join(MEASURES)}; under records and sweeps one of "
     f"{', '.join(RECORD_MEASURES)}; under both one of {', '.join(MIXED_MEASURES)}. The first of each is the default."
@@ -75,14 +77,16 @@ def specification_schema() -> Schema:
         "additionalProperties": False,
         "properties": {
             "name": {"type": "string", "maxLength": MAX_NAME - 20, "default": ""},
-            "structure": _object({name: OF_SCENE[name].schema() for name in STRUCTURE_KEYS}, "What must be quiet."),
+            "structure": _object({name: OF_SCENE[name].schema() for name in STRUCTURE_KEYS}, "The structure "
+                                                                                             "to protect "
+                                                                                             "from vibration."),
             "excitation": {
                 "anyOf": [
                     _object(excitation, WORDS),
                     _records(),
                     {
                         "type": "array",
-                        "description": "Several of them, one at a time: the worst is judged.",
+                        "description": "Several excitations, applied one at a time; the worst is judged.",
                         "minItems": 1,
                         "maxItems": MOST_EXCITATIONS,
                         "items": {"anyOf": [_object({"name": NAME} | excitation, WORDS), _records({"name": NAME})]},
@@ -97,7 +101,7 @@ def specification_schema() -> Schema:
             CONTACT_TIME.name: CONTACT_TIME.schema(),
             "tolerances": _object(
                 {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE)},
-                "Tolerances to either side: a number in the unit, or a share as 10%.",
+                "Tolerances to either side: a number in the unit, or a share written as 10%.",
             ),
             "limits": _object(
                 {name: _limit(name) for name in LIMIT_QUANTITIES | RATIO_QUANTITIES}, "Largest allowed values."
@@ -107,7 +111,7 @@ def specification_schema() -> Schema:
                 "type": "string",
                 "enum": list(JUDGES),
                 "default": "rest",
-                "description": "Which response counts where there are several: "
+                "description": "Which response is judged if there are several: "
                 + "; ".join(f"`{name}`, {words}" for name, words in JUDGES.items()),
             },
             "confidence": CONFIDENCE.schema(0.9),
@@ -125,12 +129,13 @@ def _records(more: Schema | None = None) -> Schema:
     scales = {"type": "array", "minItems": 1, "maxItems": MOST_CASES, "items": SCALE.schema()}
     return {
         "type": "object",
-        "description": "Ground-motion records, or one that is generated, each at every scale: the worst is judged.",
+        "description": "Ground-motion records, or a generated one, each at every scale; the worst is judged.",
         "oneOf": [{"required": [key]} for key in OF_RECORDS],
         "additionalProperties": False,
         "properties": {
             "records": {
-                "description": "Ids of records, names of earthquakes, or what to generate, such as `{sweep: {…}}`.",
+                "description": "Ids of records, names of earthquakes, or records to generate, for example "
+                "`{sweep: {…}}`.",
                 "anyOf": [entry, {"type": "array", "minItems": 1, "maxItems": MOST_CASES, "items": entry}],
             },
             **LISTED_SCHEMAS,
@@ -174,7 +179,7 @@ def _choice(quantity: Quantity) -> Schema:
         properties[CONTACT_TIME.name] = CONTACT_TIME.schema()
     named = {
         "type": "object",
-        "description": "a value with its name, such as a material",
+        "description": "a value with its name, for example a material",
         "required": [quantity.name],
         "additionalProperties": False,
         "properties": properties,
@@ -194,6 +199,6 @@ def _tolerance() -> Schema:
 
 def _limit(name: str) -> Schema:
     if name in IN_RATIOS:
-        words = f"{LIMIT_WORDS[IN_RATIOS[name]]}, as a ratio where the specification is in ratios"
+        words = f"{LIMIT_WORDS[IN_RATIOS[name]]}, as a ratio if the specification is in ratios"
         return RATIO_QUANTITIES[name].schema() | {"description": words}
     return LIMIT_QUANTITIES[name].schema() | {"description": LIMIT_WORDS[name]}

@@ -39,7 +39,7 @@ JUDGES = {
 }
 """Choices of the response over a band if there are several."""
 OF_STRUCTURE = ("mass_kg", "natural_frequency_hz", "damping_ratio")
-"""Other quantities with tolerances, always relative."""
+"""Further quantities that may have tolerances, which are always relative."""
 OF_DAMPER = (*CHOSEN, *MADE_BY.values())
 """Quantities of a damper, including the optional ones for the forces on its particle between impacts."""
 
@@ -51,7 +51,7 @@ class Structure:
     Parameters
     ----------
     mass_kg, natural_frequency_hz : float
-        M and ω_n/2π; 1 kg and 1/2π Hz for a specification in ratios, so that k = 1 N/m.
+        M and ω_n/2π; in a specification in ratios, 1 kg and 1/2π Hz, so that k = 1 N/m.
     damping_ratio : float
         ζ.
     stiffness_given, dashpot_given : bool
@@ -80,8 +80,8 @@ class Structure:
         Parameters
         ----------
         mass, frequency, damping : float or ndarray
-            Shares within the tolerances. If the stiffness is given, the tolerance of the frequency is that of √k; if
-            the dashpot is given, that of the damping is that of c.
+            Shares within the tolerances. If the stiffness is given, the tolerance of the frequency refers to √k. If the
+            dashpot is given, the tolerance of the damping refers to c.
         """
         shift = (1.0 + frequency) / np.sqrt(1.0 + mass) - 1.0 if self.stiffness_given else frequency
         if self.dashpot_given:
@@ -126,13 +126,13 @@ class Choice:
     Parameters
     ----------
     start, stop : float
-        A range, in the unit of its name; equal for a given quantity.
+        Ends of the range, in the unit of the name; they are equal if the quantity is given.
     values : tuple of float
         The only values allowed, ascending; empty for a range.
     names : tuple of str
         Names of the values, for example materials; empty without names.
     contact_times_s : tuple of float
-        For a restitution, the contact time [s]: of each value of a list, or one for all; empty if impacts take no
+        For a restitution, the contact time [s] of each value of a list, or one for all values; empty if impacts take no
         time. Two values of a list may be equal if their contact times differ.
     """
 
@@ -144,16 +144,16 @@ class Choice:
 
     @property
     def free(self) -> bool:
-        """Whether anything is to be chosen."""
+        """Whether there is more than one allowed value."""
         return self.stop > self.start or len(self.values) > 1
 
     @property
     def logarithmic(self) -> bool:
-        """Whether steps are relative to the value: over two octaves or more, away from 0."""
+        """Whether steps are relative to the value: if the range spans two octaves or more and excludes 0."""
         return not self.values and self.start > 0 and self.stop >= 4 * self.start
 
     def at(self, share: float) -> float:
-        """Give the value at a fraction of the range, from 0 to 1; of a list the nearest."""
+        """Give the value at a fraction of the range, from 0 to 1; in a list, the nearest value."""
         if self.values:
             return self.values[self._place(share)]
         if share in (0.0, 1.0):
@@ -169,7 +169,7 @@ class Choice:
         return next(iter(self.contact_times_s), 0.0)
 
     def called(self, value: float, contact_time_s: float) -> str:
-        """Name a value of a list, given by the value and its contact time; empty if it has no name."""
+        """Give the name of a value in a list, found by the value and its contact time; empty if it has none."""
         times = (
             self.contact_times_s if len(self.contact_times_s) > 1 else (contact_time_s,) * len(self.values)
         )
@@ -177,12 +177,12 @@ class Choice:
         return next((name for name, *known in each if known == [value, contact_time_s]), "")
 
     def _place(self, share: float) -> int:
-        """Give the index in the list that is nearest to a fraction of it."""
+        """Give the index in the list nearest to a fraction of its length."""
         return round(share * (len(self.values) - 1))
 
 
 def beside_rubbing(in_units: bool, choices: Mapping[str, Choice]) -> dict[str, bool]:
-    """Say which of `consistency.NOT_WITH_RUBBING` a specification has: features that exclude friction and gravity."""
+    """Find which features in `consistency.NOT_WITH_RUBBING`, which exclude friction and gravity, a specification has."""
     return {
         "ratios": not in_units,
         "contact": any(choices["restitution"].contact_times_s),
@@ -209,7 +209,9 @@ class Tolerance:
         return self.size * value if self.relative else self.size
 
     def most(self, limit: float) -> float:
-        """Give the largest value that keeps a limit with its tolerance; not above 0 if there is none."""
+        """Give the largest value that stays within a limit including its tolerance; at most 0 if there is no such
+        value.
+        """
         return limit / (1.0 + self.size) if self.relative else limit - self.size
 
 
@@ -226,19 +228,20 @@ class Specification:
     excitations : tuple of Excitation
         Excitations over bands, applied one by one; the worst is judged. Empty if there are only records.
     choices : dict of Choice
-        By the names of `OF_DAMPER`, all six; only values whose tolerance keeps the limits on the damper itself.
+        Every quantity in `OF_DAMPER`, with only the values that stay within the limits on the damper itself including
+        their tolerance.
     limits : dict of float
         Limits on results, by the names of `LIMITS`, in their units.
     damper_limits : dict of float
         Limits on the damper itself as it is built, by the names of `DAMPER_LIMITS`, in their units.
     bounds : dict of str
-        Limits that shorten a range at its end: the limit by the quantity.
+        Limits that shortened a range at its end, by quantity.
     tolerances : dict of Tolerance
         By the names of `OF_DAMPER` and `OF_STRUCTURE`; absent if a quantity is exact.
     measure : Measure
-        What shall be small.
+        The measure to minimise.
     judge : str
-        The response over a band that counts if there are several: one of `JUDGES`.
+        Which response over a band is judged if there are several: one of `JUDGES`.
     confidence : float
         Confidence of errors and intervals.
     budget_points : int or None
@@ -280,7 +283,7 @@ class Specification:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """What is chosen."""
+        """The quantities that are chosen."""
         return tuple(name for name in OF_DAMPER if self.choices[name].free)
 
     @property
@@ -299,7 +302,7 @@ class Specification:
         return tuple(case for records in self.records for case in records.cases)
 
     def records_of(self, case: Case) -> RecordCases:
-        """Give the excitation of a case: no record is in two of them."""
+        """Give the excitation to which a case belongs; no record is in two excitations."""
         return next(each for each in self.records if case.source in each.sources)
 
     def measured(self, under: Under) -> Measure:
@@ -307,7 +310,7 @@ class Specification:
         return (RECORD_MEASURES if isinstance(under, Case) else MEASURES)[self.measure.name]
 
     def limit_key(self, limit: str) -> str:
-        """Give the name of a limit in the document: that of its ratio for a specification in ratios."""
+        """Give the name of a limit in the document; in a specification in ratios, the name of its ratio."""
         return limit if self.in_units else (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).ratio
 
     def as_limited(self, limit: str, value: float) -> float:

@@ -32,7 +32,7 @@ class ToleranceFields(DamperFields):
     """Reads tolerances."""
 
     def _tolerance_values(self) -> dict[str, Tolerance]:
-        """Read `tolerances` as far as it is independent of other fields; each quantity once, as spelled."""
+        """Read `tolerances` as far as no other fields are needed; each quantity once, as spelled."""
         ratios = [ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN]
         known = (*OF_DAMPER, *ratios, *OF_STRUCTURE)
         raw = self._mapping("tolerances", known, self.document.get("tolerances", {})) or {}
@@ -62,7 +62,7 @@ class ToleranceFields(DamperFields):
         choices : dict of Choice
             The allowed values, as given.
         amplitude_m : float or None
-            The largest base amplitude; None if unknown, since ratios then have no size.
+            The largest base amplitude; None if it is unknown, so that ratios cannot be converted.
         structure : Structure or None
             None if unknown.
         """
@@ -88,27 +88,29 @@ class ToleranceFields(DamperFields):
         found = {name: each for name, each in found.items() if each.size > 0}
         if len(found) > MOST:
             told = f"{{field}} are {len(found)}; at most {MOST} are computed together."
-            self._fault("tolerances", f"{len(found)}", f"at most {MOST}", "leave out the least of them", told)
+            self._fault(
+                "tolerances", f"{len(found)}", f"at most {MOST}", "leave out the least important ones", told
+            )
         return found
 
     def _of_cavity(
         self, field: str, key: str, tolerance: Tolerance, choices: Mapping[str, Choice]
     ) -> Tolerance | None:
-        """Check the tolerance of a cavity's number against the largest value; None if there is none, or it is
-        relative to 0.
+        """Check the tolerance of a cavity's number against the largest value; None if there is no such number, or the
+        tolerance is relative to 0.
         """
         about = next(each for each in OF_CAVITY if each.name == key)
         if not (key in self.document or self._has("choose", key)):
-            told = f"{{field}} needs `{key}`, which it is the tolerance of."
+            told = f"{{field}} is a tolerance of `{key}`, which is not given."
             found = describe(self.document["tolerances"][key])
             self._fault(field, found, f"a tolerance of a given `{key}`", f"add `{key}`", told)
             return None
         largest = choices[key].stop
-        at_bound = largest in (0.0, about.highest)  # the part beyond a bound is cut off
+        at_bound = largest in (0.0, about.highest)  # the part of the tolerance beyond a bound is cut off
         most = about.highest if at_bound else min(largest, about.highest - largest)
         size = tolerance.of(largest)
         if size > most * (1.0 + ROUNDING):
-            told = f"{{field}} = {size:g} takes `{key}`, {largest:g}, out of 0 to {about.highest:g}."
+            told = f"{{field}} = {size:g} takes `{key}`, {largest:g}, outside 0 to {about.highest:g}."
             self._fault(field, f"{size:g}", f"at most {most:g}", "check its unit", told)
             return None
         return tolerance if size else None
@@ -121,8 +123,8 @@ class ToleranceFields(DamperFields):
         if tolerance.relative or not tolerance.size:
             return tolerance if value else None  # a share of 0 is 0
         if not value:
-            told = f"{{field}} = {tolerance.size:g} is around a {key} of 0, and there is none below it."
-            advice = f"give `{key}` in the middle of what it may be, or leave the tolerance out: 0 is the worst of them"
+            told = f"{{field}} = {tolerance.size:g} is a tolerance around a {key} of 0, which has no values below it."
+            advice = f"give the middle of the possible range as `{key}`, or leave the tolerance out: 0 is the worst case"
             self._fault(field, f"{tolerance.size:g}", f"a {key} above 0", advice, told)
             return None
         if tolerance.size > SHARE.highest * value * (1.0 + ROUNDING):

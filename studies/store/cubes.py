@@ -1,4 +1,4 @@
-"""The cubes of a store, each with the blocks that are done, and the remaining room for them."""
+"""The cubes of a store, each with the blocks that are done, and the remaining space on the disk."""
 
 import os
 from typing import TYPE_CHECKING, Any
@@ -67,7 +67,7 @@ class Cubes(StoreBase):
         StudyNotFound
             If there is no such study.
         RevisionGone
-            If there was no such revision, or blocks were invalidated since.
+            If the revision never existed, or blocks were invalidated since.
         CatalogueDamaged
             If done-marks are missing, so that their blocks would read as not computed.
         """
@@ -128,7 +128,7 @@ class Cubes(StoreBase):
         )
 
     def trouble(self) -> str | None:
-        """Give the reason why no more can be written; None if all is well.
+        """Give the reason why nothing more can be written; None if all is well.
 
         Some space is kept free, so that the catalogue can still record events when the cubes have filled the disk.
         """
@@ -148,7 +148,7 @@ class Cubes(StoreBase):
                     f"the disk of {place} is full: {free / 1e6:.3g} MB are free, "
                     f"{RESERVE_BYTES / 1e6:.3g} MB are kept for the catalogue; make room"
                 )
-            if room.f_files and room.f_favail < RESERVE_FILES:  # some file systems do not count them
+            if room.f_files and room.f_favail < RESERVE_FILES:  # some file systems do not count file entries
                 return f"the disk of {place} is full: room for {room.f_favail} more files; remove some"
         return None
 

@@ -63,7 +63,9 @@ class TooManyUnfinished(QuotaReached):
 
 
 def may_pass(error: StoreFault) -> bool:
-    """Whether a store or its catalogue may recover without intervention: a restarting server, a lock, a disk."""
+    """Whether a store or its catalogue may recover without intervention, for example after a server's restart or a
+    lock.
+    """
     return type(error) in (StoreFault, StoreAway)
 
 
@@ -100,7 +102,7 @@ def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueD
         Fault(
             f"study {study_id}",
             f"{found} in the catalogue",
-            "the rows that were written",
+            "the rows as they were written",
             advice
             or f"compare everything with `damperlab store verify {study_id}`, and repair it with `damperlab store verify "
             f"{study_id} --repair`; a catalogue that is beyond repair is made again by `damperlab store rebuild`",

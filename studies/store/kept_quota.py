@@ -47,4 +47,4 @@ class KeptQuota:
 
 
 USUAL = KeptQuota()
-"""The default."""
+"""The default quota."""

@@ -38,7 +38,7 @@ def open_store(data_dir: str | Path | None = None, catalogue: str | None = None)
     -------
     Store
         ``store.page()`` lists the studies, ``store.find("figure-11")`` gives a study's record, and
-        ``store.cube(record.id)`` its results as an xarray Dataset.
+        ``store.cube(record.id)`` gives its results as an xarray Dataset.
 
     Raises
     ------

@@ -16,9 +16,9 @@ SUBMITTED_BY = "submitted_by"
 REFINES = "refines"
 """Key in the provenance of a follow-up study: the id of the study whose best design it refines."""
 DESIGNS = "designs"
-"""Key in that of a study requested by a design: the digest of the specification."""
+"""Key in the provenance of a study that a design requested: the digest of the specification."""
 ASKED_BY_PROGRAMS = (REFINES, DESIGNS)
-"""The keys of studies that a program submitted."""
+"""Keys that only studies submitted by a program have."""
 
 PRIVATE = ("host", "user", SUBMITTED_BY)
 """Keys of a provenance that a published file leaves out."""
@@ -89,7 +89,7 @@ def _version(package: str) -> str:
 
 @cache
 def _processor() -> str:
-    # Linux has the model's name in a place that `platform` does not read
+    # on Linux the name of the model is in a file that `platform` does not read
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

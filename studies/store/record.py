@@ -13,8 +13,7 @@ from damperlab.studies.vocabulary import ENDED, State
 Preparation = Literal["starting", "compiling", "waiting"]
 Phase = Literal[Preparation, State]
 PREPARATIONS: tuple[Preparation, ...] = get_args(Preparation)
-"""Phases of a running study that computes no block: workers start, missing kernels are compiled, or no worker is
-left.
+"""Phases in which a running study computes no block: workers start, missing kernels are compiled, or no worker is left.
 """
 
 TRASH_DAYS = 7
@@ -28,7 +27,7 @@ class Totals:
     Parameters
     ----------
     studies, points, points_done, points_failed, bytes : int
-        Number of studies; their design points, those stored, those that failed; the cubes at full size.
+        Number of studies; their design points, those stored, and those that failed; bytes of the complete cubes.
     blocks_left : int
         Blocks yet to be computed.
     """
@@ -102,7 +101,7 @@ class Record:
     provenance : dict
         Versions, machine, user and time.
     message : str, optional
-        Reason why the study or its first failed block failed; excluded workers and reasons; reason for waiting.
+        Why the study or its first failed block failed, which workers were excluded and why, or why it waits.
     seconds, kernel_seconds : float
         Summed over the done blocks [s].
     owner : str, optional
@@ -110,7 +109,7 @@ class Record:
     points_reused : int
         Points reused from earlier studies instead of being computed.
     revision : int
-        Increases with every block that is done or invalidated: equal revisions, equal cubes.
+        Increases with every block that is done or invalidated; at equal revisions cubes are equal.
     reuse : bool
         Whether points may be taken from earlier studies.
     shape : tuple of int
@@ -118,7 +117,7 @@ class Record:
     version : int
         1 for a study as submitted; each computation by a later solver gets the next number, and older ones stay.
     outdated : bool
-        Whether it has results of another solver than today's; they are unchanged.
+        Whether its results come from a solver other than today's; they are unchanged.
     priority : int
         The waiting study with the highest priority starts first; by default 0.
     tags : tuple of str
@@ -131,10 +130,12 @@ class Record:
         Owner of the key of its submission.
     """
 
-    id: Annotated[str, Says(description="First 12 hex digits of the digest; -2 behind them for version 2.")]
+    id: Annotated[str, Says(description="First 12 hex digits of the digest; followed by -2 for version 2.")]
     name: str
     state: State
-    phase: Annotated[Phase, Says(description="The state, or what a running study does before its blocks.")]
+    phase: Annotated[
+        Phase, Says(description="The state, or the phase of a running study before it computes blocks.")
+    ]
     phase_done: Annotated[int | None, Says(description="Kernels compiled.")]
     phase_total: Annotated[int | None, Says(description="Kernels to compile.")]
     points_total: int
@@ -159,20 +160,26 @@ class Record:
     reuse: bool
     shape: tuple[int, ...]
     version: Annotated[
-        int, Says(description="1 as submitted; computed again by a later solver, it gets the next.")
+        int, Says(description="1 as submitted; each computation by a later solver gets the next number.")
     ]
     outdated: Annotated[
-        bool, Says(description="Another solver than today's computed the results; POST /recompute.")
+        bool,
+        Says(
+            description="Whether a solver other than today's computed the results; POST /recompute "
+            "computes them again."
+        ),
     ]
     priority: Annotated[
-        int, Says(description="Of the studies that wait the one with the highest begins first.")
+        int, Says(description="Of the studies that wait, the one with the highest priority starts first.")
     ]
     tags: tuple[str, ...]
     note: str
-    dimensions: Annotated[tuple[str, ...], Says(description="Those of the cube, in its order.")]
+    dimensions: Annotated[tuple[str, ...], Says(description="The dimensions of the cube, in its order.")]
     submitted_by: Annotated[
         str | None,
-        Says(description="Owner of the key that it was submitted with; null where no keys are asked for."),
+        Says(
+            description="Owner of the key that it was submitted with; null if the service requires no keys."
+        ),
     ]
 
     def _repr_html_(self) -> str:
@@ -188,7 +195,7 @@ class Record:
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more happens unless somebody asks for it."""
+        """Whether the study has ended, so that nothing more happens without a request."""
         return self.state in ENDED
 
     def document(self) -> dict[str, Any]:
@@ -220,7 +227,7 @@ class RecordsDocument(TypedDict):
 
 
 class RecordPage(RecordsDocument):
-    """A page of them."""
+    """A page of records."""
 
     cursor: str | None
 

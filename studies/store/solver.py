@@ -43,7 +43,7 @@ SOURCES: tuple[str, ...] = (
     "worker/steady",
     "worker/worker_process/tasks.py",
 )
-"""Everything between a study's definition and the values of a block that can change a bit of them."""
+"""All sources between a study's definition and the values of a block that can change a bit of the values."""
 
 COMPILERS: tuple[str, ...] = ("numba", "llvmlite", "numpy")
 
@@ -66,7 +66,9 @@ def solver() -> str:
 
 
 def is_outdated(recorded: Mapping[str, str]) -> bool:
-    """Whether results with this provenance belong to another solver than today's; those without an identity do."""
+    """Whether results with this provenance belong to another solver than today's; results without an identity count as
+    such.
+    """
     return recorded.get("solver") != solver()
 
 
@@ -76,7 +78,7 @@ def identity_of(provenance: Mapping[str, str]) -> str:
     Returns
     -------
     str
-        Empty if the provenance does not say.
+        Empty if the provenance does not state it.
     """
     parts = [provenance.get(name, "") for name in ("solver", "target", "libc")]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if all(parts[:2]) else ""

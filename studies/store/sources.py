@@ -1,4 +1,4 @@
-"""Python sources without comments, docstrings and blank lines, so that prose outdates no result."""
+"""Python sources without comments, docstrings and blank lines, so that an edit of prose does not outdate results."""
 
 import hashlib
 from collections.abc import Iterable, Iterator

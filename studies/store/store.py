@@ -48,10 +48,10 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
         catalogue : str, optional
             Address of a PostgreSQL database for the catalogue; by default it is a SQLite file in the folder.
         cubes : str, optional
-            Location of the cubes in an object store, `s3://bucket/prefix`; by default the previous one, at first the
-            folder.
+            Location of the cubes in an object store, `s3://bucket/prefix`; by default the previous location, which is
+            at first the folder.
         quota : Quota
-            How much studies may take.
+            Limits of the space that studies may take.
         wait_seconds : float
             Longest wait of a change for the write lock of the catalogue.
 
@@ -118,8 +118,8 @@ def is_read_only(data_dir: Path) -> bool:
 
 
 def _written(data_dir: Path) -> tuple[int, bytes]:
-    """Give the time when a SQLite catalogue was last written, and the start of its log, which changes when its pages
-    go into the file.
+    """Give the time when a SQLite catalogue was last written, and the start of its log, which changes when pages move
+    from the log into the file.
     """
     log = data_dir / f"{SQLITE_FILE}-wal"
     with log.open("rb") if log.exists() else BytesIO() as file:

@@ -34,4 +34,4 @@ class Absorber:
 
 
 NO_DAMPER = Absorber(0.0, 1.0, 1.0)
-"""One without mass."""
+"""An absorber without mass."""

@@ -10,10 +10,10 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, peaks, without_absor
 from damperlab.studies.vocabulary import Excitation
 
 BEND = 0.01
-"""Relative deviation of a curve from the line between two of its points that is invisible."""
+"""Relative deviation of a curve from the line between two of its points that cannot be seen."""
 LEAST_SHARE = 1e-5
-"""Share of the band that is not divided further; near an undamped resonance, an infinite value, division would not
-end.
+"""Share of the band that is not divided further. At an undamped resonance, where the value is infinite, division would
+not end.
 """
 
 
@@ -46,7 +46,7 @@ def exact_curves(
     narrow = LEAST_SHARE * (r[-1] - r[0])
     split = np.flatnonzero(np.diff(r) > narrow)
     while split.size:
-        # at both thirds, where a line through an inflection deviates too; in the middle it may agree by chance
+        # tested at both thirds, where a line through an inflection deviates too; in the middle it may agree by chance
         step = np.diff(r)[split] / 3
         thirds = np.stack([r[split] + step, r[split] + 2 * step])
         between = _both(thirds, absorber, structural_damping, excitation)

@@ -1,4 +1,4 @@
-"""The absorber with the least peak on a damped structure, for which no closed form exists.
+"""The absorber with the smallest peak on a damped structure, for which no closed form exists.
 
 Two stages: a simplex from the least point of a grid, then Powell's hybrid method, which refines the result if two
 peaks are level. Both use units of the width of the resonance, √μ + ζ_s, so that a light absorber is tuned as
@@ -111,7 +111,7 @@ def _unlevel(x: Floats, problem: _Problem) -> Floats:
         raise ArithmeticError
     a, b = _slopes(problem, heights, float(places[0]))
     c, d = _slopes(problem, heights, float(places[2]))
-    # over the height, and angle instead of area: both of order one for any absorber
+    # divided by the height, and with the angle instead of the area: both are of order one for any absorber
     angle = (a * d - b * c) / (math.hypot(a, b) * math.hypot(c, d))
     return np.array([math.log(values[0] / values[2]), angle])
 

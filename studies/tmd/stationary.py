@@ -10,21 +10,21 @@ NARROWEST = 1e-150
 """Width below which its squares would underflow."""
 ROUNDING = 1e-15
 PAIR = 1e-4
-"""Ratio of imaginary to real part up to which a pair of roots counts as a double one: the root of rounding, and a
-margin.
+"""Ratio of imaginary to real part up to which a pair of roots counts as a double root: the square root of rounding,
+with a margin.
 """
 
 
 @dataclass(frozen=True)
 class Heights:
-    """The amplitude ratio of n absorbers on a structure each, or on one.
+    """The amplitude ratio of n absorbers, each on its own structure or all on one.
 
-    With s = λ², |H|² is a ratio N/D of polynomials in s (degrees 3 and 4), so its stationary points are roots of
-    N′D − ND′. A light absorber on a lightly damped structure has all of them within about √μ of s = 1, where the
-    coefficients in powers of s cancel. So the polynomials are also formed around a centre c in t = (s − c)/δ, with δ
-    the width of the features there. The centres are s = 1, and s = 0 for an absorber that is tuned far below. The
-    union of all roots is taken: an additional point does no harm when the largest value is sought. A height depends
-    on its position only to second order.
+    With s = λ², |H|² is a ratio N/D of polynomials in s (degrees 3 and 4), so its stationary points are roots of N′D −
+    ND′. A light absorber on a lightly damped structure has all of them within about √μ of s = 1, where the coefficients
+    in powers of s cancel. So the polynomials are formed around a centre c, in t = (s − c)/δ, where δ is the width of
+    the features there. The centres are s = 1, and also s = 0 for an absorber that is tuned far below. The union of all
+    roots is taken: an additional point does no harm when the largest value is sought. A height depends on its position
+    only to second order.
 
     Parameters
     ----------
@@ -49,7 +49,9 @@ class Heights:
     base: bool
 
     def candidates(self) -> tuple[Floats, Floats]:
-        """Give λ and |H| at every root's real part, each (n, roots); λ = 0, |H| = 1 for one that is not positive."""
+        """Give λ and |H| at the real part of every root, each (n, roots); for a part that is not positive, λ = 0 and
+        |H| = 1.
+        """
         widths = [
             (1.0, self.width()),
             (0.0, np.ones_like(self.square)),
@@ -80,7 +82,7 @@ class Heights:
         """Give |H| at s = λ², (n, m), with its distance from 1 given separately."""
         mu, structural = _column(self.mass_ratio), _column(self.structural_damping)
         tuning, zeta = np.sqrt(self.square)[:, None], self.damping_ratio[:, None]
-        # far below 1 the small terms of γ² − s are those of s, else those of the distances from 1
+        # far below 1, γ² − s is formed from γ² and s; else from their distances from 1
         spring = np.where(s < 0.5, tuning**2 - s, self.offset[:, None] - from_one)
         lam = np.sqrt(s)
         top = np.hypot(spring, 2 * zeta * tuning * lam)
@@ -118,7 +120,7 @@ def all_stationary(heights: Heights) -> tuple[Floats, Floats]:
     width = heights.width()
     roots = heights._roots(1.0, width)[0]
     step = float(width[0]) * roots
-    # a double root may appear as a pair: the size there and at 0 distinguishes it from a complex root
+    # rounding may turn a double root into a pair, which is distinguished from a complex one by the size there and at 0
     nearness = np.minimum(np.abs(1 + step), np.abs(step) + width[0])
     kept = np.isfinite(roots) & (np.abs(step.imag) < PAIR * nearness) & (step.real > -1)
     offset = np.sort(step.real[kept])[None]

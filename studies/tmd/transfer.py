@@ -118,7 +118,7 @@ def highest(
     places = np.append(places[0][inside], ends)
     values = np.append(values[0][inside], amplitude_ratio(ends, absorber, structural_damping, excitation))
     most = float(values.max())
-    # the best tunings have peaks of equal height: among those within rounding take the lowest frequency
+    # the best tunings have peaks of equal height; of peaks equal within rounding take that with the lowest frequency
     return Peak(most, float(places[values >= most * (1.0 - ALIKE)].min()))
 
 

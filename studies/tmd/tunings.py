@@ -1,4 +1,6 @@
-"""Ways to tune a mass damper, by name: the quantity that each minimises, its structure, and its closed form, if any."""
+"""Criteria for tuning a mass damper, by name: what each one minimises, for which structure, and its closed form, if
+any.
+"""
 
 import math
 
@@ -38,14 +40,14 @@ def exact_hinf(mass_ratio: float) -> Absorber:
 
 
 MOST_UNDER_BASE = 2.0
-"""Mass ratio above which no spring of an absorber is best under a base acceleration: the softer, the better."""
+"""Mass ratio above which no spring of an absorber is optimal under a base acceleration: the softer, the better."""
 
 
 def h2(mass_ratio: float, excitation: Excitation = "base") -> Absorber:
     """Least mean square displacement of an undamped structure under white noise.
 
-    Under a force it is that of the structure; ∫|X/Z|² dω over a base displacement has the same optimum. Under an
-    acceleration of the base it is that against the base, and μ must be below `MOST_UNDER_BASE`.
+    Under a force, the displacement is that of the structure; ∫|X/Z|² dω for a base displacement has the same optimum.
+    Under an acceleration of the base, it is the displacement against the base, and μ must be below `MOST_UNDER_BASE`.
 
     G. B. Warburton, Optimum absorber parameters for various combinations of response and excitation
     parameters, Earthquake Eng. Struct. Dyn. 10 (1982) 381.

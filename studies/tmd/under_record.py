@@ -1,5 +1,5 @@
-"""The structure with a tuned mass damper under a ground motion: linear, and so integrated exactly from sample to
-sample.
+"""The structure with a tuned mass damper under a ground motion. The system is linear, so it is integrated exactly from
+sample to sample.
 """
 
 import math
@@ -11,12 +11,12 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.tmd.absorber import Absorber
 
 STEPS = 40
-"""Fewest steps in a period of the structure: an extremum at its frequency is at most (π/40)²/2 = 0.3 % above its
+"""Fewest steps per period of the structure: an extremum at its frequency is then at most (π/40)²/2 = 0.3 % above the
 samples.
 """
 STROKE = "peak_stroke_m"
-"""Largest displacement of the absorber against the structure; no variable of a suite, whose dampers have a clearance
-instead.
+"""Largest displacement of the absorber against the structure. It is not a variable of a suite, whose dampers have a
+clearance instead.
 """
 
 
@@ -28,7 +28,7 @@ def measures_under(
     scale: float,
     tail_s: float,
 ) -> dict[str, float]:
-    """Compute peaks and rms values.
+    """Compute peaks and rms values of the response to a record.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def measures_under(
     step = motion.step_s / parts
     places = np.arange((ground.size - 1) * parts + 1) / parts
     base = np.interp(places, np.arange(ground.size), ground)
-    # after the record the base has no acceleration: it moves on as it did
+    # after the record the base has no acceleration: it continues at its final velocity
     base = np.concatenate([base, np.zeros(round(tail_s / step))])
     system, row = linear_system(absorber, damping_ratio, angular_frequency)
     # in units of the step, so that the slope is per step

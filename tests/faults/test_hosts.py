@@ -41,7 +41,7 @@ def test_worker_that_starts_while_its_cable_is_out_joins_by_the_address_at_which
     until(scheduler, "Scheduler at:")
     first.cable(False)
     worker = first.start([sys.executable, "-m", "damperlab", "admin", "worker", address], known)
-    until(worker, f"there is no way to {address} yet")
+    until(worker, f"there is no route to {address} yet")
     # time to take the loopback address, where it would
     time.sleep(WITHOUT_CABLE_SECONDS)
     first.cable(True)

@@ -1,8 +1,8 @@
-"""The contact model `compliant` marched plainly: short Taylor steps in absolute coordinates, events by bisection.
+"""The contact model `compliant` integrated plainly: short Taylor steps in absolute coordinates, events by bisection.
 
-Imports nothing of the project. No step is longer than a fifth of the fastest rate of the regime, whatever that costs; every
-event function is looked at where a step ends, and a sign that changed is bisected. The number type is a parameter: floats,
-or mpmath's for a reference in extended precision.
+It imports nothing of the project. No step is longer than a fifth of the inverse of the regime's fastest rate, whatever
+that costs. Every event function is evaluated at the end of each step, and a change of sign is bisected. The number type
+is a parameter: floats, or mpmath's for a reference in extended precision.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +17,9 @@ _SIMPSON = (1, 4, 2, 4, 2, 4, 2, 4, 1)
 
 @dataclass(frozen=True)
 class Numbers:
-    """A number type: how to make one, its sine and cosine, π, and the Taylor terms and bisections that exhaust it."""
+    """A number type: its constructor, sine, cosine and π, and the numbers of Taylor terms and bisections that exhaust
+    its precision.
+    """
 
     of: Callable[[Any], Any]
     sin: Callable[[Any], Any]
@@ -32,7 +34,9 @@ FLOATS = Numbers(float, sin, cos, pi, 16, 60)
 
 @dataclass(frozen=True)
 class Scene:
-    """Ratios of a design point with friction (0 for none), and its walls' stiffness and damping over k; shaken, or `forced`."""
+    """Ratios of a design point with friction (0 for none), and stiffness and damping of its walls over k; the base is
+    shaken, or the structure is `forced`.
+    """
 
     damping_ratio: float
     frequency_ratio: float
@@ -45,7 +49,9 @@ class Scene:
 
 
 class March:
-    """A march from rest: the particle free, pushed by a wall, or in a wall that would pull; the mass slips or is held."""
+    """An integration from rest. The particle is free, pushed by a wall, or inside a wall that would pull it; the mass
+    slips or is held.
+    """
 
     def __init__(self, scene: Scene, numbers: Numbers = FLOATS) -> None:
         of = numbers.of
@@ -62,7 +68,7 @@ class March:
         self.contact_step = min(self.free_step, of(_CONTACT_STEP / rate))
         self.t = of(0)
         self.u, self.u_rate, self.p, self.p_rate = of(0), of(0), of(0), of(0)
-        self.side = 0  # wall that the particle is in
+        self.side = 0  # wall that the particle penetrates
         self.pushed = False
         self.forced = scene.forced
         self.slip = -1 if self.gamma and not self.forced else 0
@@ -142,7 +148,7 @@ class March:
         return watches
 
     def step_to(self, end: Any) -> None:
-        """One step, cut at its first event, which is carried out."""
+        """Take one step, up to its first event, and carry the event out."""
         u, p, base, force = self._expand()
         pull_on = self._force()
         in_wall = self.side != 0
@@ -206,7 +212,9 @@ def _curvature(p: list[Any], h: Any) -> Any:
 
 
 class Accelerated(March):
-    """The same march, which keeps the largest |u''| and the integral of its square, from a dense scan of every step."""
+    """The same integration, which also records the largest |u''| and the integral of its square, from a dense scan of
+    every step.
+    """
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -223,7 +231,7 @@ class Accelerated(March):
                 self.held, self.slip = False, 1 if sliding > 0.0 else -1
 
     def run(self, cycles: int) -> None:
-        """March through whole cycles."""
+        """Integrate through whole cycles."""
         end = 2 * pi * cycles / self.r
         while self.t < end:
             u, _, _, _ = self._expand()
@@ -239,9 +247,9 @@ class Accelerated(March):
 
 
 class Recorded(March):
-    """The same march on a base that follows a record: its acceleration is linear from sample to sample.
+    """The same integration on a base that follows a record, whose acceleration is linear from sample to sample.
 
-    Keeps besides the peaks of v and u'' and the integrals of their squares, from a dense scan of every step.
+    It also records the peaks of v and u'' and the integrals of their squares, from a dense scan of every step.
     """
 
     def __init__(self, scene: Scene, samples: Sequence[float], step: float) -> None:
@@ -254,7 +262,7 @@ class Recorded(March):
             self._judge(0.0)
 
     def _base(self) -> list[Any]:
-        """Taylor coefficients of the base from where it is in its present interval."""
+        """Taylor coefficients of the base, from its state in the present interval."""
         h = self.t - self.sample * self.sample_step
         a = self.samples[self.sample]
         jerk = (self.samples[self.sample + 1] - a) / self.sample_step
@@ -268,7 +276,7 @@ class Recorded(March):
         return here + [0.0] * (self.numbers.terms - 4)
 
     def run(self) -> None:
-        """March through the whole record."""
+        """Integrate through the whole record."""
         for sample in range(len(self.samples) - 1):
             self.sample = sample
             end = (sample + 1) * self.sample_step
@@ -282,7 +290,9 @@ class Recorded(March):
             self.start = [z + h * rate + h * h * (2 * a + b) / 6, rate + h * (a + b) / 2]
 
     def _look(self, u: list[Any], base: list[Any], span: float) -> None:
-        """Peaks and squares over a step: Simpson's rule on eight parts of what is short beside every rate."""
+        """Add peaks and squares over a step, by Simpson's rule on eight parts; the step is short compared with every
+        rate.
+        """
         for i, weight in enumerate(_SIMPSON):
             h = span * i / 8
             v = _value(u, h) - _value(base, h)
@@ -296,7 +306,7 @@ class Recorded(March):
 def end_state(
     scene: Scene, cycles: int, numbers: Numbers = FLOATS, start: Sequence[Any] = (0, 0, 0, 0)
 ) -> tuple[list[Any], March]:
-    """State u, u', p, p' after whole cycles from rest, or from a state in flight, and the march that led there."""
+    """Give u, u', p, p' after whole cycles from rest, or from a state in flight, and the integration that led there."""
     march = March(scene, numbers)
     march.u, march.u_rate, march.p, march.p_rate = (numbers.of(x) for x in start)
     if march.gamma and march.u_rate > march.r:

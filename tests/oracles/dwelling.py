@@ -1,8 +1,8 @@
-"""The contact model `dwell` by a general-purpose integrator with events; imports nothing of the project.
+"""The contact model `dwell` by a general-purpose integrator with events. It imports nothing of the project.
 
-Absolute coordinates and absolute time, one integration a regime: the particle free or on a wall for a contact time, the
-mass slipping one way or held. DOP853 at 1e-12 finds every event. For scenes without chatter only: a particle that
-would have to ride on is an error.
+It uses absolute coordinates and absolute time, and one integration per regime: the particle is free or on a wall for a
+contact time, and the mass slips one way or is held. DOP853 at 1e-12 finds every event. It is only for scenes without
+chatter: sustained contact is an error.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +17,9 @@ _TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class Scene:
-    """Ratios of a design point with friction (0 for none) and a particle with a contact time; shaken, or `forced`."""
+    """Ratios of a design point with friction (0 for none) and a particle with a contact time; the base is shaken, or
+    the structure is `forced`.
+    """
 
     damping_ratio: float
     frequency_ratio: float
@@ -35,9 +37,9 @@ def end_state(
     start: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
     seen: Callable[[np.ndarray, np.ndarray], None] | None = None,
 ) -> tuple[list[float], int]:
-    """State u, u', p, p' after whole cycles from rest, or from a state in flight, and how many impacts there were.
+    """Give u, u', p, p' after whole cycles from rest, or from a state in flight, and the number of impacts.
 
-    `seen` is shown the times of every integration and u'' there.
+    `seen` is called with the times of every integration and u'' at these times.
     """
     zeta, r, gamma = scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio
     delta, beta = scene.clearance_ratio, scene.mass_ratio

@@ -11,7 +11,7 @@ Curve = Callable[[np.ndarray], np.ndarray]
 
 
 def zeros(function: Curve, start: float, end: float, samples: int = 4001) -> list[float]:
-    """Return the simple zeros of `function` on (start, end), found between equidistant samples."""
+    """Return the simple zeros of `function` on (start, end), found between equally spaced samples."""
     x = np.linspace(start, end, samples)
     y = function(x)
     return [

@@ -1,10 +1,9 @@
 """Exact steady states of a base-excited oscillator with Coulomb and viscous damping.
 
-In the relative displacement v the scene is Den Hartog's forced oscillator with force amplitude r^2:
-v'' + 2 zeta v' + v + gamma Sgn(v') = r^2 cos(r t + phi), time counted from the upper turning point.
-J. P. Den Hartog, Forced vibrations with combined Coulomb and viscous friction, Trans. ASME 53 (1931);
-base-excited form: M. S. Hundal, J. Sound and Vibration 64 (1979). Derived here anew from the half-period
-symmetry v(t + pi/r) = -v(t).
+In the relative displacement v this is Den Hartog's forced oscillator with force amplitude r^2: v'' + 2 zeta v' + v +
+gamma Sgn(v') = r^2 cos(r t + phi), with time from the upper turning point. J. P. Den Hartog, Forced vibrations with
+combined Coulomb and viscous friction, Trans. ASME 53 (1931); base-excited form: M. S. Hundal, J. Sound and Vibration 64
+(1979). The solution is derived here anew from the half-period symmetry v(t + pi/r) = -v(t).
 """
 
 from __future__ import annotations
@@ -91,9 +90,9 @@ def non_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
     decay, cosine and sine over half a period; then b = (zeta c - w d)/r, a = sqrt(r^4 R^2 - b^2),
     A = gamma + a + c.
 
-    Validity (his bound, exact): b^2 <= r^4 R^2, and v' < 0 throughout the half period, in particular
-    v'' <= 0 just after the turn: the force exceeds the friction there. For zeta = 0 the solution does not
-    exist at r = 1/n (n odd: no bounded response; n even: a turn between).
+    Validity (his bound, exact): b^2 <= r^4 R^2, and v' < 0 throughout the half period. In particular v'' <= 0 just
+    after the turn, where the force exceeds the friction. For zeta = 0 the solution does not exist at r = 1/n (n odd: no
+    bounded response; n even: a turn between).
     """
     w = math.sqrt(1 - zeta**2)
     half = math.pi / r

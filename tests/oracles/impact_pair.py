@@ -1,8 +1,8 @@
 """Symmetric motion of a particle impact damper with two impacts per excitation cycle.
 
-S. F. Masri and T. K. Caughey, On the stability of the impact damper, J. Appl. Mech. 33 (1966); C. N. Bapat
-and S. Sankar, Single unit impact damper in free and forced vibration, J. Sound and Vibration 99 (1985). Here
-for base excitation, derived anew: u is absolute, with u'' + 2 zeta u' + u = s + 2 zeta s', s = sin(r tau).
+S. F. Masri and T. K. Caughey, On the stability of the impact damper, J. Appl. Mech. 33 (1966); C. N. Bapat and S.
+Sankar, Single unit impact damper in free and forced vibration, J. Sound and Vibration 99 (1985). Derived again for base
+excitation: u is absolute, with u'' + 2 zeta u' + u = s + 2 zeta s', s = sin(r tau).
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ def two_impacts_per_cycle(
     a^2 + b^2 = H^2, H the transmissibility. Antisymmetry over half a period makes c, d and b proportional to
     q, and a = u_0 - c; what remains is a quadratic in q.
 
-    Validity: q > 0, and |u - p| < delta between the impacts; solutions that break it are left out. Needs a
-    finite H (not zeta = 0 with r = 1), no friction, restitution > 0 for the multipliers to make sense.
+    Validity: q > 0, and |u - p| < delta between the impacts; solutions that violate this are left out. H must be finite
+    (not zeta = 0 with r = 1), there must be no friction, and the multipliers require restitution > 0.
     """
     e, beta = restitution, mass_ratio
     w = math.sqrt(1 - zeta**2)

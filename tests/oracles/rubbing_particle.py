@@ -1,7 +1,9 @@
-"""A structure on a shaken base with a particle that rubs on its cavity, and falls in it, stepped by an integrator of its own.
+"""A structure on a shaken base whose particle has friction in its cavity, and falls in it, integrated independently of
+the solver.
 
-Between events the motion is integrated as it stands, in absolute coordinates, by scipy's DOP853. Which of the two bodies slip
-is found by trying every combination and taking the one that contradicts itself least. Nothing is shared with the solver.
+Between events the equations of motion are integrated in absolute coordinates by scipy's DOP853. To find which of the
+two bodies slip, every combination is tried, and the one that contradicts itself least is taken. No code is shared with
+the solver.
 """
 
 from collections.abc import Callable
@@ -17,14 +19,16 @@ from scipy.integrate import solve_ivp
 Floats = NDArray[np.float64]
 
 TIE = 1e-7
-"""How long after an event with equal velocities the motion is looked at, to tell which bodies slip."""
+"""Time after an event with equal velocities at which the motion shows which bodies slip."""
 STEP = 1e-4
-"""Time by which they then move on, before events are looked for again."""
+"""Time for which the bodies then move before events are searched again."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """Who slips: the structure on its base, the particle in its cavity; 0 where it does not. `wall` is the one that pushes."""
+    """Directions in which the structure slips on its base and the particle in its cavity; 0 if it does not slip. `wall`
+    is the wall that pushes.
+    """
 
     slip: float
     slide: float
@@ -46,7 +50,7 @@ class RubbingParticle:
 
     LONGEST = 0.05
     FIRST = 2e-4
-    """Steps of the integrator: a flight that is over within the first is not seen."""
+    """First step of the integrator; a flight that ends within it is not detected."""
 
     def start(self) -> tuple[Floats, float]:
         """Give u, u', p, p' at rest, and the wall that the particle lies on."""
@@ -75,7 +79,7 @@ class RubbingParticle:
         return u, u if carried else self.rubs * mode.slide - self.gravity
 
     def contradiction(self, t: float, y: Floats, mode: Mode, slips: bool, slides: bool) -> float:
-        """Say by how much a mode contradicts itself; `slips` and `slides` where these velocities are not zero."""
+        """Give by how much a mode contradicts itself; `slips` and `slides` say which velocities are not zero."""
         u, p = self.accelerations(t, y, mode)
         found = -inf
         if self.friction > 0.0 and mode.slip == 0.0:
@@ -96,7 +100,7 @@ class RubbingParticle:
         return abs(u + self.gravity) - self.rubs
 
     def mode(self, t: float, y: Floats, at_rest: bool, together: bool, wall: float) -> Mode:
-        """Give the mode in which the motion goes on."""
+        """Give the mode in which the motion continues."""
         slips = (0.0, 1.0, -1.0) if at_rest else (float(np.sign(y[1] - self.base(t)[1])),)
         slides = (0.0, 1.0, -1.0) if together else (float(np.sign(y[1] - y[3])),)
         modes = [Mode(a if self.friction > 0.0 else 1.0, b, wall) for a, b in product(slips, slides)]
@@ -130,7 +134,7 @@ class RubbingParticle:
         return found
 
     def march(self, cycles: int) -> tuple[Floats, int]:
-        """March from rest through whole cycles; u, u', p, p' at the end, and the number of impacts."""
+        """Integrate from rest through whole cycles; give u, u', p, p' at the end, and the number of impacts."""
         end = 2.0 * pi * cycles / self.frequency_ratio
         y, wall = self.start()
         t, impacts, at_rest, together = 0.0, 0, False, True
@@ -188,7 +192,7 @@ class RubbingParticle:
 
 @dataclass(frozen=True)
 class UnderRecord(RubbingParticle):
-    """The same under a base acceleration that is linear between samples; an impact that rebounds slowly is not resolved.
+    """The same under a base acceleration that is linear between samples; a chatter is not resolved.
 
     Parameters
     ----------
@@ -202,7 +206,7 @@ class UnderRecord(RubbingParticle):
     step: float = 1.0
 
     SLOWEST = 2e-3
-    """Rebound below which a chatter begins, which this does not follow."""
+    """Rebound speed below which a chatter begins, which is not followed."""
 
     @cached_property
     def sampled(self) -> tuple[Floats, Floats]:
@@ -220,7 +224,7 @@ class UnderRecord(RubbingParticle):
         return moved, rate[k] + h * (a + jerk * h / 2), a + jerk * h
 
     def run(self) -> tuple[Floats, int]:
-        """March from rest to the last sample, in pieces over which the acceleration is linear."""
+        """Integrate from rest to the last sample, in pieces over which the acceleration is linear."""
         y, wall = self.start()
         t, impacts, at_rest, together = 0.0, 0, True, True
         for end in self.step * np.arange(1, self.acceleration.size):

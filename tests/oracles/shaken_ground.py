@@ -1,8 +1,8 @@
-"""Responses to a piecewise linear base acceleration, by other means than the solver's.
+"""Responses to a piecewise linear base acceleration, by methods other than those of the solver.
 
-In SI units, with the textbook closed form of a damped oscillator under a linear force (homogeneous plus particular
-solution) and roots by bracketing on a dense scan; for linear systems SciPy's matrix exponential. No code is shared with
-the solver, which works dimensionless, with power series, and proves its roots.
+It works in SI units with the textbook closed form of a damped oscillator under a linear force (homogeneous plus
+particular solution), and brackets roots on a dense scan; for linear systems it uses SciPy's matrix exponential. No code
+is shared with the solver, which is dimensionless, uses power series, and proves its roots.
 """
 
 import itertools
@@ -20,7 +20,7 @@ _JOIN = 1e-7  # m/s: slower rebounds end a chatter; the error goes as its square
 
 @dataclass
 class End:
-    """What an oracle hands back, SI units."""
+    """The result of an oracle, in SI units."""
 
     relative_displacement: float
     relative_velocity: float
@@ -40,7 +40,7 @@ def linear_end(
     """End state, peaks and mean squares of the structure, alone or with an absorber (mass ratio, frequency, damping).
 
     The state is (x, x', y, y') relative to the base, y of the absorber against the base; the force is linear in an
-    interval, so that the exponential of the system with force and rate among its unknowns is exact.
+    interval, so the exponential of the system with force and rate among its unknowns is exact.
     """
     mu, omega_a, zeta_a = absorber or (0.0, omega, 0.0)
     k, c = omega**2, 2 * zeta * omega
@@ -134,14 +134,16 @@ class Shaken:
         return self.friction > 0 and self.slip == 0
 
     def room(self, sign: int, a: float, j: float, h: float) -> float:
-        """Distance from a wall a time h later, from what it is now: exactly 0 after an impact there."""
+        """Distance from a wall a time h later, computed from the present one, which is exactly 0 after an impact there."""
         assert self.particle is not None
         now = self.particle[0] - sign * self.gap
         moved = self.motion(a, j, h)[0] - self.v + (self.z_rate - self.p_rate + a * h / 2 + j * h * h / 6) * h
         return now - sign * moved
 
     def closes(self, name: str, a: float, j: float, h: float) -> bool:
-        """Whether mass and particle approach at a wall: a root of the rounding of a wall just left does not."""
+        """Whether mass and particle approach each other at a wall; at a spurious root, from the rounding of a wall just
+        left, they do not.
+        """
         relative = self.motion(a, j, h)[1] + self.z_rate + a * h + j * h * h / 2 - self.p_rate
         return (relative > 0) == (name == "wall+")
 
@@ -150,7 +152,7 @@ class Shaken:
         return -mass * acceleration - self.omega**2 * self.v
 
     def decide(self, acceleration: float) -> None:
-        """Slip or stick with v' = 0, and with a particle in contact whether it stays."""
+        """Decide whether the mass slips or sticks at v' = 0, and whether a particle in contact stays."""
         if self.friction > 0:
             force = self.hold(acceleration)
             self.slip = 0 if abs(force) <= self.friction else (1 if force > 0 else -1)
@@ -184,7 +186,7 @@ class Shaken:
         return found
 
     def interval(self, a: float, j: float, step: float) -> None:
-        """One sample interval, from event to event."""
+        """Integrate through one sample interval, from event to event."""
         left = step
         while left > 0:
             w0, a0 = self.motion(a, j, 0.0)[1:]

@@ -60,7 +60,7 @@ def exact_optimum(mu: float) -> tuple[float, float, float]:
 
 
 def peak(mu: float, tuning: float, zeta: float, structural: float = 0.0) -> float:
-    """Return max X/Z over r in (0, 2.5]: a dense sweep, then every hump of it refined by golden section."""
+    """Return max X/Z over r in (0, 2.5], by a dense scan whose every maximum is refined by golden section."""
 
     def height(r: np.ndarray | float) -> np.ndarray:
         return amplitude_ratio(r, mu, tuning, zeta, structural)

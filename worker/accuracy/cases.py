@@ -70,7 +70,7 @@ class Reference:
     state : tuple of float
         u, u', p, p'.
     amplification : float
-        Change of the end state per change of the start: an error below this times 1e-16 is the rounding of the
+        Change of the end state per change of the start. An error below this times 1e-16 comes from the rounding of the
         inputs.
     """
 

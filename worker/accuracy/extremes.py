@@ -98,7 +98,7 @@ def extreme_cases(long_run_cycles: int = LONG_RUN_CYCLES) -> list[Extreme]:
 
 
 def _contact_times() -> list[Extreme]:
-    """Contact time towards 0, and longer than a cycle; with chatter, without rebound, without loss."""
+    """Contact times from almost 0 to longer than a cycle; cases with chatter, without rebound, and without loss."""
     times = (1e-3, 1e-6, 1e-9, 7.0, 1e3)
     hybrid = Particle(2.0, 0.47, 0.1)
     cases = [
@@ -112,7 +112,9 @@ def _contact_times() -> list[Extreme]:
 
 
 def _stiffnesses() -> list[Extreme]:
-    """Compliant walls from soft to stiff, and with contact times towards 0; with chatter, almost dead, and without loss."""
+    """Compliant walls from soft to stiff, and with contact times near 0; cases with chatter, almost without rebound,
+    and without loss.
+    """
 
     def walled(clearance: float, restitution: float, contact_time: float) -> Particle:
         wall = Wall(*wall_constants(restitution, contact_time, 0.1))
@@ -138,7 +140,7 @@ def _stiffnesses() -> list[Extreme]:
 
 
 def _grazing() -> list[Extreme]:
-    """The clearance is the largest displacement of the mass within ten cycles, or next to it."""
+    """The clearance equals the largest displacement of the mass within ten cycles, or a neighbouring number."""
     cycles = 10
     peak = simulate(Design(ZETA, 1.0, 0.6), cycles).metrics["amplitude_ratio_max"]
     return [
@@ -157,8 +159,8 @@ def _grazing() -> list[Extreme]:
 
 
 def _chatter_until_release() -> list[Extreme]:
-    """A locked mass is a shaken box. Bisection finds an e whose chatter ends when the wall detaches; both neighbours
-    are cases.
+    """A locked mass is a shaken box. Bisection finds two neighbouring e, between which the end of the chatter passes
+    the detachment; both are cases.
 
     The particle meets the wall at the same instant for every e. With larger e the chatter lasts longer, until it no
     longer ends before the detachment, and the number of attachments in the first half cycle changes.
@@ -197,7 +199,7 @@ def _turn_with_impact() -> list[Extreme]:
     turns = np.flatnonzero((history["v_rate"] == 0.0) & (history["time"] > 0.0))
     if turns.size == 0:
         return []
-    # A reversal with the largest displacement so far, so that no impact comes earlier.
+    # A reversal at the largest displacement so far, so that no impact comes earlier.
     u = np.abs(history["u"])
     first = next((int(i) for i in turns if u[i] >= 0.999 * u[: i + 1].max() and u[i] > 0.1), int(turns[0]))
     clearance = float(u[first])

@@ -27,7 +27,7 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     cycles : int
         Excitation cycles.
     meter : Meter or None
-        Zeros, added to; None removes energies and peaks from the kernel.
+        Zeros, to which measures are added; None removes energies and peaks from the kernel.
 
     Returns
     -------

@@ -13,7 +13,9 @@ from damperlab.worker.solver.events import ARRIVED, COUNTS
 from damperlab.worker.solver.observe.meter import METERS, Meter
 
 March = Callable[[Design, int, float], State | None]
-"""From a design, excitation cycles and the value of a setting to the end state; None if the method fails."""
+"""Function from a design, a number of excitation cycles and the value of a setting to the end state; None if the method
+fails.
+"""
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,6 @@ METHODS: tuple[Method, ...] = (
         paper_march,
     ),
 )
-"""The methods that the command compares. The event-driven solver has no step: it is exact up to rounding, and so has
-one point and no curve.
+"""The methods that the command compares. The event-driven solver has no step and is exact up to rounding, so it has one
+point instead of a curve.
 """

@@ -18,8 +18,8 @@ from damperlab.worker.provenance import code_version
 
 FIGURE = "work-precision.png"
 STEADY_POINTS, STEADY_CYCLES, STEADY_SEED, EXTREME_CYCLES = 160, 4000, 7, 1000
-"""For the table of steady answers: number of points, cycles before and during the measured part, the seed; number of
-extreme cases.
+"""For the table of steady answers: number of points, cycles before and during the measured part, and seed; for the
+extreme cases, the number of cycles.
 """
 
 
@@ -61,7 +61,7 @@ def make_report(
 
 
 def advantages(diagram: Diagram) -> dict[str, dict[str, float | None]]:
-    """How many times faster the event-driven solver is than each other method, at that method's own smallest error.
+    """By which factor the event-driven solver is faster than each other method, at that method's smallest error.
 
     Returns
     -------
@@ -142,16 +142,16 @@ def _steady_lines(steady: dict[str, Any]) -> list[str]:
         "",
         "## Steady answers",
         "",
-        f"{STEADY_POINTS} random points of the whole cube, of every contact model, solved as in a study and held against a "
-        f"plain march of {2 * STEADY_CYCLES} cycles from rest. Of several responses a point may be met in another than the "
-        "march is.",
+        f"{STEADY_POINTS} random points of the whole cube, of every contact model, solved as in a study and "
+        f"compared with a plain integration of {2 * STEADY_CYCLES} cycles from rest. If a point has several "
+        "responses, the two may reach different ones.",
         "",
         "| | |",
         "|---|---:|",
         *(f"| {name} | {value:.6g} |" for name, value in steady["table"].items()),
         "",
-        f"The extreme cases through the same search, held against marches of {2 * EXTREME_CYCLES} cycles. Without damping, or "
-        "with very little, neither has come to rest by then.",
+        f"The extreme cases through the same search, compared with integrations over {2 * EXTREME_CYCLES} "
+        "cycles. Without damping, or with very little, neither has settled by then.",
         "",
         "| case | class | period | X/Z | error | cycles | status | beside the march |",
         "|---|---|---:|---:|---:|---:|---|---|",

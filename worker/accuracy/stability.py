@@ -22,7 +22,7 @@ STEPS = 400
 SAMPLED_CYCLES = 10
 """Cycles from rest whose time history is checked for penetration and for momentum lost at impacts."""
 _SLOWEST_SAMPLED = 0.01
-"""Frequency ratio below which a cycle has too many natural periods for samples; then one cycle is taken."""
+"""Frequency ratio below which a cycle has too many natural periods for samples, so that only one cycle is sampled."""
 
 
 @dataclass(frozen=True)
@@ -42,16 +42,16 @@ class Row:
     energy_residual, residual_limit : float
         |work in − losses − stored| over the largest of them, and its limit.
     penetration : float or None
-        Largest |u − p| beyond d/Z in the sampled cycles, over the sum of d/Z, the largest |u| and the base's 1,
-        whose rounding it contains; None without a particle.
+        Largest |u − p| beyond d/Z in the sampled cycles, relative to the sum of d/Z, the largest |u| and the base's 1,
+        because it includes their rounding; None without a particle.
     momentum_error : float or None
-        Largest change of u' + β p' across an impact over the momenta before it; None without an impact.
+        Largest change of u' + β p' across an impact, relative to the momenta before it; None without an impact.
     microseconds : float
         Per cycle, including energies and peaks.
     paper : str
         Outcome of the paper's method with 400 steps per cycle.
     passed : bool
-        Arrived, within the limit, every value finite.
+        Whether the integration arrived, the residual is within its limit, and every value is finite.
     """
 
     name: str
@@ -89,7 +89,7 @@ def run_case(case: Extreme) -> Row:
     design = case.design
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     arguments = (design.damping_ratio, design.frequency_ratio, friction, design.particle)
-    march_from_rest(*arguments, 1, Meter(np.zeros(METERS)))  # compiles, or loads, the kernel of the scene
+    march_from_rest(*arguments, 1, Meter(np.zeros(METERS)))  # this compiles or loads the kernel of the scene
     began = perf_counter()
     state, outcome, counts, (residual, _largest, _mean) = march_from_rest(
         *arguments, case.cycles, Meter(np.zeros(METERS))
@@ -128,11 +128,9 @@ def _sampled(design: Design, cycles: int) -> tuple[float | None, float | None]:
     beyond = np.abs(history["u"] - history["p"]) - clearance
     penetration = float(np.max(beyond, initial=0.0) / (1.0 + clearance + np.abs(history["u"]).max()))
     if design.particle.wall is not None:
-        penetration = (
-            0.0  # penetration of a compliant wall is no error; the check is that nothing jumps there
-        )
+        penetration = 0.0  # penetration of a compliant wall is not an error; instead it is checked that nothing jumps there
     before = np.flatnonzero(history["impact"][:-1] == 1.0)
-    # The segment after an impact starts at its instant; at the end of a half cycle there is no next row of the same
+    # The segment after an impact starts at the same time; at the end of a half cycle there is no further row for that
     # time.
     before = before[history["time"][before + 1] - history["time"][before] <= 1e-9]
     if before.size == 0:

@@ -1,9 +1,9 @@
 """Steady answers compared with plain integration: random design points of the whole cube, and extreme cases.
 
 Each answer is compared with an integration from the same start: in its class, period, amplitude, impacts and, if
-periodic, the stability given by its multiplier. If they differ, the integration continues from the end of the
-answer's own run. If that stays on the answer, the point has several responses, or a transient longer than the run,
-and the last bit decides between them.
+periodic, the stability given by its multiplier. If they differ, the integration continues from the end of the answer's
+own run. If it then stays on the answer, the point has several responses or a transient longer than the run, and
+rounding decides between them.
 """
 
 from collections import Counter
@@ -32,18 +32,18 @@ SETTINGS = Settings(4000, 0.02, 1e-9)
 MODELS = ("instant", "instant", "instant", "dwell", "instant", "instant", "instant", "compliant")
 """Contact models of successive points."""
 SIGMA = 4.0
-"""Allowed difference in stated errors: exceeded once in 16,000 by a normal one."""
+"""Allowed difference in stated errors; a normal error exceeds it once in 16,000 times."""
 HALF_WIDTH = 1.96
 """Stated errors on either side of a 95 % interval."""
 
 _LONGEST_REPEAT = 128  # half cycles
-_SAME = 1e-7  # relative: peaks of an integration that repeats
+_SAME = 1e-7  # relative difference of the peaks of an integration that counts as repeating
 TRANSIENT = "a transient longer than the run"
-"""The verdict on an answer that does not repeat, if the integration repeats after the answer's run has ended."""
+"""The verdict if an answer does not repeat, but the integration repeats after the answer's run has ended."""
 WARNED = "a transient that the answer warns of"
 """The same, if the answer's status reports a stable orbit nearby."""
 _REMEMBERED = 1024  # half cycles in which a period is searched
-_EXACT = 1e-6  # relative: amplitudes of one orbit, including what the integration has not settled yet
+_EXACT = 1e-6  # relative difference of amplitudes on one orbit, including the remaining transient of the integration
 
 Halves = NDArray[np.float64]
 
@@ -95,7 +95,7 @@ class Compared(NamedTuple):
     verdict : str
         "agrees", or the difference.
     deviation : float
-        Distance of the amplitude from the truth in standard errors, if neither repeats; NaN else.
+        Distance of the amplitude from the truth in standard errors, if neither repeats; else NaN.
     """
 
     point: Point
@@ -132,7 +132,7 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
 
 
 def truth_of(halves: Halves) -> Truth:
-    """Evaluate the measured half cycles of an integration: its last `_REMEMBERED` for a period, else all of them."""
+    """Evaluate the measured half cycles of an integration: the last `_REMEMBERED` of them for a period, else all."""
     windows = np.maximum(halves[:-1, 0], halves[1:, 0])
     period_halves = _repeat(halves[-_REMEMBERED:])
     if period_halves > 0:
@@ -157,24 +157,24 @@ def _repeat(halves: Halves) -> int:
 
 
 def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
-    """Whether an answer agrees with an integration over so many cycles, and the distance of its mean in standard
+    """Whether an answer agrees with an integration over a number of cycles, and the distance of its mean in standard
     errors.
     """
     steady = response.period > 0
     if steady and truth.period_halves > 0:
         allowed = truth.error + SIGMA * response.amplitude_error
         if response.response_class == ResponseClass.LOCKED:
-            # the integration creeps towards its locked state as 1/N, and the answer takes the limit
+            # the integration approaches its locked state only as 1/N, and the answer is the limit
             allowed += 4.0 / cycles
         if abs(response.amplitude_ratio - truth.amplitude) > allowed:
             return "another orbit", np.nan
         if response.response_class == ResponseClass.LOCKED:
             return "agrees", np.nan
-        # periods of peaks may be half of those of states
+        # the period of the peaks may be half that of the states
         other_impacts = abs(response.impacts_per_cycle - truth.impacts) > 1e-6
         if other_impacts and abs(response.amplitude_ratio - truth.amplitude) <= 1e-9 * truth.amplitude:
-            # a chatter is completed when its remainder is too short to matter: one impact more or less is no other
-            # motion
+            # a chatter is completed when its remainder is too short to matter, so one impact more or less is not a
+            # different motion
             return "agrees but for an impact in a chatter", np.nan
         if truth.period not in (response.period, 0.5 * response.period):
             return "another period", np.nan
@@ -188,7 +188,7 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         return "agrees", np.nan
     if steady:
         slow = response.floquet_multiplier > 0.99
-        # the integration has not settled; with a decelerating particle neither has the response
+        # the integration has not settled; if the particle is still slowing down, neither has the answer
         unknown = SIGMA * truth.error + response.amplitude_error
         if slow and abs(response.amplitude_ratio - truth.amplitude) <= unknown:
             return "agrees", np.nan
@@ -231,7 +231,7 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
         if verdict_there == "agrees":
             verdict, deviation = f"several responses ({verdict})", there
         elif verdict == "not periodic where the march is":
-            # irregular up to the end of the answer's run: the integration settles later, which no run can predict
+            # irregular up to the end of the answer's run; the integration settles only later, which no run can predict
             halves = np.empty((_REMEMBERED, 3))
             before = max(0, 2 * int(response.cycles) - _REMEMBERED)
             _, outcome = march_halves(*point, point.rest(), before, halves)

@@ -20,11 +20,11 @@ one.
 SLOW_SECONDS = 0.3
 """A call as long as this is not repeated."""
 ROUNDING = 1e-16
-"""Share of the state below which errors are not shown: the reference is rounded to doubles."""
+"""Share of the state below which errors are not shown, because the reference is rounded to doubles."""
 FLOOR = 1e-11
 """Relative errors below this are accumulated rounding and are not used for an order."""
 LARGEST = 0.3
-"""Relative errors above this mean another motion, and are not used either."""
+"""Relative errors above this mean a different motion, and are not used either."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Diagram:
-    """All methods on one scene."""
+    """The curves of all methods on one scene."""
 
     scene: str
     title: str
@@ -129,8 +129,8 @@ def _shortest(call: Callable[[], object]) -> float:
 def observed_order(points: Sequence[Measurement]) -> float | None:
     """Order p of error ∝ setting⁻ᵖ: the median slope over all pairs of settings (Theil 1950, Sen 1968).
 
-    An error from an event detected up to a step late is as irregular as a remainder, and a median of slopes is
-    insensitive to a lucky run. Errors at rounding, and those of another motion, are left out.
+    If an event is detected up to a step late, the error varies irregularly with the step; a median of slopes is
+    insensitive to a lucky run. Errors at the level of rounding, and those of a different motion, are left out.
     """
     usable = [(p.setting, p.error) for p in points if p.error is not None and FLOOR < p.error < LARGEST]
     if len(usable) < 3:

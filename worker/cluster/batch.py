@@ -15,7 +15,9 @@ from damperlab.worker.outcomes import ClusterUnusable
 COMMAND_SECONDS = 120.0
 """Longest time for an answer of a batch system; a busy one takes a while."""
 MARGIN_SECONDS = 60.0
-"""From the start of a job until Python counts a worker's lifetime, with a margin: a shared folder loads slowly."""
+"""Time from the start of a job until Python starts to count a worker's lifetime, with a margin because a shared folder
+loads slowly.
+"""
 LEAVE_SECONDS = 25.0
 """Longest time from the request to leave until a worker is gone."""
 IDLE_SECONDS = 300.0
@@ -35,13 +37,13 @@ class Jobs:
     most : int
         Most jobs that wait or run together; each is one worker on one core.
     fewest : int
-        Least number kept even if fewer blocks are left.
+        Fewest jobs, even if fewer blocks are left.
     wall_seconds : float
         Wall time of a job; its worker exits before.
     memory_bytes : int
         Of a job.
     options : str
-        More options of the batch system, as in "--partition=short --account=lab".
+        Further options of the batch system, as in "--partition=short --account=lab".
     """
 
     system: BatchSystem
@@ -65,7 +67,7 @@ class _Dialect:
     task: str
     """The environment variable that numbers them."""
     job: str
-    """Pattern of the output of `submit`; its group is the argument of `cancel`."""
+    """Pattern of the output of `submit`; its group is the identifier to which `cancel` is applied."""
 
 
 _DIALECTS: dict[BatchSystem, _Dialect] = {
@@ -139,13 +141,13 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
     jobs : Jobs
         The requests.
     place : Place
-        Where the workers go.
+        Where the workers find their cluster.
     submission : int
         Number of the submission, a part of the workers' names.
     count : int
         How many jobs.
     idle : bool
-        Whether they stay although no blocks are left.
+        Whether the workers stay even if no blocks are left.
     """
     dialect = _DIALECTS[jobs.system]
     whole = math.floor(jobs.wall_seconds)
@@ -237,7 +239,8 @@ def _refused(system: BatchSystem, command: str, reason: str) -> ClusterUnusable:
             "cluster",
             f"{system!r}, whose command {command} failed ({reason})",
             f"a machine where {command} takes jobs",
-            "start this on a login node; options that your batch system demands belong into DAMPERLAB_JOB_OPTIONS",
+            "start this on a login node, and set options that your batch system requires in "
+            "DAMPERLAB_JOB_OPTIONS",
             f"The batch system {system} cannot be used: {command} failed ({reason}).",
         )
     )

@@ -1,4 +1,4 @@
-"""Membership of a cluster: a private certificate authority and its files."""
+"""Certificates that give access to a cluster: a private certificate authority and its files."""
 
 import os
 import ssl
@@ -13,8 +13,8 @@ from damperlab.studies.faults import Fault
 from damperlab.worker.outcomes import ClusterUnusable
 
 CA, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
-"""Files of a folder of certificates: the trusted authority, and the own certificate and key; the same on every
-machine of a cluster.
+"""Files in a folder of certificates: the trusted authority, and the certificate and key to show. They are the same on
+every machine of a cluster.
 """
 VARIABLE = "DAMPERLAB_CLUSTER_TLS"
 """Environment variable that names the folder."""
@@ -23,7 +23,7 @@ DAYS = 3650
 
 
 def security(folder: Path | None = None, address: str = "") -> Security:
-    """Give the certificate of a client, a worker or a scheduler, and the requirements on the others.
+    """Give the certificate that a client, a worker or a scheduler shows, and those that it accepts.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def security(folder: Path | None = None, address: str = "") -> Security:
     Raises
     ------
     ClusterUnusable
-        A file is missing, or is no valid certificate, or there is none for an address that begins with tls:.
+        A file is missing or not a valid certificate, or there is no certificate for an address that begins with tls:.
     """
     if folder is None:
         named = os.environ.get(VARIABLE)
@@ -47,7 +47,7 @@ def security(folder: Path | None = None, address: str = "") -> Security:
                         "tls",
                         f"no certificates for {address!r}",
                         "certificates that the scheduler accepts",
-                        f"name their folder in {VARIABLE}, or with --tls where there is this option",
+                        f"name their folder in {VARIABLE}, or with --tls if the command has this option",
                         f"There are no certificates to show to {address}.",
                     )
                 )
@@ -79,7 +79,7 @@ def _encrypts(shown: Security) -> bool:
 
 
 def _require_valid(file: Path) -> None:
-    """Refuse an expired certificate: the other side would only see a closed connection."""
+    """Refuse an expired certificate here, because the other side would only see a closed connection."""
     if find_spec("cryptography") is None:
         return
     from cryptography import x509
@@ -94,7 +94,7 @@ def _require_valid(file: Path) -> None:
         raise ClusterUnusable(
             Fault(
                 "tls",
-                f"{str(file)!r}, which is no certificate ({error})",
+                f"{str(file)!r}, which is not a certificate ({error})",
                 "a certificate in PEM",
                 advice,
                 f"The file {file} holds no certificate.",
@@ -137,27 +137,28 @@ def refusal(error: BaseException) -> str:
     seen: BaseException | None = error
     while seen is not None:
         if isinstance(seen, ssl.SSLCertVerificationError):
-            return f"its certificate is not believed here ({seen.verify_message})"
+            return f"its certificate is not trusted here ({seen.verify_message})"
         if isinstance(seen, ssl.SSLError):
             return (
                 f"the two sides do not agree on TLS ({(seen.reason or str(seen)).lower().replace('_', ' ')})"
             )
         closed = closed or isinstance(seen, CommClosedError)
         seen = seen.__cause__ or seen.__context__
-    return f"it closes the connection, as where it asks for certificates ({VARIABLE})" if closed else ""
+    return f"it closes the connection; perhaps it requires certificates ({VARIABLE})" if closed else ""
 
 
 def make_certificates(folder: Path, days: int = DAYS) -> None:
     """Make a certificate authority for one cluster, and the certificate that its members show.
 
-    The authority's own key is thrown away: nobody can make another member later, only a new authority for all.
+    The authority's own key is discarded, so nobody can add a member later; a new authority must be made for all
+    members.
 
     Parameters
     ----------
     folder : Path
-        Made where it is missing.
+        The folder, created if it is missing.
     days : int
-        How long they hold.
+        Days for which the certificates are valid.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A Dask cluster to compute on: worker processes of our own, or a scheduler that is there already."""
+"""A Dask cluster to compute on: our own worker processes, or an existing scheduler."""
 
 import asyncio
 import logging
@@ -20,7 +20,7 @@ from damperlab.worker.niceness import stand_back
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
 
 SCHEDULER_TIMEOUT_SECONDS = 10.0
-"""How long a scheduler, and the first of its workers, may take to answer."""
+"""Longest time until a scheduler, and the first of its workers, must answer."""
 GOODBYE_TIMEOUT = "1s"
 """Time for the end of a dead scheduler, in Dask's notation."""
 START_TIMEOUT_SECONDS = 120.0
@@ -39,10 +39,11 @@ ONE_THREAD = dict.fromkeys(
     ),
     "1",
 )
-"""Environment of a worker: a kernel keeps one core busy, so libraries must not start further threads."""
+"""Environment of a worker. A kernel keeps one core busy, so libraries must not start further threads."""
 
 SCHEDULER_CONFIG = {
-    # One death makes a block suspect: the runner, not the scheduler, decides how often to try again.
+    # Dask suspects a block after one death of its worker; the runner, not the scheduler, decides how often to try
+    # again.
     "distributed.scheduler.allowed-failures": 0,
 }
 """Dask's settings in the process of our own scheduler."""
@@ -63,7 +64,8 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
         Worker processes of our own cluster on the loopback interface, one thread each; by default one per core that
         this process may use. They end with the context in any case, and with this process.
     scheduler : str, optional
-        Address of a Dask scheduler to use instead, as in "tcp://host:8786". It and its workers stay.
+        Address of a Dask scheduler to use instead, as in "tcp://host:8786". The scheduler and its workers are left
+        running.
 
     Yields
     ------
@@ -73,7 +75,7 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
     Raises
     ------
     ClusterUnusable
-        Both or an impossible number were given, or no scheduler answers.
+        Both `workers` and `scheduler` were given, the number of workers is impossible, or no scheduler answers.
     """
     if scheduler is not None:
         if workers is not None:
@@ -102,22 +104,22 @@ def secret() -> Security:
     Returns
     -------
     Security
-        Without the package cryptography it encrypts nothing, and a warning is logged.
+        Without the package cryptography nothing is encrypted, and a warning is logged.
     """
     if find_spec("cryptography") is None:
         _log.warning(
-            "The package cryptography is missing, so that the embedded cluster has no secret: any process of this "
-            "machine can reach it. Install damperlab[service] again."
+            "The package cryptography is missing, so the embedded cluster is unprotected: any process of "
+            "this machine can reach it. Install damperlab[service] again."
         )
         return Security()
     return Security.temporary()
 
 
 def dask_setup(worker: object) -> None:
-    """Dask's hook when our own workers start: run at lower priority than the answering process, and leave Ctrl-C to
-    the coordinator.
+    """Dask's hook when our own workers start. They run at lower priority than the answering process, and leave Ctrl-C
+    to the coordinator.
 
-    Scheduler, coordinator and service need little time, but soon. A terminal sends SIGINT to the whole process
+    Scheduler, coordinator and service need little time, but without delay. A terminal sends SIGINT to the whole process
     group. The coordinator then lets running blocks finish; workers that handled it too would drop them, each with a
     traceback.
     """
@@ -140,7 +142,8 @@ def _local(count: int) -> Iterator[Client]:
     }
     with (
         dask.config.set(_LOCAL_CONFIG),
-        # Empty at first: an interrupt while the processes start then meets a cluster that the context closes.
+        # The cluster starts empty, so that an interrupt while its processes start finds a cluster that the context
+        # closes.
         SpecCluster(
             workers={},
             worker={"cls": Nanny, "options": worker},
@@ -162,13 +165,13 @@ def _local(count: int) -> Iterator[Client]:
 
 
 async def _watched(cluster: SpecCluster) -> None:
-    """Wait until every worker's watcher has noticed it: a worker that ends earlier is never restarted."""
+    """Wait until every worker's watcher has registered it, since a worker that ends before is never restarted."""
     await cluster
 
 
 @contextmanager
 def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
-    """Close a cluster whose scheduler has died; the library would ask the scheduler first, and stop half-way."""
+    """Close a cluster whose scheduler has died; the library would first ask the scheduler, and stop half-way."""
     try:
         yield
     finally:
@@ -208,8 +211,8 @@ def _remote(address: str) -> Iterator[Client]:
                 "scheduler",
                 f"{address!r} ({why})",
                 allowed,
-                "start one with `dask scheduler`; set DAMPERLAB_CLUSTER_TLS where it asks for certificates; or"
-                " leave `scheduler` out to compute on this machine",
+                "start one with `dask scheduler`; set DAMPERLAB_CLUSTER_TLS if it requires certificates; or "
+                "leave `scheduler` out to compute on this machine",
                 f"No Dask scheduler can be used at {address}: {why}.",
             )
         ) from error
@@ -221,7 +224,7 @@ def _remote(address: str) -> Iterator[Client]:
         OSError,
         TimeoutError,
         ValueError,
-    ) as error:  # the last one if a connection ends before it is encrypted
+    ) as error:  # the last of these is raised if a connection ends before it is encrypted
         raise _lost(error) from error
     with opened as client:
         yield client
@@ -231,16 +234,16 @@ def _lost(error: Exception) -> ClusterUnusable:
     return ClusterUnusable(
         Fault(
             "scheduler",
-            f"one that went away while it was asked ({error})",
+            f"one that was lost during the request ({error})",
             "a running Dask scheduler",
-            "nothing need be done if it comes back; otherwise start one with `dask scheduler`",
-            f"The scheduler went away while it was asked ({error}).",
+            "wait if it is about to come back; otherwise start one with `dask scheduler`",
+            f"The scheduler was lost during the request ({error}).",
         )
     )
 
 
 async def _probe(address: str, shown: Security) -> None:
-    # A Client that finds no scheduler leaves its threads behind; this checks first and leaves nothing.
+    # A Client that finds no scheduler leaves threads behind, so the address is checked first.
     arguments = shown.get_connection_args("client")
     async with rpc(address, timeout=SCHEDULER_TIMEOUT_SECONDS, connection_args=arguments) as remote:
         answer = await asyncio.wait_for(remote.identity(), SCHEDULER_TIMEOUT_SECONDS)

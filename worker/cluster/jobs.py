@@ -1,4 +1,4 @@
-"""A cluster whose workers are jobs of a batch system: as many as there is work for, between two limits."""
+"""A cluster whose workers are jobs of a batch system. Their number follows the work, between two limits."""
 
 import logging
 import shutil
@@ -30,15 +30,15 @@ _log = logging.getLogger(__name__)
 class Hired:
     """The jobs of one cluster.
 
-    A job waits, works or has ended. Its end is recognised by its worker, which came and has gone. So the queue of
-    the batch system is not queried often.
+    A job waits, works or has ended. A job has ended once its worker has come and gone, so the batch system need not be
+    queried often.
 
     Parameters
     ----------
     jobs : Jobs
-        What is asked of the batch system.
+        The requests to the batch system.
     place : Place
-        Where the workers go.
+        Where the workers find their cluster.
     """
 
     def __init__(self, jobs: Jobs, place: Place) -> None:
@@ -60,12 +60,12 @@ class Hired:
         present : set of str
             Names of the present workers.
         now : float
-            By the caller's clock [s].
+            Time by the caller's clock [s].
 
         Raises
         ------
         ClusterUnusable
-            The batch system is not there, or refuses.
+            The batch system is missing, or refuses.
         """
         names = set().union(*self._submitted.values())
         self._came |= present & names
@@ -103,12 +103,13 @@ class Hired:
 
 @contextmanager
 def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) -> Iterator[Client]:
-    """Client of a cluster of a scheduler on this machine and jobs of a batch system, which end with the context.
+    """Client of a cluster with a scheduler on this machine and jobs of a batch system as workers; all end with the
+    context.
 
     Parameters
     ----------
     jobs : Jobs
-        What is asked of the batch system.
+        The requests to the batch system.
     host : str, optional
         Name or address of this machine for the jobs; by default its host name.
     folder : Path
@@ -158,7 +159,7 @@ def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) 
                     thread.join()
                 hired.dismiss()
     finally:
-        # later jobs find no scheduler; the jobs' output stays
+        # jobs that start later find no scheduler; the output of the jobs is kept
         shutil.rmtree(tls, ignore_errors=True)
         with suppress(OSError):
             place.rmdir()
@@ -169,7 +170,7 @@ def _keep(client: Client, hired: Hired, wanted: Callable[[], int], stop: threadi
         try:
             known = client.sync(client.scheduler.identity, n_workers=-1)["workers"].values()
             hired.look(wanted(), {str(one["name"]) for one in known}, time.monotonic())
-        # an absent scheduler, catalogue or batch system may be back at the next check
+        # a missing scheduler, catalogue or batch system may be back at the next check
         except Exception as error:
             _log.warning("no jobs can be submitted now: %s", error)
 
@@ -199,6 +200,6 @@ def _check(jobs: Jobs, folder: Path) -> None:
                 "data_dir",
                 repr(str(folder)),
                 "a path without blanks",
-                "move the data folder: batch systems read no blank in the path of a job's output",
+                "move the data folder: batch systems accept no blank in the path of a job's output",
             )
         )

@@ -1,4 +1,4 @@
-"""The scheduler of our own cluster, in a process without addresses or keys of database and store.
+"""The scheduler of our own cluster, in a process that has no addresses or keys of database and store.
 
 A client of a Dask scheduler can run any code in its process. So this process holds only names of blocks, and accepts only the
 certificate of this run.
@@ -59,7 +59,7 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         return self._process is not None and self._process.poll() is not None
 
     def is_lost_within(self, seconds: float) -> bool:
-        """Whether it has ended, or is just ending: its connections close before the process is gone."""
+        """Whether the process has ended, or ends within a time; its connections close before the process ends."""
         if self._process is None:
             return False
         with suppress(subprocess.TimeoutExpired):
@@ -72,7 +72,7 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         Raises
         ------
         RuntimeError
-            It ended before it listened.
+            The process ended before it listened.
         """
         environment = {name: value for name, value in os.environ.items() if name in _KEPT}
         environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)

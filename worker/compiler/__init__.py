@@ -2,7 +2,7 @@
 
 numba alone optimises and emits each function together with all functions that it calls, and repeats this for each
 caller. A kernel calls some two hundred functions, so most of that work would be wasted. Besides, the same function
-would be in many libraries, optimised differently in each, and the loader would choose one of them.
+would be in many libraries, optimised differently in each, and the loader would pick one of them.
 
 Here a function that other kernels call stays LLVM IR (`Part`). Only functions called from Python become machine code
 (`Whole`), from one private copy of each part. So the bits of a result depend only on the sources and the target, not

@@ -13,10 +13,10 @@ class Part(JITCodeLibrary):  # type: ignore[misc]
     """A function that other kernels call: IR that waits for its callers."""
 
     function: Callable[..., Any]
-    """Its plain form."""
+    """Its plain Python form."""
 
     def finalize(self) -> None:
-        """Mark it complete; it is neither optimised nor emitted separately."""
+        """Mark the part complete; it is neither optimised nor emitted separately."""
         self._raise_if_finalized()
         self._finalized = True
 
@@ -25,7 +25,7 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
     """A function that Python calls, with its own copy of all called functions."""
 
     function: Callable[..., Any]
-    """Its plain form."""
+    """Its plain Python form."""
 
     @property
     def functions(self) -> list[Callable[..., Any]]:
@@ -41,18 +41,20 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
 
     def _optimize_final_module(self) -> None:
         for variable in self._final_module.global_variables:
-            # numba's environment of a function is for its Python wrapper, which parts lack
+            # numba's environment of a function serves its Python wrapper, which a part lacks
             if variable.name.startswith(_ENVIRONMENT) and variable.name not in self._own:
                 variable.linkage = binding.Linkage.internal
         super()._optimize_final_module()
         for function in self._final_module.functions:
-            # only now, so that inlining is unchanged; private, so that the loader does not take another kernel's
-            # copy
+            # made private, so that the loader does not use another kernel's copy; only at this point, so that inlining
+            # is unaffected
             if not function.is_declaration and function.linkage == binding.Linkage.linkonce_odr:
                 function.linkage = binding.Linkage.internal
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """In numba's storage format, with its defined names instead of its IR, which is not linked again."""
+        """Serialise in numba's storage format, with the names that it defines instead of its IR, which is not linked
+        again.
+        """
         self._ensure_finalized()
         names = [
             value.name
@@ -66,9 +68,9 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
 
 
 def _needed(library: JITCodeLibrary) -> list[JITCodeLibrary]:
-    """Every library that one needs, directly or through a part: each once, and after all that need it.
+    """Every library that a library needs, directly or through a part: each once, and after all that need it.
 
-    The order matters: LLVM links a function that may be dropped only if something linked before asks for it.
+    The order matters: LLVM links a function that may be dropped only if something linked earlier needs it.
     """
     seen = set()
     callees_first = []

@@ -18,15 +18,15 @@ _DOUBLE = llvm.DoubleType()
 class FromTyped(lowering.Lower):  # type: ignore[misc]
     """From typed IR to LLVM IR, with two differences from numba.
 
-    An argument that is never reassigned is used as a value. numba stores one that is used in several blocks in
-    memory, and loads all of it at each use: for a scene with a hundred fields most of this is work for LLVM to
-    remove.
+    An argument that is never reassigned is used as a value. numba would store an argument that several blocks use in
+    memory, and load all of it at each use. For a scene with a hundred fields, LLVM would have to remove most of this
+    again.
 
     A product and a sum in one expression are rounded once, as in C (FP_CONTRACT ON).
 
-    LLVM would fuse them wherever the optimiser brings the two together (`contract`), so that last bits would depend
-    on inlining and on the scene. Here they depend only on each expression: a kernel may be split into functions, or
-    receive other arguments, and gives the same bits.
+    LLVM would fuse them wherever the optimiser brings the two together (`contract`), so the last bits would depend on
+    inlining and on the scene. Here they depend only on each expression: a kernel gives the same bits if it is split
+    into functions or receives other arguments.
     """
 
     def _find_singly_assigned_variable(self) -> None:
@@ -55,7 +55,7 @@ class FromTyped(lowering.Lower):  # type: ignore[misc]
             super().decref(typ, value)
 
     def lower_binop(self, result_type: Any, expression: Any, operation: Any) -> Any:
-        """Code of an operation; a sum with a product of the same expression is one operation."""
+        """Code of an operation. A sum whose operand is a product in the same expression is one operation."""
         both = self.fndesc.calltypes[expression].args == (types.float64, types.float64)
         if both and operation in (operator.add, operator.sub):
             left, right = self._number(expression.lhs), self._number(expression.rhs)
@@ -119,7 +119,7 @@ class LowerPart(Lowering):
     _library = Part
 
     def run_pass(self, state: Any) -> bool:
-        """As a function without an address, represented to its callers by a placeholder that is never called."""
+        """Lower it as a function without an address; its callers get a placeholder that is never called."""
         super().run_pass(state)
         lowered = state["cr"]
         name = lowered.fndesc.qualname

@@ -37,7 +37,7 @@ READ: dict[str, str] = {
 
 
 def differing() -> list[str]:
-    """Those of `READ` that this numba lacks, or that differ."""
+    """The methods of `READ` that this numba lacks, or that differ."""
     return [where for where, read in READ.items() if _hash(where) != read]
 
 
@@ -55,7 +55,7 @@ def _hash(where: str) -> str:
 
 _DIFFERING = differing()
 ALONE = bool(_DIFFERING)
-"""Whether numba compiles alone."""
+"""Whether kernels are compiled by numba alone."""
 if ALONE:
     warnings.warn(
         f"numba {numba.__version__} differs in {', '.join(_DIFFERING)} from the version that the compiler was written for. "

@@ -16,7 +16,7 @@ from damperlab.worker.compiler.type_branches import FoldTypeTests
 class _Flags(compiler.Flags):  # type: ignore[misc]
     """numba's flags, compared by the options that were set.
 
-    They are part of the key under which numba stores the types of each call. Its own class compares all forty
+    They are part of the key under which numba stores the types of each call. numba's own class compares all forty
     options.
     """
 
@@ -96,7 +96,7 @@ class WholeCompiler(_Compiler):
 def _no_collection() -> Iterator[None]:
     """Pause the garbage collector.
 
-    Afterwards all new objects count as old (freeze, unfreeze), so that young collections skip them.
+    Afterwards all new objects count as old (freeze, unfreeze), so that collections of young objects skip them.
     """
     collecting = gc.isenabled()
     gc.disable()

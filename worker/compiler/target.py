@@ -25,8 +25,8 @@ def target_of(triple: str, features: dict[str, bool], wanted: str = "") -> tuple
     Returns
     -------
     processor, features : str
-        In LLVM's notation. Older x86-64 processors get the baseline of their architecture, others `generic`:
-        portable, slower, and with different last bits, since no product and sum are rounded once there.
+        In LLVM's notation. Older x86-64 processors get the baseline of their architecture, all others `generic`. This
+        is portable and slower, and gives different last bits, since a product and a sum are then rounded twice.
     """
     if not triple.startswith("x86_64"):
         return "generic", ""

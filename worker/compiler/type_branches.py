@@ -1,4 +1,4 @@
-"""Type tests evaluated at compile time: of fields that are None, and of classes of named tuples."""
+"""Type tests that are evaluated at compile time: whether a field is None, and to which class a named tuple belongs."""
 
 import operator
 from typing import Any
@@ -24,7 +24,7 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:
-        """Insert the results into the code of `state`. Their number is not returned."""
+        """Insert the results of the tests into the code of `state`."""
         code = state.func_ir
         for block in code.blocks.values():
             for statement in block.find_insts(ir.Assign):
@@ -69,7 +69,7 @@ def _definition(name: ir.Var, code: Any) -> Any:
 
 
 def _type_of(value: Any, code: Any, arguments: Any) -> Any:
-    """Type of a variable or expression that is an argument, a field of one, or None; else None."""
+    """Type of a variable or expression, if it is an argument, a field of an argument, or None; otherwise None."""
     if isinstance(value, ir.Var):
         value = _definition(value, code)
     if isinstance(value, ir.Arg):

@@ -1,4 +1,4 @@
-"""The blocks of a study that are not assigned, the longest first, and attempts at them."""
+"""The unassigned blocks of a study, the longest first, and the attempts at them."""
 
 from collections import deque
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ class Backlog:
     Parameters
     ----------
     indices : array of int
-        The blocks, in their order.
+        The blocks, in the order in which they are taken.
     seconds : array of float, optional
         Expected time of each block of the study [s]; by default all are equal.
     """
@@ -45,16 +45,16 @@ class Attempt:
     index : int
         Of the block.
     errors, crashes : int
-        How often it raised an exception, and how often it certainly ended its process.
+        Number of exceptions that it raised, and number of processes that it certainly ended.
     apart : bool
-        Compute it in a separate process: a worker vanished during it, and this shows whether the block was the
-        cause, without losing another worker.
+        Whether to compute it in a separate process: a worker vanished during it, and this shows whether the block was
+        the cause without losing another worker.
     avoid : frozenset of str
         Workers at which it failed.
     tries : int
         Number of earlier attempts.
     moved : bool
-        It was taken from a worker at which it did not end; the next one has no time limit.
+        Whether it was taken from a worker at which it did not end; the next attempt has no time limit.
     """
 
     index: int
@@ -66,9 +66,9 @@ class Attempt:
     moved: bool = False
 
     def begun(self, apart: bool = False) -> "Attempt":
-        """Give the next attempt after one that ended without fault; in a separate process on request."""
+        """Give the next attempt after one that ended without the block's fault; on request, in a separate process."""
         return replace(self, tries=self.tries + 1, apart=self.apart or apart)
 
     def elsewhere(self, address: str) -> "Attempt":
-        """Give the same attempt, for another worker if there is one."""
+        """Give the same attempt for another worker, if there is one."""
         return replace(self, avoid=self.avoid | {address})

@@ -1,10 +1,10 @@
 """Expected cost of a design point, so that blocks take about equal time and the longest start first.
 
-A rough model is sufficient: it affects sizes and order, never a result, and one factor from earlier studies of a
-family corrects it. Its form is cycles until the response is known to be steady, times seconds per cycle of the
-scene's kernel. Its constants were fitted to measured run times over eight grids of particle and hybrid scenes (ζ
-0.001 … 0.1, β 0.02 … 0.3, d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over other grids mostly agree within a factor of
-four; single points scatter by a factor of ten, especially between periodic and modulated neighbours.
+A rough model is sufficient: it affects the sizes and order of blocks, never a result, and a factor from earlier studies
+of the family corrects it. The cost is the number of cycles until the response is known to be steady, times the seconds
+per cycle of the scene's kernel. Its constants were fitted to measured run times over eight grids of particle and hybrid
+scenes (ζ 0.001 … 0.1, β 0.02 … 0.3, d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over other grids mostly agree within a
+factor of four; single points scatter by a factor of ten, especially between periodic and modulated neighbours.
 """
 
 import math
@@ -23,7 +23,7 @@ from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_sto
 from damperlab.studies.store.record import Record
 
 LINEAR_SECONDS = 2e-6
-"""A point in closed form, including storing: nothing else takes time there."""
+"""Time of a point in closed form, including storing."""
 FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.8e-6, 1.4e-6, 2.0e-6
 """One excitation cycle with its events, for a wide clearance."""
 COMPLIANT_TIMES = 4.5
@@ -37,19 +37,20 @@ MOST_RIDING, RIDING_CLEARANCE = 9.1, 1.8
 clearance ratio over which it decreases.
 """
 FEWEST_CYCLES = 40.0
-"""Average number until a response counts as steady, far from resonance."""
+"""Average number of cycles until a response counts as steady, far from resonance."""
 TRANSIENT = 0.073
 """Cycles of a transient, in units of r/ζ: it decays as exp(−ζτ), and a cycle lasts 2π/r."""
 RESTLESS_CYCLES, RESTLESS_TOLERANCE, FEWEST_RESTLESS = 1050.0, 0.02, 768.0
-"""The mean near resonance, where impacts never cease and only statistics converge. It is for this tolerance; the
-relative error of such a mean falls as the inverse root of its cycles (`steady/response/standard_errors.py`).
+"""Mean number of cycles near resonance, where impacts never cease and only statistics converge; the tolerance for which
+it applies; and the least number. The relative error of a mean falls as the inverse root of its cycles
+(`steady/response/standard_errors.py`).
 """
 RESTLESS_WIDTH, RESTLESS_POWER = 0.0104, 0.55
-"""Distance from resonance at which it does so, in ln r: the width at β = ζ, and the power of β/ζ with which it
-scales.
+"""Distance from resonance, in ln r, up to which only statistics converge: the width at β = ζ, and the power of β/ζ with
+which it scales.
 """
 NARROWEST = 0.004
-"""Least of that width."""
+"""Smallest such width."""
 BREAKAWAY = 0.785
 """Friction ratio at which friction suppresses a resonance: from π/4 on it dissipates more energy than the base
 supplies.
@@ -122,7 +123,7 @@ def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDAr
     width = RESTLESS_WIDTH * moving * (coordinates["mass_ratio"] / damping) ** RESTLESS_POWER
     restless = np.exp(-((np.log(ratio) / np.maximum(width, NARROWEST)) ** 2)) * rattles * (moving > 0.0)
     settling = max(FEWEST_RESTLESS, RESTLESS_CYCLES * (RESTLESS_TOLERANCE / study.steady.tolerance) ** 2)
-    # an average over points that settle and points that run on, with the limit for each
+    # an average over points that settle and points that continue, each with the limit
     cycles = np.minimum(most, FEWEST_CYCLES + TRANSIENT * ratio / damping + min(most, settling) * restless)
     per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
     riding = 1.0 + MOST_RIDING * np.exp(-coordinates["clearance_ratio"] / RIDING_CLEARANCE)

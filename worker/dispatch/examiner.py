@@ -1,4 +1,4 @@
-"""Tests of workers before their first block: what they compute with, and a few points whose bits are known."""
+"""Tests of workers before their first block: their software, and the bits of a few points."""
 
 import time
 from collections.abc import Callable, Collection, Mapping
@@ -13,8 +13,8 @@ from damperlab.worker.provenance import WrongCode
 from damperlab.worker.worker_process.examination import Answer, examine, majority
 
 LATE_SECONDS = 10.0
-"""Wait for the first workers once one of them has answered; the others join later. Longest time for which an
-existing answer may be unreachable.
+"""Longest wait for further workers once a first one has answered; the others join later. Also the longest time for
+which an existing answer may be unreachable.
 """
 
 
@@ -36,16 +36,18 @@ class Examiner:
         self._truth = ""
         self._identity = ""
         self._asked: dict[str, tuple[Future, str]] = {}
-        # since when an existing answer could not be fetched
+        # times since which an existing answer could not be fetched
         self._late: dict[str, float] = {}
 
     def prepare(self, cube_path: str, digest: str, code: str, canary: Block | None) -> None:
-        """Send the questions to workers; as for `damperlab.worker.worker_process.examination.examine`."""
+        """Set the questions that are sent to workers; the parameters are those of
+        `damperlab.worker.worker_process.examination.examine`.
+        """
         self._examination = examine, cube_path, digest, code, canary
 
     @property
     def compiles(self) -> bool:
-        """Whether a worker computes points for the first time: it may have to compile first."""
+        """Whether a worker computes points for the first time, so that it may have to compile."""
         asked = {address for _, address in self._asked.values()}
         new = any(one.address in asked and not one.compiled for one in self._workers.states.values())
         return self._asks_for_points and new
@@ -68,14 +70,14 @@ class Examiner:
         Parameters
         ----------
         look : callable
-            Called repeatedly: updates the present workers, and calls `ask`.
+            Called repeatedly; it updates the present workers and calls `ask`.
         look_on : callable
-            Called as often; False ends the wait.
+            Called equally often; False ends the wait.
 
         Returns
         -------
         dict of Answer or None
-            By address, of at least one; None if `look_on` ended the wait.
+            Answers by address, at least one; None if `look_on` ended the wait.
         """
         self._workers.examine_again()
         answers: dict[str, Answer] = {}
@@ -93,16 +95,16 @@ class Examiner:
         return None
 
     def settle(self, answers: Mapping[str, Answer], identity: str, truth: str) -> dict[str, str] | None:
-        """Decide which answer is right, and judge every worker by it, also later ones.
+        """Decide which answer is right, and judge present and later workers by it.
 
         Parameters
         ----------
         answers : dict of Answer
             By address.
         identity : str
-            Solver of the study; empty for that of most workers.
+            Solver of the study; empty to use that of most workers.
         truth : str
-            Bits of the points; empty for the most frequent answer.
+            Bits of the points; empty to use the most frequent answer.
 
         Returns
         -------
@@ -117,7 +119,7 @@ class Examiner:
                 self.judge(address, answer)
             else:
                 reason = (
-                    "the workers disagree on the bits of the same points, and which are right is not known"
+                    "the workers give different bits for the same points, and it is not known which are right"
                 )
                 self._workers.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
         return next(one.facts for one in alike.values()) if self._workers.usable else None
@@ -131,13 +133,13 @@ class Examiner:
             answer: Answer = future.result(timeout=FETCH_SECONDS)
         except WrongCode as error:
             self._workers.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
-        # a worker that lacks this package, cannot reach the data, is lost, …
+        # for example a worker that lacks this package, cannot reach the data, or is lost
         except (Exception, CancelledError) as error:
             self._tasks.require_scheduler()
             now = time.monotonic()
             fetched = isinstance(error, TimeoutError) and future.status == "finished"
             if fetched and now - self._late.setdefault(key, now) < LATE_SECONDS:
-                # it has answered, but cannot be reached: it is asked again, while the others' answers are processed
+                # it has answered, but the answer cannot be fetched: it is asked again while other answers are processed
                 self._asked[key] = future, address
                 self._tasks.again(key)
                 return None
@@ -153,14 +155,14 @@ class Examiner:
         if self._identity and answer.facts["identity"] != self._identity:
             self._workers.leave_out(
                 address,
-                f"it would not compute the bits of the study's other blocks: it has {_words(answer.facts)}, identity "
-                f"{answer.facts['identity']}, and the study {self._identity}",
+                f"it would not compute the bits of the study's other blocks: it has {_words(answer.facts)}, "
+                f"identity {answer.facts['identity']}, but the study has {self._identity}",
                 now + AGAIN_SECONDS,
             )
         elif self._truth and answer.bits and answer.bits != self._truth:
             self._workers.leave_out(
                 address,
-                f"points whose values are known have other bits there ({answer.bits} in place of {self._truth})",
+                f"known points have different bits there ({answer.bits} in place of {self._truth})",
             )
         else:
             self._workers.admit(address)

@@ -1,4 +1,4 @@
-"""Missing kernels of a cluster's workers, compiled there before the blocks of a study: in parallel, each once per
+"""Compiles missing kernels at the workers of a cluster before the blocks of a study: in parallel, each once per
 machine.
 """
 
@@ -14,7 +14,7 @@ from damperlab.worker.scenes import Scene
 from damperlab.worker.warm import missing, warm
 
 LOOK_SECONDS = 0.2
-"""Interval between checks of the progress: the delay of a stop."""
+"""Interval between checks of the progress, and so the delay of a stop."""
 
 
 def compile_at_workers(
@@ -37,7 +37,7 @@ def compile_at_workers(
     on_progress : callable
         Called with the number of compiled scenes, and their total; not called if none is missing.
     stopping : callable
-        Says whether to stop waiting; running compilations continue at their workers.
+        Returns whether to stop waiting; running compilations continue at their workers.
     workers : collection of str
         Addresses of the workers to ask.
     """
@@ -46,13 +46,13 @@ def compile_at_workers(
     places: dict[tuple[str, str], tuple[list[Scene], list[str]]] = {}
     asked = client.run(_lacking, list(wanted), workers=list(workers), on_error="ignore")
     for address, answer in asked.items():
-        # one that has left meanwhile
+        # the worker has left meanwhile
         if answer is None:
             continue
         host, folder, lacking = answer
         places.setdefault((host, folder), (lacking, []))[1].append(address)
     tasks = [
-        # another worker may continue after one that dies: differences between machines cost less than waiting
+        # if a worker dies, another may continue, even on another machine: this costs less than waiting
         client.submit(
             *sealed(_warm, scene), pure=False, workers=[there[i % len(there)]], allow_other_workers=True
         )
@@ -60,7 +60,7 @@ def compile_at_workers(
         for i, scene in enumerate(lacking)
     ]
     while tasks:
-        done = sum(task.done() for task in tasks)  # failed or lost ones are done too
+        done = sum(task.done() for task in tasks)  # failed or lost compilations count as done too
         on_progress(done, len(tasks))
         if done == len(tasks) or stopping():
             return
@@ -76,7 +76,7 @@ def all_ready(client: Client, wanted: Sequence[Scene]) -> bool:
 
 
 def _lacking(wanted: list[Scene]) -> tuple[str, str, list[Scene]]:
-    """Name this machine and its kernels' folder, and the missing kernels."""
+    """Give the name of this machine with its kernels' folder, and the missing kernels."""
     return identity()["host"], str(CACHE_FOLDER), missing(wanted)
 
 

@@ -1,4 +1,4 @@
-"""Tasks sent to named workers of a cluster, and their ends: the only use of Dask's client."""
+"""Sends tasks to named workers of a cluster, and observes their end. Only this module uses Dask's client."""
 
 import pickle
 import queue
@@ -16,7 +16,8 @@ from damperlab.worker.outcomes import Outage, SchedulerLost, asking_the_cluster
 ANSWER_SECONDS = 30.0
 """Longest time for an answer of an existing scheduler."""
 FETCH_SECONDS = 1.0
-"""Longest time for an answer, a few bytes, from its worker before its existence is checked."""
+"""Longest time to fetch an answer of a few bytes from its worker, before it is checked whether the answer still exists.
+"""
 
 Call = tuple[Any, ...]
 """A function and its arguments."""
@@ -30,7 +31,7 @@ class Tasks:
     client : Client
         Of the cluster.
     priority : int
-        Of two waiting tasks at a worker the one with the higher priority starts first.
+        Of two tasks that wait at a worker, the one with the higher priority starts first.
     """
 
     def __init__(self, client: Client, priority: int) -> None:
@@ -41,7 +42,7 @@ class Tasks:
         self._sent = 0
 
     def key(self, what: str) -> str:
-        """Give a key that no task has had: the scheduler would return the result of the first use."""
+        """Give a key that no task has had, because for a used key the scheduler would return the earlier result."""
         key = f"{what}-{self._run}-{self._sent}"
         self._sent += 1
         return key
@@ -82,7 +83,7 @@ class Tasks:
         Parameters
         ----------
         wait_seconds : float
-            Longest wait for the first of them [s]; no more are given afterwards, however many have ended.
+            Longest wait for the first of them [s]; after it, no more are given even if more have ended.
         """
         block = True
         deadline = time.monotonic() + wait_seconds
@@ -94,7 +95,7 @@ class Tasks:
             block = False
 
     def again(self, key: str) -> None:
-        """Give a key once more, later."""
+        """Give a key again in a later call."""
         self._ended.put(key)
 
     def drop(self, futures: list[Future], reason: str) -> None:
@@ -125,7 +126,7 @@ class Tasks:
 
 
 class _Call:
-    """Unpickled as the value of a call, which happens then."""
+    """A pickled call: unpickling it makes the call and gives its value."""
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         self._what = function, arguments
@@ -137,14 +138,14 @@ class _Call:
 def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[bytes], Any], bytes]:
     """Give an equivalent of a function and its arguments that only the executing worker can read.
 
-    A Dask scheduler unpickles tasks, and so loads the module of every function and argument: solver and stores,
-    which take as long as everything else that it loads. For a sealed call it only sees bytes. Workers need nothing
-    of this module: one of another version reports that version.
+    A Dask scheduler unpickles tasks, and so loads the modules of their functions and arguments. The solver and the
+    stores would double its start. Of a sealed call it sees only bytes. Workers need nothing from this module, so that
+    one of another version can report its version.
 
     Parameters
     ----------
     function : callable
-        The function is sent by name if it can be imported, and else as Dask's own calls are.
+        The function. It is sent by name if it can be imported; otherwise in the way of Dask's own calls.
     *arguments
         Its arguments.
     """

@@ -26,7 +26,7 @@ Ended = BlockOutcome | Failure
 
 
 class Window:
-    """Sends blocks to the workers of a cluster as they have room, and returns the results.
+    """Sends blocks to workers of a cluster that have room, and returns the results.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Window:
     wait_seconds : float
         Longest wait while no worker can compute [s].
     priority : int
-        Of two waiting blocks at a worker the one with the higher priority starts first.
+        Of two blocks that wait at a worker, the one with the higher priority starts first.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Window:
 
     @property
     def empty(self) -> bool:
-        """Whether no block is at the cluster, and none waits."""
+        """Whether no block is at the cluster and none waits."""
         return not self._flying and not self.workers.waiting
 
     @property
@@ -72,7 +72,7 @@ class Window:
 
     @property
     def stranded(self) -> str | None:
-        """Reason why nothing is computed, if workers are missing; None while something is computed."""
+        """Reason why no block is computed, if workers are missing; None while a block is computed."""
         return None if self._flying or self.workers.usable else self.workers.words()
 
     @property
@@ -97,11 +97,11 @@ class Window:
         cube_path, digest, code : str
             As for `damperlab.worker.worker_process.tasks.run_block`.
         identity : str
-            Solver of the study; empty if it has not started, for that of most workers.
+            Solver of the study; empty if the study has not started, to use that of most workers.
         canary : Block, optional
-            Points that every worker computes; none the first time, when kernels are still to be compiled.
+            Points that every worker computes; None the first time, when kernels are still to be compiled.
         truth : str
-            Their stored bits; empty if they are not stored, for the answer of most workers.
+            Their stored bits; empty if they are not stored, to use the answer of most workers.
         look_on : callable
             Called between checks; False ends the wait.
 
@@ -116,9 +116,9 @@ class Window:
             No worker could compute for the given time.
         """
         self._examiner.prepare(cube_path, digest, code, canary)
-        # nobody was waited for meanwhile: after compiling, the first check comes minutes after the last
+        # compiling does not count as waiting: the first check after it comes minutes after the previous one
         self._able = time.monotonic()
-        # present workers are tested immediately, also if the last check was just now
+        # present workers are tested immediately, even if the previous check was just now
         self._looked = -inf
         while True:
             answers = self._examiner.gather(self._look, look_on)
@@ -147,8 +147,8 @@ class Window:
         Parameters
         ----------
         wait_seconds : float
-            Longest wait for the first of them [s]; afterwards no more are taken, however many have ended, so that a
-            large cluster receives new blocks meanwhile.
+            Longest wait for the first of them [s]; after it, no more are taken even if more have ended, so that a large
+            cluster receives new blocks.
 
         Yields
         ------
@@ -171,7 +171,7 @@ class Window:
                 self._examiner.judge(*heard)
 
     def drain(self, grace_seconds: float) -> Iterator[Ended]:
-        """Send nothing more, drop blocks that have not started, and return those that end within a time.
+        """Send no more blocks, drop those that have not started, and return those that end within a time.
 
         Parameters
         ----------
@@ -219,13 +219,14 @@ class Window:
         try:
             outcome: BlockOutcome = future.result(timeout=FETCH_SECONDS)
         except TimeoutError:
-            # its worker may be gone, and waiting would be in vain: check, and ask again if it is not
+            # its worker may be gone and waiting in vain, so this is checked; if the worker is present it is asked again
             self._tasks.require_scheduler()
             self._flying[key] = future
             self._tasks.again(key)
             self._looked = -inf
             return None
-        # lost with its worker before it was fetched, or never started, whatever the library reports
+        # whatever the library reports, the result was lost with its worker before it was fetched, or the block never
+        # started
         except (Exception, CancelledError):
             self._tasks.require_scheduler()
             self.workers.give_back(key)
@@ -248,7 +249,7 @@ class Window:
         self._examiner.forget(threads)
         if examine:
             self._examiner.ask(now)
-        # a worker that compiles before it answers is not missing
+        # a worker that compiles before it answers does not count as missing
         if self.workers.able or self._examiner.compiles:
             self._able = now
         elif now - self._able > self._wait_seconds:

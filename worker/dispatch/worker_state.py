@@ -14,11 +14,11 @@ AGAIN_SECONDS = 15.0
 """Time after which an excluded worker is tested again: a store or a link may have recovered."""
 
 STUCK_SECONDS, STUCK_TIMES = 600.0, 100.0
-"""Time, and multiple of its expected time, after which a running block is also given to another worker."""
+"""A block that runs longer than this time and this multiple of its expected time is given to another worker too."""
 
 Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
-"""Being tested; computing; computing again after an exclusion, with no block ended yet; finishing its blocks;
-excluded, with a reason.
+"""The standings of a worker: being tested; computing; computing again after an exclusion, before its first block has
+ended; finishing its last blocks; excluded, with a reason.
 """
 TOLD: dict[Standing, str] = {
     "joining": "joining",
@@ -27,7 +27,7 @@ TOLD: dict[Standing, str] = {
     "leaving": "leaving",
     "out": "out",
 }
-"""The reported standing of each."""
+"""How each standing is reported."""
 STANDINGS = tuple(dict.fromkeys(TOLD.values()))
 
 
@@ -42,7 +42,7 @@ class Suspicion:
     blamed : set of int
         Blocks that failed there for an unknown reason.
     confirmed : int
-        How many such blocks were computed elsewhere since.
+        Number of these blocks that were since computed elsewhere.
     last_error : str
         Error of the last of them.
     """
@@ -54,7 +54,7 @@ class Suspicion:
 
     @property
     def doubtful(self) -> bool:
-        """Whether the worker has so many failures that it should wait for a verdict."""
+        """Whether the worker has so many failures that it gets no blocks until their cause is known."""
         return len(self.blamed) > RETRIES
 
 
@@ -71,11 +71,11 @@ class WorkerState:
     standing : str
         One of `Standing`.
     reason : str
-        Reason of its exclusion, of one before its trial, or of its leaving.
+        Reason for its present or earlier exclusion, or for its leaving.
     again_at : float
         Time of its next test, by the caller's clock.
     held : dict of Attempt
-        By task key, in the order of sending; a worker computes them in that order.
+        Its blocks by task key, in the order of sending, in which a worker computes them.
     against : Suspicion
         Its failures.
     compiled : bool
@@ -112,7 +112,7 @@ class Standings:
 
     @property
     def able(self) -> bool:
-        """Whether a worker computes; one that was excluded and is used again must still prove itself."""
+        """Whether a worker computes and need not prove itself after an exclusion."""
         return any(
             one.standing == "usable" or (one.held and one.standing in ("joining", "leaving"))
             for one in self.states.values()
@@ -132,7 +132,7 @@ class Standings:
         if worker.standing == "out":
             self.news.append(f"worker {address} is used again")
         if worker.standing == "out":
-            worker.standing = "on trial"  # and keeps its reason, which may still apply
+            worker.standing = "on trial"  # it keeps the reason of its exclusion, which may still apply
         else:
             self.trust(worker)
         worker.against.unreadable = 0
@@ -163,13 +163,13 @@ class Standings:
         self._count()
 
     def examine_again(self) -> None:
-        """Require that every worker is tested first."""
+        """Require that every worker is tested again first."""
         for worker in self.usable:
             worker.standing, worker.again_at = "joining", 0.0
         self._count()
 
     def words(self) -> str:
-        """Describe the present workers, for a study that waits."""
+        """Describe the present workers to the user of a waiting study."""
         if not self.states:
             return "the cluster has no worker"
         told = [
@@ -202,18 +202,18 @@ class Standings:
         return [worker for worker in self.states.values() if worker.standing == "out"]
 
     def reasons(self) -> str:
-        """Name the excluded workers with the reasons; empty without any."""
+        """Name the excluded workers with the reasons; empty if there is none."""
         return _some([f"{worker.address}: {worker.reason}" for worker in self.left_out()])
 
     def _cannot_read(self, worker: WorkerState, text: str, now: float, at_once: bool) -> None:
         worker.against.unreadable += 1
-        # an absent store has already been retried for a while
+        # the worker has already retried for a while if the store was absent
         if at_once or worker.against.unreadable > RETRIES:
             reason = f"it cannot read or write the study's data ({text})"
             self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
 
     def _confirm(self, worker: WorkerState, index: int) -> None:
-        """Count a block that failed at a worker, and that another has computed since."""
+        """Count a block that failed at a worker and that another worker has since computed."""
         against = worker.against
         against.blamed.discard(index)
         against.confirmed += 1
@@ -244,13 +244,13 @@ class Standings:
 
 
 def _some(told: list[str]) -> str:
-    """Join messages about workers; a few represent many."""
+    """Join messages about workers; of many, only a few are given."""
     more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
     return "; ".join(told[:3]) + more
 
 
 class Patience:
-    """Time since when each task has been at the head of its worker's queue."""
+    """Records since when each task has been at the head of its worker's queue."""
 
     def __init__(self) -> None:
         self._since: dict[str, float] = {}
@@ -263,7 +263,7 @@ class Patience:
         Parameters
         ----------
         states : iterable of WorkerState
-            The workers; those that leave will be gone soon.
+            The workers; those that are leaving are ignored, since they will soon be gone.
         expected : callable
             Gives the expected time of a block [s].
         now : float

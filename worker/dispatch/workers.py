@@ -1,8 +1,8 @@
 """The workers of a study: each is judged separately, and the blocks of a lost worker go to the others.
 
-Only the policy, without a cluster: which worker gets which block, what happens after a failed block, and the
-conclusion about the worker. `damperlab.worker.dispatch.window` applies it to a cluster; a model of a cluster of any
-size uses it as well.
+This is only the policy: which worker gets which block, what happens after a failed block, and what follows for its
+worker. `damperlab.worker.dispatch.window` applies it to a cluster, and tests apply it to a model of a cluster of any
+size.
 """
 
 from collections import deque
@@ -16,7 +16,7 @@ from damperlab.worker.outcomes import RETRIES, Crashed, Failure, Leaving, Outage
 from damperlab.worker.provenance import WrongCode
 
 BLOCKS_PER_THREAD = 2
-"""Blocks at a worker per thread: one runs, one waits there, so that no thread is idle while a result is sent."""
+"""Blocks at a worker per thread: one runs and one waits, so that no thread is idle while a result is sent."""
 
 
 class Workers(Standings):
@@ -31,13 +31,13 @@ class Workers(Standings):
     def __init__(self, backlog: Backlog) -> None:
         super().__init__()
         self.retries = 0
-        """Number of blocks that were computed, or started, again."""
+        """Number of blocks that were started again."""
         self.incidents: list[str] = []
         """Events of blocks, a sentence each without its full stop; reading empties it."""
         self._backlog = backlog
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
-        # few of thousands of workers have room: those without a block for each thread, without two, …
+        # workers that have room, by the number of blocks per thread that they lack: of thousands only few do
         self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
         self._patience = Patience()
 
@@ -59,7 +59,7 @@ class Workers(Standings):
         threads : mapping
             Their threads, by address.
         running : collection of str
-            Those that accept blocks; the others were asked to leave, or lack memory.
+            Workers that accept blocks; the others were asked to leave, or lack memory.
 
         Returns
         -------
@@ -76,7 +76,7 @@ class Workers(Standings):
         return lost
 
     def take_away(self, now: float) -> list[str]:
-        """Give blocks that run far too long to others, once each, and exclude their workers until they answer.
+        """Give each block that runs far too long once to another worker, and exclude its worker until that answers.
 
         Parameters
         ----------
@@ -113,7 +113,7 @@ class Workers(Standings):
                 f"worker {address} is gone; its {len(worker.held)} blocks are computed by others"
             )
         for place, attempt in enumerate(worker.held.values()):
-            # the blocks that waited behind it were lost too, without their fault
+            # the blocks that waited behind it were lost too, but did not cause this
             began = place < worker.threads and not known
             self._again.append(attempt.begun(apart=True) if began else attempt)
             if began:
@@ -164,7 +164,9 @@ class Workers(Standings):
         return self._where.get(key)
 
     def ended(self, key: str) -> None:
-        """Record the key under which a block was computed: the fault is with the workers at which it failed before."""
+        """Record that a block was computed, by its key. Earlier failures of it are then the fault of the workers at
+        which it failed.
+        """
         worker = self.states[self._where[key]]
         attempt = self._take(key)
         if worker.standing == "on trial":
@@ -177,11 +179,11 @@ class Workers(Standings):
                 self._confirm(other, attempt.index)
 
     def give_back(self, key: str, apart: bool = False) -> None:
-        """Record that a block was not computed, without fault."""
+        """Record that a block was not computed, without its fault."""
         self._again.append(self._take(key).begun(apart))
 
     def failed(self, key: str, error: BaseException, now: float) -> Failure | None:
-        """Decide the cause of an exception: the worker, the block, or the study's data.
+        """Decide what caused an exception: the worker, the block, or the study's data.
 
         Parameters
         ----------
@@ -200,7 +202,7 @@ class Workers(Standings):
         Raises
         ------
         Outage
-            There is no room for the study's data, at any worker.
+            There is no room for the study's data at any worker.
         """
         worker = self.states[self._where[key]]
         attempt = self._take(key).begun()
@@ -218,7 +220,7 @@ class Workers(Standings):
                 if self._is_alone(worker):
                     self._again.append(again)
                     raise Outage(reason) from error
-                # a quota, or a separate disk: the other workers show whether all are affected
+                # it may be a quota or a separate disk; the other workers show whether all are affected
                 self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
             else:
                 self._cannot_read(worker, text, now, at_once=isinstance(error, ShelfAway))
@@ -236,19 +238,19 @@ class Workers(Standings):
         return None
 
     def _give_up(self, index: int, message: str) -> Failure:
-        """Drop a block."""
+        """Give up a block."""
         self.incidents.append(f"block {index} is given up: {message}")
         for each in self.states.values():
             each.against.blamed.discard(index)
         return Failure(index, message)
 
     def _is_alone(self, worker: WorkerState) -> bool:
-        """Whether no other worker could take its blocks."""
+        """Whether no other worker could take over this worker's blocks."""
         return all(one is worker for one in self.usable)
 
     @property
     def _nears_end(self) -> bool:
-        """Whether so few blocks wait that one queued behind another may be the last to end."""
+        """Whether so few blocks wait that a block queued behind another may be the last to end."""
         return self._backlog.left <= self._threads
 
     def _take(self, key: str) -> Attempt:
@@ -261,7 +263,7 @@ class Workers(Standings):
         return attempt
 
     def _next_for(self, worker: WorkerState) -> Attempt | None:
-        """Choose a block for a worker: returned ones first, but none that failed there while another worker may
+        """Choose a block for a worker: returned blocks first, but no block that failed there if another worker can
         compute it.
         """
         for place, attempt in enumerate(self._again):

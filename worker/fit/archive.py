@@ -13,13 +13,12 @@ Matrix = NDArray[np.float64]
 Progress = Callable[[int], None]
 
 COARSE = 0.1
-"""Relative difference of amplitudes below which a coarse point counts as near; differences count as their
-logarithms.
-"""
+"""Relative difference of amplitudes below which a coarse point counts as near the measurement."""
 
 
 class Archive:
-    """Places as fractions of the ranges, and the values compared with the measurement at each.
+    """Parameter sets, as fractions of the ranges, and the computed values at each that are compared with the
+    measurement.
 
     Parameters
     ----------
@@ -32,15 +31,15 @@ class Archive:
     ----------
     places : ndarray, shape (n, parameters)
     amplitude, error : ndarray, shape (n, rows)
-        Or their logarithm, and the error of that, if deviations are relative.
+        Amplitude and its error; if deviations are relative, its logarithm and the error of that.
     measured : ndarray, shape (rows,)
-        The same of the measurement.
+        The measured values in the same form.
     responses : list of Responses
     """
 
     def __init__(self, question: FitQuestion, progress: Progress | None) -> None:
         self.question = question
-        # if deviations are relative to the amplitudes, so are differences: then logarithms are compared
+        # if deviations are relative to the amplitudes, differences must be relative too, so logarithms are compared
         self.logarithmic = question.in_shares
         self.measured = self._compared(question.measured.amplitude)
         self.count = len(question.free)
@@ -67,7 +66,7 @@ class Archive:
         return log(amplitude) if self.logarithmic else amplitude
 
     def coarse_misfit(self) -> Matrix:
-        """Distance of each place from the measurement: rows that are far off count little (Cauchy)."""
+        """Distance of each place from the measurement: rows that are far off have little weight (Cauchy)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             off = self.amplitude - self.measured
             if not self.logarithmic:

@@ -9,7 +9,7 @@ from damperlab.studies.portable import log
 
 Matrix = NDArray[np.float64]
 STRETCH = 2.0
-"""Largest factor of a move, as chosen by its inventors."""
+"""Largest factor of a move, as its authors chose it."""
 
 
 def draw(log_density: Callable[[Matrix], Matrix], walkers: Matrix, steps: int, seed: int) -> Matrix:

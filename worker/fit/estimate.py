@@ -1,9 +1,9 @@
-"""Parameters of a prototype estimated from its measured response: weighted least squares that includes the model's own
-errors.
+"""Estimates the parameters of a prototype from its measured response, by weighted least squares that include the
+model's own errors.
 
-First a coarse set of points that fills the ranges is computed. The best of them are refined, each within a region
-that narrows. Finally the responses within about three standard deviations of the best are polynomials of the
-parameters (see `surface.py`). The intervals come from the posterior density over the region (see `chain.py`).
+First, points that coarsely fill the ranges are computed. The best of them are refined, each within a region that
+narrows. Finally the responses within about three standard deviations of the best point are approximated by polynomials
+of the parameters (see `surface.py`). The intervals come from the posterior density over the region (see `chain.py`).
 """
 
 from collections.abc import Callable
@@ -28,24 +28,24 @@ Matrix = NDArray[np.float64]
 START = {1: 64, 2: 160, 3: 320, 4: 480, 5: 640}
 """Points of the coarse set, by the number of parameters."""
 FOLLOWED = 3
-"""Number of the best that are refined."""
+"""Number of the best points that are refined."""
 CLOSER_ROUNDS, CLOSER = 3, 0.6
 """Rounds in which a region narrows around its best point, and the factor of each."""
 LEAST_ROUNDS, MOST_ROUNDS, SETTLED = 3, 12, 0.5
-"""Criterion for the region of the polynomials: it moves by less than this in standard deviations, and is resized by
-less than this in its logarithm.
+"""Fewest and most rounds for the region of the polynomials, and the two limits below which it counts as settled. They
+apply to its motion, in standard deviations, and to the logarithm of its size.
 """
 LINEAR = 3.0
-"""Residual, in standard deviations, above which it counts linearly (Huber 1964), so that one wrong row does not
+"""Residual, in standard deviations, above which its weight is linear (Huber 1964), so that one wrong row does not
 decide.
 """
 LEAST_SHARE = 1e-6
-"""Smallest relative standard deviation: computed data agree to rounding."""
+"""Smallest relative standard deviation, because computed data agree to rounding."""
 AS_GOOD = 6.0
 """Difference of −2 ln L up to which another set of parameters agrees as well."""
 WALKERS, STEPS, LAST_STEPS = 48, 240, 1200
 TRIED = 8
-"""Sets of parameters from the end of the chain whose responses are computed, so that the best one agrees."""
+"""Number of parameter sets from the end of the chain whose responses are computed, to choose the best of them."""
 
 
 def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fitted:
@@ -79,7 +79,7 @@ class _End:
     surface: Surface
     draws: Matrix
     best: Matrix
-    row: int  # of the archive
+    row: int  # indices in the archive
     variance: Matrix
     share: float  # relative standard deviation of the measurement, if it is estimated
     misfit: float  # -2 ln L
@@ -91,7 +91,7 @@ def _begin(archive: Archive) -> list[Region]:
     from scipy.stats.qmc import Halton
 
     number = START[archive.count]
-    # without the corner at which the sequence begins
+    # without the corner of the ranges with which the sequence begins
     archive.add(Halton(archive.count, scramble=False).random(number + 1)[1:])
     spacing = float(number ** (-1.0 / archive.count))
     chosen: list[Matrix] = []
@@ -105,7 +105,7 @@ def _begin(archive: Archive) -> list[Region]:
 
 
 def _closer(archive: Archive, region: Region) -> Region:
-    """Move to the best place nearby, in decreasing steps."""
+    """Move to the best point nearby, in decreasing steps."""
     for _ in range(CLOSER_ROUNDS):
         before = len(archive.places)
         archive.add(region.draw(8 * (archive.count + 1), archive.generator))
@@ -130,7 +130,7 @@ def _best_regions(archive: Archive, regions: list[Region]) -> list[Region]:
 
 
 def _settled(archive: Archive, region: Region) -> _End:
-    """Fit polynomials within a region, and move and resize it until it matches the parameters' uncertainty."""
+    """Fit polynomials within a region; move and resize the region until it matches the uncertainty of the parameters."""
     batch = max(20, 3 * terms(archive.count))
     for round_ in range(MOST_ROUNDS):
         archive.add(region.draw(batch, archive.generator))
@@ -155,7 +155,7 @@ def _settled(archive: Archive, region: Region) -> _End:
 
 
 def _laid(archive: Archive, region: Region, newest: int) -> tuple[Surface, Matrix, float]:
-    """Fit polynomials to all responses of a region; and give the combined variance of measurement and model."""
+    """Fit polynomials to all responses of a region, and give the combined variance of measurement and model."""
     near = region.holds(archive.places)
     near[-newest:] = True
     surface = fit_surface(region, archive.places[near], archive.amplitude[near])
@@ -185,7 +185,7 @@ def _share(archive: Archive, amplitude: Matrix, scatter: Matrix) -> float:
 
 
 def _weighed(off: Matrix, variance: Matrix) -> Matrix:
-    """Sum the squared residuals, those beyond `LINEAR` linearly; a failed response counts as far off."""
+    """Sum the squared residuals, with linear weight beyond `LINEAR`; a failed response counts as far off."""
     z = np.abs(off) / np.sqrt(variance)
     z = np.where(np.isfinite(z), z, 10.0)
     z[..., ~np.isfinite(variance)] = 0.0
@@ -222,7 +222,8 @@ def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
     middle = end.draws.mean(axis=0)
     draws = np.clip(middle + widening * (end.draws - middle), 0.0, 1.0)
     low, high = np.quantile(draws, [tail, 1.0 - tail], axis=0)
-    # the best is one of the draws, but may be an extreme one; and jumps may leave equally good ones beyond the draws
+    # the best set is one of the draws, but may be an extreme one; and jumps may leave equally good sets beyond the
+    # draws
     good = archive.places[_as_good(archive, end, widening)]
     low, high = np.minimum(low, good.min(axis=0)), np.maximum(high, good.max(axis=0))
     estimates = tuple(
@@ -268,18 +269,18 @@ def _correlation(draws: Matrix) -> Matrix:
 
 
 def _is_other(one: _End, best: _End) -> bool:
-    """Whether a region ended away from the best one, and agrees about as well."""
+    """Whether a region ended apart from the best one and agrees about as well."""
     return one.misfit < best.misfit + AS_GOOD and not best.surface.region.holds(one.best)
 
 
 def _as_good(archive: Archive, end: _End, widening: float) -> NDArray[np.bool_]:
-    """Find the computed sets that a likelihood ratio does not exclude; the best is one."""
+    """Find the computed sets that a likelihood ratio does not exclude; the best set is one of them."""
     misfit = _weighed(archive.measured - archive.amplitude, widening**2 * end.variance)
     return np.asarray(misfit <= misfit[end.row] + chdtri(1.0, 1.0 - archive.question.confidence))
 
 
 def _widening(archive: Archive, end: _End) -> float:
-    """Factor of wider intervals because the model agrees worse than stated deviations allow (Birge 1932)."""
+    """Factor by which intervals are widened if the model agrees worse than stated deviations allow (Birge 1932)."""
     off = archive.measured - archive.amplitude[end.row]
     squares = (off**2 / end.variance)[np.isfinite(off) & np.isfinite(end.variance)]
     freedom = squares.size - archive.count
@@ -287,5 +288,5 @@ def _widening(archive: Archive, end: _End) -> float:
         return 1.0
     if chdtrc(freedom, float(squares.sum())) > DOUBTED:
         return 1.0
-    # a single row that is off is named, and widens nothing
+    # a single row that is far off is named, but does not widen the intervals
     return max(1.0, float(np.sqrt(np.minimum(squares, LINEAR**2).sum() / freedom)))

@@ -1,4 +1,6 @@
-"""The responses of a prototype at the rows of a measurement, for any parameters, and the fitted one between them."""
+"""The responses of a prototype at the rows of a measurement, for any parameters, and the fitted response between the
+rows.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -75,7 +77,7 @@ def scenes_of(question: FitQuestion) -> list[Scene]:
 
 VALUES = 161
 ALONE = 0.1
-"""Share of the frequency that a curve extends beyond a single measured frequency."""
+"""Share of the frequency by which a curve extends to either side of a single measured frequency."""
 
 
 @dataclass(frozen=True)

@@ -12,27 +12,33 @@ from damperlab.worker.fit.singular_values import covariance_of, inverse, length_
 Matrix = NDArray[np.float64]
 
 RADIUS, EDGE = 2.5, 1.2
-"""Radius of a region, in standard deviations of the parameters; and the factor up to which its polynomials are
+"""Radius of a region, in standard deviations of the parameters, and the factor of it up to which its polynomials are
 trusted.
 """
 FULL, WIDER = 0.85, 2.0
-"""Share of the spread of a uniform density above which a region is too small, and the factor by which it then grows."""
+"""If draws in a region reach this share of the spread of a uniform density, the region is too small, and grows by the
+second factor.
+"""
 EVEN, WHOLE = 2000, 0.6
-"""Number of uniform draws for this test; and the size, relative to the range, at which a region covers all of it."""
+"""Number of uniform draws for this test, and the size, relative to the range, at which a region covers the complete
+range.
+"""
 NARROWEST = 1e-4
-"""Least variance of draws in a region, relative to its own: a region shrinks at most a hundredfold in one round."""
+"""Least variance of draws in a region, relative to that of the region, so that a region shrinks at most a hundredfold
+in one round.
+"""
 
 
 @dataclass(frozen=True)
 class Region:
-    """A place, and the standard deviations around it.
+    """A point, and the standard deviations around it.
 
     Parameters
     ----------
     centre : ndarray, shape (parameters,)
         As fractions of the ranges.
     frame : ndarray, shape (parameters, parameters)
-        A place is centre + frame·z; the region is |z| ≤ `RADIUS`.
+        A point is centre + frame·z; the region is |z| ≤ `RADIUS`.
     """
 
     centre: Matrix
@@ -43,15 +49,15 @@ class Region:
         return inverse(self.frame).T
 
     def local(self, places: Matrix) -> Matrix:
-        """Convert places, shape (n, parameters), into z."""
+        """Convert points, shape (n, parameters), into z."""
         return product(places - self.centre, self._unit)
 
     def holds(self, places: Matrix, radius: float = RADIUS) -> NDArray[np.bool_]:
-        """Whether places lie in the region."""
+        """Whether points lie in the region."""
         return np.asarray(length_of(self.local(places)) <= radius)
 
     def draw(self, number: int, generator: np.random.Generator, radius: float = RADIUS) -> Matrix:
-        """Draw places uniformly in the region, folded back into the ranges at their ends."""
+        """Draw points uniformly in the region, folded back into the ranges at their ends."""
         count = self.centre.size
         direction = generator.standard_normal((number, count))
         direction /= length_of(direction)[:, None]
@@ -62,12 +68,12 @@ class Region:
     def resized(self, draws: Matrix, generator: np.random.Generator) -> tuple[Matrix, "Region"]:
         """Move the region to the middle of draws from it, and resize it along each principal direction.
 
-        If they fill it, because it is smaller than the parameters' uncertainty, it grows.
+        If the draws fill the region, because it is smaller than the parameters' uncertainty, it grows.
 
         Returns
         -------
         sizes : ndarray, shape (parameters,)
-            Of the new region over those of this one.
+            Sizes of the new region over those of this one.
         region : Region
         """
         variances, directions = principal(covariance_of(self.local(draws)))

@@ -1,4 +1,4 @@
-"""Singular values of small matrices, and derived quantities, with the same bits on every processor.
+"""Singular values of small matrices and quantities derived from them, with the same bits on every processor.
 
 LAPACK's routines go through OpenBLAS, whose last bits depend on the family of the processor.
 """
@@ -38,13 +38,13 @@ class SingularValues:
         return int(np.count_nonzero(self.values > least * self.values[0]))
 
     def solve(self, known: Matrix, least: float = 0.0) -> Matrix:
-        """Find the shortest x for which the matrix times x is nearest to the given values.
+        """Find the shortest x for which the matrix times x is closest to the given values.
 
         Parameters
         ----------
         known : ndarray, shape (rows,) or (rows, n)
         least : float
-            Share of the largest singular value below which one counts as 0.
+            Share of the largest singular value below which a singular value counts as 0.
         """
         kept = slice(0, self.rank(least))
         across = product(self.left[:, kept].T, known)
@@ -53,12 +53,13 @@ class SingularValues:
 
 
 def singular_values(matrix: Matrix) -> SingularValues:
-    """Find them by rotations of pairs of columns until all are orthogonal (M. R. Hestenes, J. SIAM 6 (1958) 51).
+    """Find the singular values by rotating pairs of columns until all are orthogonal (M. R. Hestenes, J. SIAM 6 (1958)
+    51).
 
     Parameters
     ----------
     matrix : ndarray, shape (rows, columns)
-        Of elements between 1e-300 and 1e300, or 0.
+        Its elements are between 1e-300 and 1e300, or 0.
 
     Raises
     ------
@@ -72,10 +73,10 @@ def singular_values(matrix: Matrix) -> SingularValues:
     unit = 2.0 ** float(np.frexp(np.abs(matrix).max(initial=0.0))[1])
     matrix = matrix / unit
     rows = matrix.shape[0]
-    # bounds of rounding on the cosine of a right angle, and on the length of a zero column
+    # bounds on the rounding of the cosine of a right angle, and of the length of a zero column
     rounding = max(rows, count) * float(np.finfo(float).eps)
     nothing = (rounding * float(length_of(np.ravel(matrix)))) ** 2
-    # a row each: columns of the matrix, then of V
+    # one row each for the columns of the matrix, then for those of V
     turned = np.concatenate([np.array(matrix.T, np.float64), np.eye(count)], axis=1)
     for _ in range(MOST_SWEEPS):
         still = True

@@ -1,9 +1,10 @@
-"""The measured responses as smooth functions of the parameters near a place: polynomials through many noisy
-responses.
+"""The responses at the measured rows as smooth functions of the parameters: polynomials through many noisy responses
+near a point.
 
-A response changes with the parameters in small jumps: chaos has an error, and if several responses are possible the
-start decides between them. So a difference of two responses is no derivative. A polynomial of second degree through
-many is: its residual is scatter, which is the error of the model there, and it is added to that of the measurement.
+A response changes with the parameters in small jumps: a chaotic mean has an error, and if several responses are
+possible, the start decides between them. So the difference of two responses does not give a derivative, but a
+polynomial of second degree through many responses does. Its residual is the scatter of the model, which is added to the
+error of the measurement.
 """
 
 from dataclasses import dataclass
@@ -23,18 +24,18 @@ LEAST = 1e-10
 
 
 def terms(count: int) -> int:
-    """Number of coefficients of a polynomial of second degree in so many parameters."""
+    """Number of coefficients of a polynomial of second degree in this number of parameters."""
     return (count + 1) * (count + 2) // 2
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Responses near a place.
+    """Responses near a point.
 
     Attributes
     ----------
     region : Region
-        The place; its z are the variables of the polynomials.
+        The region; its z are the variables of the polynomials.
     coefficients : ndarray, shape (terms, rows)
         Of 1, z_i, z_i z_j.
     scatter : ndarray, shape (rows,)
@@ -46,7 +47,7 @@ class Surface:
     scatter: Matrix
 
     def at(self, places: Matrix) -> Matrix:
-        """Responses at places of shape (n, parameters): shape (n, rows)."""
+        """Responses at points of shape (n, parameters): shape (n, rows)."""
         return product(_powers(self.region.local(places)), self.coefficients)
 
 
@@ -56,11 +57,11 @@ def fit_surface(region: Region, places: Matrix, responses: Matrix) -> Surface:
     Parameters
     ----------
     region : Region
-        Place near which they approximate the responses.
+        Where the polynomials approximate the responses.
     places : ndarray, shape (n, parameters)
-        Places of the responses.
+        Points of the responses.
     responses : ndarray, shape (n, rows)
-        NaN for a failed one.
+        Responses at these points; NaN for a failed one.
     """
     powers = _powers(region.local(places))
     count, rows = powers.shape[1], responses.shape[1]

@@ -1,8 +1,9 @@
-"""The structure alone, or with a tuned mass damper, under a record: linear, so its matrix exponential is the answer.
+"""The structure alone, or with a tuned mass damper, under a record. The system is linear, so its matrix exponential
+gives the response.
 
-Between two samples everything is one linear system without input, x' = Mx, if the base's displacement, velocity,
-acceleration and jerk count as unknowns. Its exponential over a panel is exact for any length; there is no step size.
-Peaks are the extrema of the power series of each panel, mean squares are integrated to rounding.
+Between two samples this is one linear system without input, x' = Mx, if displacement, velocity, acceleration and jerk
+of the base are unknowns too. Its exponential over a panel is exact for any length, so there is no step size. Peaks are
+the extrema of the power series of each panel, mean squares are integrated to rounding.
 """
 
 from math import factorial, nan, sqrt
@@ -46,7 +47,7 @@ def absorber_response(
     Returns
     -------
     GroundResponse
-        Without impacts and stick; `loss_viscous_j` is that of both dashpots.
+        The response, without impacts and sticking; `loss_viscous_j` is the loss in both dashpots.
     """
     scale = scale_of(structure, motion, factor)
     absorber = absorber or NO_DAMPER

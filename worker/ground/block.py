@@ -1,4 +1,4 @@
-"""One block of a ground-motion suite: dampers and scales under one record share everything derived from that record."""
+"""One block of a ground-motion suite. Dampers and scales under one record share the data derived from that record."""
 
 from collections.abc import Callable
 
@@ -33,7 +33,7 @@ def solve_suite_block(
     motion_of : callable
         Gives the samples of a record.
     known : ndarray of bool, shape block.shape, optional
-        Known points: they are left empty.
+        Mask of known points, which are left empty.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def solve_suite_block(
         source = sources[place[0]]
         point = [axis[at] for axis, at in zip(axes, place[1:], strict=True)]
         frequency, damping, scale, restitution, mass, clearance, force = point
-        # record and structure are the slowest dimensions: the latest data for them serve most points
+        # record and structure vary slowest, so the data derived last serve most points
         if place[:3] != shared:
             shared = place[:3]
             structure = Structure(suite.numbers["mass_kg"], frequency, damping)
@@ -68,8 +68,8 @@ def solve_suite_block(
 
 
 def draw_of(suite: Suite, source: RecordSource, point: list[float]) -> list[int]:
-    """Seed of a point's perturbed starts, from the suite's seed and the point's coordinates, so that it is the same
-    in every block and study.
+    """Give the seed of a point's perturbed starts, from the suite's seed and the point's coordinates, so that it is the
+    same in every block and study.
     """
     bits = np.asarray(point, dtype="<f8").view("<u8")
     return [suite.seed, int(source.sha256[:16], 16), *map(int, bits)]

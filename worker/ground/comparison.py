@@ -31,7 +31,7 @@ SPREAD = (
 """The measures whose spread is reported."""
 
 CHAOTIC = 100.0
-"""Growth of a perturbation above which a response is called sensitive: no linear structure reaches it."""
+"""Growth of a perturbation above which a response is called sensitive; no linear structure reaches it."""
 
 
 def structure_of(asked: Earthquake) -> Structure:
@@ -41,7 +41,7 @@ def structure_of(asked: Earthquake) -> Structure:
 
 
 def damper_of(asked: Earthquake, case: str) -> Damper:
-    """The damper of one case: friction in fd and hybrid, the particle in pid and hybrid."""
+    """The damper of one case: fd and hybrid have friction, pid and hybrid have the particle."""
     values = asked.values
     return Damper(
         values["friction_force_n"] if case in ("fd", "hybrid") else 0.0,
@@ -112,8 +112,8 @@ def compare(asked: Earthquake) -> Comparison:
     Returns
     -------
     Comparison
-        Its ``cases`` have by name the measures of
-        `GroundResponse`, ``label`` and, with perturbed starts, ``spread``.
+        Its ``cases``, by name, have the measures of `GroundResponse`, a ``label`` and, with perturbed starts, a
+        ``spread``.
     """
     structure = structure_of(asked)
     absorber = absorber_of(asked)

@@ -70,7 +70,7 @@ class Scale:
     """Factors from the dimensionless numbers of a run to physical ones.
 
     The length is the largest base acceleration over ω_n²: the static displacement of the structure under it. So the
-    largest value of the record is 1, in any units, and a record scaled together with d and F_f gives the same run.
+    largest value of the record is 1 in any units, and scaling a record together with d and F_f gives the same run.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def friction_of(damper: Damper, scale: Scale) -> float | None:
 
 
 def particle_of(damper: Damper, scale: Scale) -> Particle | None:
-    """The particle over the scale; None if none acts on the structure."""
+    """The particle in dimensionless numbers; None if no particle acts on the structure."""
     if damper.particle_mass_kg <= 0.0:
         return None
     restitution, mass_ratio = float(damper.restitution), damper.particle_mass_kg / scale.mass_kg

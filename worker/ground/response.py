@@ -77,10 +77,10 @@ class GroundResponse:
     Parameters
     ----------
     peak_relative_displacement_m, rms_relative_displacement_m : float
-        Of the primary mass against the base, x − z.
+        Displacement of the primary mass against the base, x − z.
     peak_absolute_displacement_m, rms_absolute_displacement_m : float
-        Of the primary mass against its initial position, x; the base's own displacement is the record integrated
-        twice.
+        Displacement of the primary mass against its initial position, x; the displacement of the base is the record
+        integrated twice.
     peak_absolute_acceleration_m_s2, rms_absolute_acceleration_m_s2 : float
         x'', including contact with a compliant wall; an instantaneous impact has no finite acceleration and is left
         out.
@@ -95,9 +95,7 @@ class GroundResponse:
     energy_residual : float
         Residual of the energy balance, over the largest of work, losses, stored energy and that of the peak.
     duration_s : float
-        Record and tail.
-    end_relative_displacement_m, end_relative_velocity_m_s : float
-        State at the end.
+        Duration of record and tail. end_relative_displacement_m, end_relative_velocity_m_s : float State at the end.
     status : int
         `damperlab.studies.variables.Status`; 0 if the integration arrived.
     loss_particle_j : float or None
@@ -125,13 +123,13 @@ class GroundResponse:
     loss_particle_j: float | None = None
 
     def values(self) -> dict[str, float | int]:
-        """Return the values by name; without the loss of a freely sliding particle."""
+        """Return the values by name; the loss of the particle's friction is left out if there is none."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
 class Perturbation:
-    """A start slightly off rest: displacement and velocity over L and L ω_n, position in the cavity −1 to 1."""
+    """A start slightly off rest: displacement over L, velocity over L ω_n, and position in the cavity from −1 to 1."""
 
     v: float = 0.0
     w: float = 0.0
@@ -139,7 +137,7 @@ class Perturbation:
 
 
 class Ready(NamedTuple):
-    """Shared data of all runs of one structure under one record: the panels of the record, and the structure's own
+    """Data that all runs of one structure under one record share: the panels of the record, and the structure's own
     motion.
     """
 
@@ -150,8 +148,8 @@ class Ready(NamedTuple):
 def record_base(
     structure: Structure, motion: GroundMotion, factor: float, tail_s: float, fastest: float = 1.0
 ) -> RecordBase:
-    """Divide a record into panels for a structure; `fastest` is the frequency of its fastest motion, over its
-    natural one.
+    """Divide a record into panels for a structure; `fastest` is the frequency of its fastest motion over its natural
+    frequency.
     """
     sign = 1.0 if factor > 0 else -1.0
     return make_record_base(
@@ -164,7 +162,7 @@ def record_base(
 
 
 def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s: float) -> Ready:
-    """Prepare a record for runs that differ only in their damper, start and size of the factor."""
+    """Prepare a record for runs that differ only in damper, start and size of the factor."""
     base = record_base(structure, motion, factor, tail_s)
     return Ready(base, make_linear_motion(base, 1.0, None))
 
@@ -193,12 +191,12 @@ def ground_response(
     start : Perturbation, optional
         Initial state; by default at rest.
     ready : Ready, optional
-        For the same structure, record, sign of the factor and tail, to be shared by many runs.
+        Prepared data for the same structure, record, sign of the factor and tail, which many runs may share.
 
     Returns
     -------
     GroundResponse
-        A numerical failure is given by its status, with NaN for values.
+        A numerical failure is reported in the status, and the values are NaN.
     """
     return _march(structure, damper, motion, factor, tail_s, start, ready, False)[0]
 
@@ -206,7 +204,8 @@ def ground_response(
 def ground_history(
     structure: Structure, damper: Damper, motion: GroundMotion, factor: float = 1.0, tail_s: float = 0.0
 ) -> tuple[GroundResponse, dict[str, NDArray[np.float64]]]:
-    """Compute the same with its time history: `HISTORY_COLUMNS` at every panel start, event, and the end.
+    """Compute the same response with its time history: `HISTORY_COLUMNS` at every panel start, at every event, and at
+    the end.
 
     An absent particle has NaN.
     """
@@ -243,7 +242,7 @@ def _march(
         end, outcome = half_cycle(begun, scene, Meter(sums, True, True), log)
         if log is None or log.cursor[0] <= log.rows.shape[0]:
             break
-        log = empty_log(int(log.cursor[0]))  # once more, with room for every segment
+        log = empty_log(int(log.cursor[0]))  # computed once more, with room for every segment
     response = _measures(base, scale, particle, sums, counts, begun, end, outcome)
     if log is None:
         return response, None

@@ -48,7 +48,9 @@ class ResponseSpectrum:
 def response_spectrum(
     motion: GroundMotion, period_s: Floats = PERIODS, damping_ratio: float = DAMPING
 ) -> ResponseSpectrum:
-    """Compute structures of given periods, (n,) [s], and damping ratio, from 0 to less than 1, under a record."""
+    """Compute the response spectrum of a record, for given periods, (n,) [s], and a damping ratio from 0 to less than
+    1.
+    """
     structures = [Structure(1.0, 1.0 / period, damping_ratio) for period in period_s.tolist()]
     peaks = [ground_response(each, Damper(), motion).peak_relative_displacement_m for each in structures]
     return ResponseSpectrum(np.asarray(period_s), np.array(peaks), damping_ratio)

@@ -1,21 +1,21 @@
 """A compliant wall: a spring and a dashpot side by side that push but never pull.
 
-Its force is max(0, K pen + C pen') while the particle penetrates the wall by pen > 0, and 0 otherwise. In free
-space, from pen = 0 and pen' = v, it falls to 0 after the contact time, when the bodies separate with e v. The energy
-left in the spring is lost. With θ = acos ζ_c, where ζ_c is the damping ratio of the wall and the reduced mass: ln e
-= −2 θ cot θ and ω_c = 2θ/(T sin θ). An overdamped wall has the hyperbolic functions instead.
+Its force is max(0, K pen + C pen') while the particle penetrates the wall by pen > 0, and 0 otherwise. In free space,
+starting from pen = 0 and pen' = v, the force falls to 0 after the contact time, and the bodies separate with speed e v.
+The energy left in the spring is lost. With θ = acos ζ_c, where ζ_c is the damping ratio of the wall and the reduced
+mass: ln e = −2 θ cot θ and ω_c = 2θ/(T sin θ). An overdamped wall has the hyperbolic functions instead.
 """
 
 from math import cos, cosh, inf, log, pi, sin, sinh, tan, tanh
 
 from damperlab.worker.jit import kernel
 
-_BISECTIONS = 200  # most iterations; they end when the interval is two neighbouring numbers
+_BISECTIONS = 200  # most iterations; bisection ends when the interval is two neighbouring numbers
 
 
 @kernel
 def reduced_mass(mass_ratio: float) -> float:
-    """Of particle and primary mass, over M: β/(1 + β)."""
+    """Reduced mass of particle and primary mass, over M: β/(1 + β)."""
     return mass_ratio / (1.0 + mass_ratio)
 
 
@@ -65,7 +65,7 @@ def calibrate(restitution: float, contact_time: float) -> tuple[float, float]:
 
 @kernel
 def wall_constants(restitution: float, contact_time: float, mass_ratio: float) -> tuple[float, float]:
-    """Stiffness K over k and damping C over k/ω_n of the wall with this e and contact time."""
+    """Stiffness K over k, and damping C over k/ω_n, of the wall with this e and contact time."""
     rate, damping = calibrate(restitution, contact_time)
     mass = reduced_mass(mass_ratio)
     return mass * rate * rate, 2.0 * mass * damping * rate

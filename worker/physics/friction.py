@@ -31,8 +31,9 @@ _ROUNDING = 1e-14
 def breakaway(friction_ratio: float, force_most: float) -> float:
     """Force at which a sticking mass starts to slip: γ_F, plus the rounding of the force.
 
-    A force that just reaches γ_F (γ_F = r² and v = 0, say) either holds or accelerates the mass. Without the margin,
-    rounding alone would start and stop it endlessly. `force_most` is the largest excitation of the mass.
+    If the force just reaches γ_F, for example at γ_F = r² and v = 0, friction either holds the mass or lets it
+    accelerate. Without the margin, rounding alone would start and stop the mass endlessly. `force_most` is the largest
+    excitation of the mass.
     """
     return friction_ratio + _ROUNDING * (friction_ratio + force_most)
 

@@ -37,7 +37,7 @@ def rebound(u_rate: float, p_rate: float, restitution: float, mass_ratio: float)
 
 @inlined
 def part(leaving_speed: float, mass_ratio: float) -> tuple[float, float]:
-    """Changes of velocity when two attached bodies separate with a relative speed; momentum is conserved.
+    """Changes of velocity when two attached bodies separate with a given relative speed; momentum is conserved.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def part(leaving_speed: float, mass_ratio: float) -> tuple[float, float]:
     Returns
     -------
     jump, p_jump : float
-        Of the primary mass and of the particle.
+        Changes for the primary mass and for the particle.
     """
     p_jump = leaving_speed / (1.0 + mass_ratio)
     return -mass_ratio * p_jump, p_jump

@@ -35,7 +35,7 @@ class Account:
 
     def __init__(self, store: Store, lease: Lease, on_progress: Callable[[Progress], None]) -> None:
         self.left_out = ""
-        """Which workers are excluded, and why."""
+        """The excluded workers, and the reasons."""
         self._store = store
         self._lease = lease
         self._on_progress = on_progress
@@ -47,7 +47,7 @@ class Account:
         self._waits_for, self._gives_up_at = "", math.inf
 
     def measure(self, record: Record, work_left: float) -> None:
-        """Start counting here: earlier time is irrelevant to the pace from now on.
+        """Start to measure the pace; earlier time no longer counts.
 
         Parameters
         ----------
@@ -59,7 +59,7 @@ class Account:
         self._meter = Meter(_progress(record), work_left)
 
     def watch(self, workers: Workers) -> None:
-        """Report these workers from now on."""
+        """Report the state of these workers from now on."""
         self._workers = workers
 
     def enter(
@@ -75,7 +75,7 @@ class Account:
         self.report(at_once=True)
 
     def wait(self, what: str, gives_up_at: float) -> None:
-        """Report that the study waits, but not to the catalogue, which may be the reason.
+        """Report that the study waits. This is not written to the catalogue, which may be what it waits for.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class Account:
         self.enter("compiling", done, total)
 
     def begin_blocks(self, record: Record, work_left: float) -> None:
-        """Change from preparation to blocks; the missing resource is available."""
+        """Change from preparation to blocks; a missing resource is available again."""
         self.enter(None, message=self.left_out)
         self.measure(record, work_left)
 
@@ -141,7 +141,7 @@ class Account:
         )
 
     def report(self, at_once: bool = False) -> None:
-        """Report progress if it is time."""
+        """Report progress if the last report is long enough ago."""
         now = time.monotonic()
         if self._meter is None or not (at_once or now - self._reported >= REPORT_SECONDS):
             return
@@ -151,7 +151,7 @@ class Account:
         if phase is not None:
             progress = replace(progress, phase=phase, phase_done=done, phase_total=total)
         if phase in ("starting", "waiting"):
-            # the remaining work gives no estimate of when the study continues
+            # the remaining work does not tell when the study continues
             progress = replace(progress, seconds_left=None)
         if phase == "waiting":
             left = max(0.0, self._gives_up_at - now)

@@ -23,9 +23,8 @@ class Background:
     work : callable
         One round.
     seconds : float
-        Between two rounds.
-    wanted : callable, optional
-        Says whether the rounds continue; if not, the thread ends.
+        Pause between two rounds. wanted : callable, optional Returns whether the rounds continue; if not, the thread
+        ends.
     """
 
     def __init__(
@@ -44,9 +43,7 @@ class Background:
 
     @property
     def trouble(self) -> str | None:
-        """Reason why the work has stopped: the error of its last round, or the end of its thread; None if all is
-        well.
-        """
+        """Reason why no work is done: the error of the last round, or the end of the thread; None if all is well."""
         if self._closing.is_set() or self._thread.ident is None or self._thread.is_alive():
             return self._failed
         return "its thread has ended"
@@ -83,7 +80,7 @@ class Background:
             self._thread.join(seconds)
 
     def _keep_going(self) -> None:
-        # an exception may come at any point, also from another thread: only closing ends this one
+        # whatever exception occurs, at any point, only closing ends this thread
         while not self._closing.is_set():
             with suppress(BaseException):
                 well = self._failed is None
@@ -96,7 +93,7 @@ class Background:
                     self._round()
 
     def note(self, error: BaseException) -> str:
-        """Log and count an error; give it in a line."""
+        """Log and count an error; describe it in one line."""
         self.failures += 1
         told = _in_a_line(error)
         # the store's own messages need no traceback
@@ -110,7 +107,7 @@ class Background:
             failed = type(error).__name__
             try:
                 failed = self.note(error)
-            finally:  # an exception that cannot be formatted is given by its name
+            finally:  # an exception that cannot be formatted is described by its name
                 self._failed = failed
         else:
             self._failed = None

@@ -15,7 +15,7 @@ class Ending:
     store : Store
         Where it is.
     lease : Lease
-        The claim on it; a runner that has lost it writes nothing more.
+        The claim on it; a runner that has lost its claim writes nothing more.
     """
 
     def __init__(self, store: Store, lease: Lease) -> None:
@@ -34,7 +34,7 @@ class Ending:
         failures : sequence of str
             Failed blocks, with reasons.
         left_out : str
-            Which workers are left out, and why.
+            The excluded workers, and the reasons.
         """
         if self._lease.lost.is_set():
             return
@@ -48,8 +48,8 @@ class Ending:
         if failures:
             message = f"{len(failures)} of {record.blocks_total} blocks failed; the first: {failures[0]}"
         elif message is None and record.message and not record.points_failed:
-            message = ""  # of an earlier, interrupted run; it no longer applies
-        # Only blocks that failed as a whole take no kernel time: numerical failures of points are answers.
+            message = ""  # the message of an earlier, interrupted run no longer applies
+        # Only blocks that failed as a whole take no kernel time; numerical failures of points are results.
         given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
         state = "failed" if given_up else "done"
         # a cancelled study stays cancelled, although its last block was running
@@ -63,7 +63,7 @@ class Ending:
             )
 
     def left(self) -> str:
-        """What remains, and how to continue."""
+        """Say what remains, and how to continue."""
         record = self._store.find(self._lease.study_id)
         pending = record.blocks_total - record.blocks_done
-        return f"{record.blocks_done} of {record.blocks_total} blocks are kept; continued, it computes the other {pending}"
+        return f"{record.blocks_done} of {record.blocks_total} blocks are kept; when continued, it computes the other {pending}"

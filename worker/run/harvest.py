@@ -1,4 +1,4 @@
-"""Results of a run: completed blocks, marked as done; failed ones, recorded as failed points."""
+"""Records the results of a run: completed blocks are marked as done, and failed blocks are stored as failed points."""
 
 import uuid
 from collections.abc import Iterable
@@ -29,7 +29,7 @@ class Harvest:
     plan : Plan
         Its blocks.
     expected : array of float
-        Their expected kernel seconds at the beginning: progress is the completed share.
+        Their expected kernel seconds at the beginning; progress is the share of completed seconds.
     account : Account
         Called with each block.
     """
@@ -51,7 +51,7 @@ class Harvest:
         self._cube_path = store.cube_path(lease.study_id)
 
     def keep(self, ended: Iterable[BlockOutcome | Failure]) -> None:
-        """Mark blocks as done as they end.
+        """Mark blocks as done when they end.
 
         Raises
         ------
@@ -65,7 +65,7 @@ class Harvest:
                     return
                 outcomes.append(self._outcome(end))
         finally:
-            # also if the cluster is lost half-way: blocks safe on the disk need not be computed again
+            # this is done even if the cluster is lost half-way, so that blocks on the disk are not computed again
             self._mark(outcomes)
 
     def _outcome(self, end: BlockOutcome | Failure) -> BlockOutcome:
@@ -82,7 +82,7 @@ class Harvest:
     def _mark(self, outcomes: list[BlockOutcome]) -> None:
         if not outcomes or self._lease.lost.is_set():
             return
-        # one commit for all blocks that have ended meanwhile: the more arrive, the less each costs
+        # one commit marks all blocks that have ended meanwhile; the more arrive, the less each costs
         if not self._store.mark(self._lease.study_id, *outcomes, owner=self._lease.owner):
             self._lease.lost.set()
             return

@@ -1,4 +1,4 @@
-"""Blocks computed by threads of this process: for a study that ends before a cluster would have started."""
+"""Blocks computed by threads of this process, for a study that ends before a cluster would have started."""
 
 import uuid
 from collections.abc import Callable, Iterator
@@ -13,7 +13,7 @@ from damperlab.worker.outcomes import Failure, judged
 class InThisProcess:
     """Computes a block on each core; has the interface of `damperlab.worker.dispatch.window.Window`.
 
-    Kernels hold no lock of the interpreter, so that threads share the cores as processes would.
+    Kernels release the lock of the interpreter, so threads use the cores as processes would.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class InThisProcess:
                 self._begin(index, failures + 1)
 
     def drain(self, grace_seconds: float) -> Iterator[BlockOutcome | Failure]:
-        """Wait for the running blocks, however long they take: a thread cannot be ended."""
+        """Wait for the running blocks, however long they take, because a thread cannot be ended."""
         while self._running:
             yield from self.collect(None)
 

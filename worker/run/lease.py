@@ -19,7 +19,7 @@ logger = logging.getLogger(__name__)
 _held: set[str] = set()  # the owners in this process
 
 RENEW_SECONDS = 5.0
-"""Interval between renewals; many fit into a claim's duration, so that a busy catalogue costs no claim."""
+"""Interval between renewals. Many fit into a claim's duration, so that a busy catalogue does not end a claim."""
 
 
 class Lease:
@@ -38,7 +38,7 @@ class Lease:
         self.study_id = study_id
         self.owner = _new_owner()
         self.begun = threading.Event()
-        """Set by the runner once the study is `running`: its queued run was not withdrawn."""
+        """Set by the runner once the study is `running`, so that its run was not withdrawn while queued."""
         self.withdrawn = threading.Event()
         """Set when another process cancelled or deleted the study."""
         self.lost = threading.Event()
@@ -92,7 +92,7 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
     Yields
     ------
     Lease
-        To be watched for the loss of the claim.
+        The caller watches it for the loss of the claim.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
 
 
 def _take_over(lease: Lease) -> bool:
-    # A killed study can be run again on the same machine without waiting for the claim to expire.
+    # After a kill, a study can be run again on the same machine without waiting for the claim to expire.
     owner = lease.store.find(lease.study_id).owner
     if owner is not None and owner_is_dead(owner):
         lease.store.release(lease.study_id, owner)

@@ -1,4 +1,4 @@
-"""Blocks computed at a cluster, also if it is lost half-way and comes back."""
+"""Blocks computed on a cluster, even if it is lost half-way and comes back."""
 
 import time
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from damperlab.worker.run.recipe import Recipe
 from damperlab.worker.scenes import scenes
 
 AGAIN_SECONDS = 1.0
-"""Time until a lost scheduler is looked for again."""
+"""Time between attempts to reach a lost scheduler."""
 
 
 class OnCluster:
@@ -43,7 +43,7 @@ class OnCluster:
     stopping : callable
         Whether to start no more blocks.
     there_before : bool
-        Whether a cluster has computed for this run before: one that is unreachable now may come back.
+        Whether a cluster has computed for this run before; if it is unreachable now, it may come back.
     """
 
     def __init__(
@@ -83,14 +83,12 @@ class OnCluster:
         wait_seconds : float
             Longest wait while no worker can compute [s].
         return_seconds : float
-            Longest wait for a lost scheduler [s]; it restarts after each loss before which blocks were completed.
+            Longest wait for a lost scheduler [s]; it restarts after each loss if blocks were completed before.
 
         Raises
         ------
         Outage
-            For longer.
-        ClusterUnusable
-            There was no cluster from the start.
+            A wait takes longer than this. ClusterUnusable There was no cluster from the start.
         """
         lost: SchedulerLost | None = None
         pending, gives_up_at = self._pending(), 0.0

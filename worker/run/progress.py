@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 
 WINDOW_SECONDS = 60.0
-"""Speed is that of the last minute: the longest blocks come first."""
+"""Time over which the speed is measured; since the longest blocks come first, only the latest count."""
 
 
 @dataclass(frozen=True)
@@ -28,11 +28,11 @@ class Progress:
     phase_done, phase_total : int, optional
         Number of compiled kernels, and their total, while the phase is compiling.
     workers : tuple of (str, int)
-        Number of the cluster's workers of each standing for this study.
+        Number of the cluster's workers in each standing for this study.
     blocks_in_flight, retries : int
-        Blocks at workers, and repeated ones of this run.
+        Blocks at workers, and blocks that this run repeated.
     waits_for : str
-        Lost resource, while the phase is waiting; empty if it is a worker.
+        Resource that is missing while the phase is waiting; empty if it is a worker.
     gives_up_in : float
         Remaining wait for it [s].
     """
@@ -57,7 +57,7 @@ class Progress:
 class Meter:
     """Counts finished blocks and turns them into progress.
 
-    The remaining time follows from the remaining work, not from the points: blocks differ in cost by orders of
+    The remaining time follows from the remaining work instead of the points, because blocks differ in cost by orders of
     magnitude and the longest come first.
 
     Parameters

@@ -1,4 +1,4 @@
-"""The recipe of a study's blocks: the workers agree on it once, and every block carries it."""
+"""The data that every block of a study is sent with; the workers agree on them once."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -48,7 +48,7 @@ class Recipe:
         return self._record.provenance.get("identity", "") if self._record.blocks_done else ""
 
     def agree(self, answers: Mapping[str, Mapping[str, str]]) -> None:
-        """Record the study's solver; no call is made before.
+        """Record the study's solver; this comes before any call.
 
         Raises
         ------
@@ -66,7 +66,7 @@ class Recipe:
     def call(self, index: int, key: str) -> tuple[Any, ...]:
         """Give the function for a block, and its arguments, under the key of its task."""
         block = self._plan.block(index)
-        # a key is used once, so the files of no two attempts have the same name
+        # a key is used only once, so the files of two attempts never have the same name
         generation = key.removeprefix("block-")
         solver, known = self._record.provenance["identity"], self._overlaps.of(block)
         return run_block, self._cube_path, self._record.digest, block, code_hash(), generation, known, solver
@@ -79,7 +79,7 @@ class Recipe:
             canary = canary_of(self._plan, int(done[0]))
             names = [variable.name for variable in stored_variables(study)]
             with suppress(StoreFault, OSError):
-                # no worker is judged by a missing answer
+                # a worker is not judged by a missing answer
                 if truth := stored_bits(self._store.cube(self._lease.study_id), study, canary, names):
                     return canary, truth
         return canary_of(self._plan, int(pending[0])), ""

@@ -83,19 +83,18 @@ def run_study(
         Makes a context that gives a client, as `damperlab.worker.cluster.cluster.connect` does; called only to
         compute blocks.
     on_progress : callable
-        Called in this thread as the study starts, about twice a second while it progresses, and at its end.
+        Called in this thread when the study starts, about twice a second while it progresses, and when it ends.
     stop : Event
-        Set it from another thread to stop: no block starts, and running ones may finish within `GRACE_SECONDS`.
+        Set it from another thread to stop; no further block starts, and running ones may finish within `GRACE_SECONDS`.
     only_from : tuple of str
-        Nothing is computed unless the study is in one of these states once it is claimed: another process may have
-        cancelled it.
+        Nothing is computed unless the study is in one of these states once it is claimed, because another process may
+        have cancelled it.
     stopped_as : str
         The final state after `stop`: "queued" if another process will continue it, or has already decided its state.
     outage_as : str
         The final state after a temporary failure: an absent cluster, a full disk.
     here_seconds : float
-        Work up to this expected time is done in this process, without a cluster: the values are the same, bit for
-        bit.
+        Work up to this expected time is done in this process, without a cluster; the values are the same, bit for bit.
     wait_seconds : float
         Longest wait while no worker of the cluster can compute; the record gives the reason.
     return_seconds : float
@@ -114,7 +113,7 @@ def run_study(
     StudyNotFound
         If there is no such study, or it was deleted while it ran.
     StudyBusy
-        If another process runs it; then nothing is changed.
+        If another process runs it; nothing is changed in this case.
     ClusterUnusable
         From `connect`; the study is `failed` with that message and can be run again.
     """
@@ -124,7 +123,8 @@ def run_study(
         if run.begin(only_from):
             try:
                 run.complete(stopped_as, client_factory, here_seconds, wait_seconds, return_seconds)
-            # One step each: a process that is killed between two would leave the first one's state permanently.
+            # Each is a single step, because a process killed between two would leave the state of the first
+            # permanently.
             except Outage as error:
                 run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
             except Interrupted as error:
@@ -134,7 +134,7 @@ def run_study(
             except StudyNotFound:
                 raise
             except StoreFault as error:
-                # the catalogue was locked, or its server absent, and may be back already
+                # the catalogue was locked, or its server was absent; it may already be back
                 run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
             except WrongCode as error:
                 run.ending.put_down("failed", str(error))
@@ -182,8 +182,8 @@ class _Run:
         self._record = store.find(self._study_id)
 
     def begin(self, only_from: tuple[str, ...]) -> bool:
-        """Start the study, and check its state in the same step; False if it is in none of those."""
-        # the former reason for the end no longer applies; messages about failed blocks do
+        """Start the study, and check its state in the same step; False if its state is not among the allowed ones."""
+        # the reason for the earlier end no longer applies, but messages about failed blocks do
         told = None if self._record.points_failed else ""
         owner = self._lease.owner
         self._record = self._store.set_state(
@@ -239,7 +239,7 @@ class _Run:
         wait_seconds: float,
         return_seconds: float,
     ) -> None:
-        """Compute every pending block, or as many as there is leave for."""
+        """Compute every pending block, or as many as are allowed."""
         study = parse_stored(self._record.definition, self._record.digest)
         # The cube's own division: the cost model may have changed since the study was submitted.
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
@@ -248,7 +248,7 @@ class _Run:
         earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
         expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
         work_left = float(expected[pending].sum())
-        # once: the time before the loss of the store counts too
+        # measured from the start, so that time before a loss of the store counts too
         self._harvest = self._harvest or Harvest(
             self._store, self._lease, self._plan, expected, self._account
         )
@@ -258,7 +258,7 @@ class _Run:
             return
         sweep(self._store, self._study_id)
         if self._record.blocks_done:
-            # known before a cluster is started; the workers report whether the processors are alike
+            # the solver is known before a cluster is started; the workers report whether their processors are alike
             require_solver(self._study_id, self._record.provenance)
         self._require_room()
         if work_left <= here_seconds:
@@ -302,7 +302,7 @@ class _Run:
         try:
             description_of(open_shelf(self._store.cube_path(self._study_id)))
         except (OSError, ValueError) as error:
-            # no worker could read it; otherwise those that cannot are excluded
+            # here no worker could read the data; workers that cannot read it are otherwise excluded
             kind = Outage if isinstance(error, ShelfAway) else Interrupted
             raise kind(f"the study's data cannot be read ({type(error).__name__}: {error})") from error
 
@@ -311,7 +311,7 @@ class _Run:
         if not lacking:
             return
         self._account.compiling(0, len(lacking))
-        # after a failure here the blocks compile the kernels themselves, and report the error
+        # if this fails, the blocks compile the kernels themselves and report the error
         with suppress(RuntimeError), closing(compile_apart(lacking, core_count())) as compiled:
             for done, _ in enumerate(compiled, 1):
                 self._account.compiling(done, len(lacking))
@@ -319,7 +319,7 @@ class _Run:
                     return
 
     def end(self, stopped_as: str) -> None:
-        """Put the study into the state that its blocks say."""
+        """Put the study into the state that follows from its blocks."""
         self._account.report(at_once=True)
         failures = self._harvest.failures if self._harvest else []
         self.ending.settle(stopped_as, self._budget_spent(), failures, self._account.left_out)
@@ -333,7 +333,7 @@ class _Run:
         return self._harvest.spent_seconds if self._harvest else 0.0
 
     def _budget_spent(self) -> str | None:
-        """Report that the budget ended the run; None if there was another reason."""
+        """Describe how the budget ended the run; None if there was another reason."""
         if self._spent < self._budget:
             return None
         hours = self._budget / SECONDS_PER_HOUR

@@ -1,4 +1,4 @@
-"""A batch of small studies that start and end together, so that they share their overhead."""
+"""A batch of small studies that start and end together, so that they share overhead."""
 
 import logging
 import threading
@@ -22,7 +22,7 @@ from damperlab.worker.run.lease import RENEW_SECONDS, held_owner
 from damperlab.worker.worker_process.tasks import run_block
 
 AT_ONCE = 16
-"""Studies of a design that start and end together: if the process is killed, so many are computed once more."""
+"""Studies of a design that start and end together. If the process is killed, at most this many are computed again."""
 
 _log = logging.getLogger(__name__)
 
@@ -48,7 +48,7 @@ def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool])
             try:
                 return None if stop() else run_block(*task)
             except Exception:
-                return None  # run alone it is tried again, and reports its error
+                return None  # in a run of its own, the study is tried again and reports its error
 
         with ThreadPoolExecutor(core_count(), "block") as threads:
             outcomes = threads.map(attempt, tasks_of(store, records, identity))

@@ -1,4 +1,4 @@
-"""A batch of small studies run together at a cluster."""
+"""A batch of small studies run together on a cluster."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -19,9 +19,9 @@ from damperlab.worker.scenes import scenes
 from damperlab.worker.worker_process.tasks import run_block
 
 MOST = 64
-"""Studies in one batch."""
+"""Number of studies in one batch."""
 A_TASK = 8
-"""Studies in one task."""
+"""Number of studies in one task."""
 POLL_SECONDS = 0.05
 
 
@@ -33,7 +33,7 @@ def run_small_studies(
 ) -> list[str]:
     """Compute new studies of one block each, and return the ids of those that need a separate run.
 
-    These are all unusual ones: kernels that must be compiled, another solver, a block that fails.
+    These are the unusual ones: their kernels must be compiled, they belong to another solver, or their block fails.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def run_small_studies(
             identity = one_identity(answers)["identity"] if answers else ""
         except WrongCode:
             identity = ""
-        # checked before any is claimed: a study that waits for the compiler reports it
+        # checked before any study is claimed, so that a study that waits for the compiler reports this
         if not identity or store.trouble() is not None or not _ready(client, [store.find(ids[0])]):
             return list(ids)
         with hold(store, ids, identity) as (owner, records):
@@ -74,13 +74,13 @@ def run_small_studies(
 
 
 def run_blocks(several: Sequence[tuple[Any, ...]]) -> list[BlockOutcome | None]:
-    """Compute one block after the other; the value of the Dask task, None for a block that failed."""
+    """Compute one block after the other, as a Dask task. Its value has None for each block that failed."""
     outcomes: list[BlockOutcome | None] = []
     for arguments in several:
         try:
             outcomes.append(run_block(*arguments))
         except Exception:
-            outcomes.append(None)  # run alone it is tried again, and what is wrong is said
+            outcomes.append(None)  # in a run of its own, the study is tried again and reports its error
     return outcomes
 
 
@@ -91,7 +91,7 @@ def _ready(client: Client, records: Sequence[Record]) -> bool:
 
 
 def _outcomes(client: Client, futures: Sequence[Future], stop: threading.Event) -> list[BlockOutcome | None]:
-    """Wait for all; None for those that failed, were lost or are no longer wanted."""
+    """Wait for all tasks; the outcome is None for those that failed, were lost or are no longer wanted."""
     while not all(future.done() for future in futures):
         if stop.wait(POLL_SECONDS) or client.status != "running":
             break

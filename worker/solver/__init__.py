@@ -1,1 +1,1 @@
-"""The event-driven solver: exact between events, events located on Taylor polynomials of the closed form."""
+"""The event-driven solver. It is exact between events, and locates events on Taylor polynomials of the closed form."""

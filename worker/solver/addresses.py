@@ -1,7 +1,7 @@
-"""Plain addresses of arrays, for the inside of an integration.
+"""Plain addresses of arrays, for use inside an integration.
 
-numba counts references to every array argument of a function with locked instructions: this takes five sixths of the
-run time of an integration. The integrator receives arrays, which its caller keeps alive, and passes on only their
+numba counts references to every array argument of a function with locked instructions, which would take five sixths of
+the run time of an integration. The integrator receives arrays, which its caller keeps alive, and passes on only their
 addresses.
 
 An address has no bounds. In the checked build (NUMBA_BOUNDSCHECK=1) it is the array itself, and every index is
@@ -34,7 +34,7 @@ class Floats(Protocol):
 if numba.config.DISABLE_JIT:
 
     def address(array: Any, first: int) -> Any:
-        """Plain-Python form: the flat array from element `first` on."""
+        """Plain-Python form: give the flat array from element `first` on."""
         return array.reshape(-1)[first:]
 
 elif numba.config.BOUNDSCHECK:
@@ -117,8 +117,8 @@ else:
     def on_addresses(typingctx: Any, value: Any) -> Any:
         """A named tuple with addresses for its arrays, at any depth; the arrays, all contiguous, must outlive it.
 
-        All must be replaced: references to one remaining array would be counted, with locked instructions, at every
-        event.
+        All arrays must be replaced, because references to a remaining one would be counted with locked instructions at
+        every event.
         """
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

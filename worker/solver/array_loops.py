@@ -1,7 +1,7 @@
 """Loops over complete arrays in kernels, element by element.
 
-numpy's own functions bring their shape checks and messages into every kernel: a hundred functions to compile for a
-copy.
+numpy's own functions bring their shape checks and messages into every kernel: a copy alone would compile a hundred
+functions.
 """
 
 import numpy as np
@@ -59,7 +59,7 @@ def copy_matrix(source: Array, out: Array) -> None:
 
 @kernel
 def largest_element(matrix: Array) -> float:
-    """Largest modulus of the elements of a matrix; NaN if one of them is."""
+    """Largest modulus of the elements of a matrix; NaN if an element is NaN."""
     largest = 0.0
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):

@@ -18,7 +18,7 @@ class CompliantRegime(NamedTuple):
     sticks, offset
         As of `Regime`.
     motion, between : CompliantMotion
-        The motion in contact, and the same with only y' as fast.
+        The motion in contact, and the same with only y' treated as fast.
     """
 
     sticks: bool

@@ -1,5 +1,5 @@
-"""The particle's dwell on a wall for a contact time. Without a contact time every function here is a constant that
-the compiler drops.
+"""The particle's dwell on a wall for a contact time. Without a contact time, every function in this module is a
+constant, which the compiler drops.
 """
 
 from damperlab.worker.jit import inlined
@@ -9,7 +9,7 @@ from damperlab.worker.solver.state import Dwell
 
 @inlined
 def dwell_at_rest(particle: Particle | None) -> Dwell | None:
-    """Memory of a particle that has met no wall yet: None if contacts take no time."""
+    """Dwell of a particle that has met no wall yet; None if contacts take no time."""
     if particle is None:
         return None
     if particle.contact_time is None and particle.wall is None:
@@ -27,7 +27,7 @@ def no_dwell(dwell: Dwell | None) -> Dwell | None:
 
 @inlined
 def dwell_on(dwell: Dwell | None, time: float) -> Dwell | None:
-    """The same a time later."""
+    """The dwell a time later."""
     if dwell is None:
         return None
     return Dwell(max(dwell.left - time, 0.0), dwell.speed)
@@ -51,7 +51,9 @@ def time_left(dwell: Dwell | None) -> float:
 
 @inlined
 def approach_speed(dwell: Dwell | None) -> float:
-    """Approach speed at the wall of the dwell; on a compliant wall the present rate of penetration [Z ω_n]."""
+    """Approach speed at the wall on which the particle dwells; on a compliant wall, the present rate of penetration [Z
+    ω_n].
+    """
     if dwell is None:
         return 0.0
     return dwell.speed

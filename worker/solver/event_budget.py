@@ -1,4 +1,4 @@
-"""Limits on the events of an integration, and on those without progress in time."""
+"""Limits on the number of events of an integration, and on successive events without progress in time."""
 
 import numpy as np
 from numpy.typing import NDArray

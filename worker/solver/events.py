@@ -27,14 +27,14 @@ COUNTS = 6
 
 
 class Outcome(IntEnum):
-    """Outcome of an integration: those of `Status` that can end one, with the same numbers."""
+    """Outcome of an integration: the values of `Status` that can end one, with the same numbers."""
 
     ARRIVED = Status.CONVERGED
     OUT_OF_EVENTS = Status.TOO_MANY_EVENTS
     STALLED = Status.NO_PROGRESS
 
 
-# The same as plain numbers, for kernels.
+# The members as plain numbers, for kernels.
 ARRIVED = int(Outcome.ARRIVED)
 OUT_OF_EVENTS = int(Outcome.OUT_OF_EVENTS)
 STALLED = int(Outcome.STALLED)

@@ -1,8 +1,8 @@
 """Integrate through half an excitation cycle, or through a record, from event to event.
 
 Absent elements of a scene are None, and the compiler drops them. Without `friction` there is no search for velocity
-reversals and no sticking; without `particle` no gap, no impact, no riding. Without `meter` there are no peaks, and
-without its `energies` no integrals; without `log` no history.
+reversals and no sticking; without `particle`, no gap, no impact, no sustained contact. Without `meter` there are no
+peaks, and without its `energies` no integrals. Without `log` there is no history.
 """
 
 from damperlab.worker.jit import inlined, kernel
@@ -51,9 +51,9 @@ def half_cycle(
     state : State
         At phase 0 of the (mirrored) base, or at the start of the record.
     scene : Scene
-        The scene; its counts are added to.
+        The scene; its counts are increased.
     meter : Meter or None
-        Added to, if given.
+        Observables to which the motion is added, if given.
     log : Log, Transitions or None
         Records every segment, or every transition, if given.
 
@@ -116,10 +116,10 @@ def half_cycle_on_addresses(
 
 @inlined
 def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
-    """The rest of a panel as a segment without events, and whether that is proved.
+    """The rest of a panel as a segment without events, and whether it is proved to have none.
 
-    Most panels are complete: they are first integrated by their matrix, and both ends together prove that nothing
-    happened between. Otherwise the start alone must prove it, and the segment's end is not known yet.
+    Most panels are complete: they are integrated by their matrix first, and both ends together prove that there is no
+    event between. Otherwise the start alone must prove it, and the end of the segment is not known yet.
     """
     regime = regime_of(state, scene)
     bounds = motion_bounds(state, regime, span, scene.base)
@@ -161,7 +161,7 @@ def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> Sta
 
 @inlined
 def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves) -> None:
-    """Polynomials of a segment, as many as requested."""
+    """Expand the polynomials of a segment, as many as requested."""
     base, state, phase, regime = scene.base, segment.start, segment.phase, segment.regime
     if regime.sticks:
         expand_base(base, phase, curves.absolute)
@@ -178,13 +178,15 @@ def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves)
 def _to_event(
     segment: Segment, is_free: bool, whole: bool, scene: Scene, meter: Meter | None, curves: Curves
 ) -> tuple[Segment, int]:
-    """A segment up to its first event, on its polynomials, and the kind of the event; NOTHING if it has none."""
+    """A segment up to its first event, on its polynomials, and the kind of the event, which is NOTHING if there is
+    none.
+    """
     t, kind = segment.time, NOTHING
     if not is_free:
         t, kind = next_event(segment, scene, curves)
     end, phase_end = segment.end, segment.phase_end
     if kind != NOTHING or not whole:
-        # a complete panel is integrated by its matrix, so that the motion has the same bits for any observables
+        # a complete panel is integrated by its matrix, so that the motion has the same bits whatever is observed
         end = _advance(segment, t, scene, curves)
     if kind != NOTHING or (meter is not None and meter.energies is not None and not whole):
         expand_excitation(scene.base, segment.phase, curves.excitation)

@@ -12,7 +12,7 @@ from damperlab.worker.solver.motion.taylor import TERMS, forced_rows, motion_row
 
 
 class LinearMotion(NamedTuple):
-    """The linear motion with one inertia: the primary mass alone, or with the particle riding on it.
+    """The linear motion with one inertia: that of the primary mass alone, or with the particle in sustained contact.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class LinearMotion(NamedTuple):
     xx … wc : float
         Map of (x, w, sin φ, cos φ) at the start of a panel to x and w at its end.
     relative_rows, absolute_rows : array, shape (4 · TERMS,)
-        Taylor coefficients of x and of x + s for each unit start: x₀, w₀, sin φ and cos φ, one row each.
+        Taylor coefficients of x and of x + s for a unit value of each of x₀, w₀, sin φ and cos φ, one row each.
     forms : array, shape (3 · PAIRS + 4,), or None
         Integrals over a panel (`quadratic_forms.motion_forms`); None if no meter needs energies.
     """
@@ -42,7 +42,7 @@ class LinearMotion(NamedTuple):
 
 @kernel
 def make_linear_motion(base: Any, inertia: float, energies: bool | None) -> LinearMotion:
-    """Motion with one inertia, from the Taylor polynomials themselves; `energies` as for `make_sine_base`."""
+    """Make the motion with one inertia from its Taylor polynomials; `energies` as for `make_sine_base`."""
     h = base.window
     if isinstance(base, SineForce):
         forced = forced_rows(base.two_zeta, 1.0 / inertia, base.rows)

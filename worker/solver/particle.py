@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 RUBBING = "rubbing"
-"""Contact of a particle with friction on its cavity, in a scene: instantaneous impacts."""
+"""Name of the contact, in a scene, of a particle with friction on its cavity; impacts are instantaneous."""
 FALLING = "falling"
-"""The same for a particle under gravity in its cavity."""
+"""Name of the contact of a particle under gravity in its cavity."""
 
 
 class Wall(NamedTuple):
@@ -49,7 +49,7 @@ class Particle(NamedTuple):
 
 
 def with_floats(particle: Particle) -> Particle:
-    """Particle with floats instead of integers: a kernel is compiled for one type."""
+    """Particle with floats instead of integers, because a kernel is compiled for one type."""
     contact_time = None if particle.contact_time is None else float(particle.contact_time)
     wall = (
         None if particle.wall is None else Wall(float(particle.wall.stiffness), float(particle.wall.damping))

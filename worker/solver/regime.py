@@ -18,10 +18,10 @@ class Regime(NamedTuple):
     sticks : bool
         Whether friction holds the mass on the base.
     offset : float
-        Offset of the centre of the motion: ±γ_F in slip, with the pull of a particle with friction; 0 if friction
-        holds the mass.
+        Offset of the centre of the motion: ±γ_F in slip, plus the pull of a particle with friction; 0 if friction holds
+        the mass.
     motion : LinearMotion
-        The motion in slip, of the mass alone or with the particle riding on it.
+        The motion in slip, of the mass alone or with the particle in sustained contact.
     """
 
     sticks: bool
@@ -46,7 +46,7 @@ class Span(NamedTuple):
     remaining : float
         Time between the two [1/ω_n].
     whole : bool
-        Whether that is the complete panel.
+        Whether the span is the complete panel.
     """
 
     phase: Phase
@@ -61,11 +61,9 @@ class Segment(NamedTuple):
     Attributes
     ----------
     start, end : State
-        States at its ends; before events are searched, `end` is the state without one.
+        States at its ends; before events are searched, `end` is the state that would result without an event.
     phase, phase_end : Phase
-        The base there.
-    regime : Regime
-        Length of the segment.
+        The base at the two ends. regime : Regime Length of the segment.
     time : float
         Length [1/ω_n].
     bounds : MotionBounds
@@ -83,7 +81,7 @@ class Segment(NamedTuple):
 
 @inlined
 def window_at(base: Excitation, k: int) -> Span:
-    """Panel k as a whole."""
+    """Span of the complete panel k."""
     return Span(phase_at(base, k), phase_until(base, k), base.window, True)
 
 
@@ -106,7 +104,7 @@ def regime_of(state: State, scene: Scene) -> Regime:
 
 @inlined
 def motion_of(riding: float, scene: Scene) -> LinearMotion:
-    """Motion of the mass: together with the particle if that rides on a rigid wall, else alone."""
+    """Motion of the mass: together with the particle if it is in sustained contact with a rigid wall, else alone."""
     if scene.particle is not None and scene.particle.wall is None:
         return _choose(scene.free, scene.loaded, riding)
     return scene.free

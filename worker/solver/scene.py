@@ -28,7 +28,8 @@ class Scene(NamedTuple):
     free : LinearMotion
         The motion of the primary mass alone.
     loaded : LinearMotion, Contact or None
-        The motion with the particle riding, or in contact with a compliant wall; None without a particle.
+        The motion with the particle in sustained contact with a rigid wall, or in contact with a compliant one; None
+        without a particle.
     friction : float or None
         γ_F > 0.
     particle : Particle or None
@@ -36,7 +37,7 @@ class Scene(NamedTuple):
     scratch : array, shape (4, TERMS)
         Polynomials of the present segment (`Curves`).
     counts : int64 array, shape (COUNTS,)
-        Counts, added to; counts[BUDGET] is the largest number of segments allowed.
+        Counts, which grow; counts[BUDGET] is the largest number of segments allowed.
     """
 
     base: Any

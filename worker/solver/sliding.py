@@ -1,10 +1,10 @@
-"""A particle with friction, or under gravity, in its cavity. Without both, every function here is a constant that is
-dropped.
+"""A particle with friction, or under gravity, in its cavity. Without both, every function in this module is a constant,
+which the compiler drops.
 
-The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. Or friction
-carries it along, as one body with the mass, while |u''| ≤ κ. A pushing wall carries it along at any u''. Gravity
-adds −G to p'', and u'' + G replaces u''. With gravity, u is measured from the rest position of the mass with the
-particle on its lower wall. So βG acts on the mass while it does not carry the particle.
+The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. While |u''| ≤ κ,
+friction may carry it along as one body with the mass. A pushing wall carries it along at any u''. Gravity adds −G to
+p'', and u'' + G replaces u''. With gravity, u is measured from the rest position of the mass with the particle on its
+lower wall. So βG acts on the mass while it does not carry the particle.
 """
 
 from damperlab.worker.jit import inlined
@@ -14,7 +14,7 @@ from damperlab.worker.solver.state import Slide, State
 
 @inlined
 def slide_at_rest(particle: Particle | None) -> Slide | None:
-    """A carried particle; None without friction and gravity."""
+    """Slide of a carried particle; None without friction and gravity."""
     if particle is None:
         return None
     if particle.friction is None:
@@ -26,7 +26,7 @@ def slide_at_rest(particle: Particle | None) -> Slide | None:
 
 @inlined
 def moving_slide(direction: float, particle: Particle) -> Slide:
-    """A particle that slides."""
+    """Slide of a particle that moves in its cavity."""
     if particle.gravity is None:
         return Slide(direction, 0, None)
     return Slide(direction, 0, -1.0)
@@ -34,7 +34,7 @@ def moving_slide(direction: float, particle: Particle) -> Slide:
 
 @inlined
 def rubs(particle: Particle | None) -> bool:
-    """Whether a particle has friction of its own."""
+    """Whether a particle has friction in its cavity."""
     if particle is None:
         return False
     return particle.friction is not None
@@ -42,7 +42,7 @@ def rubs(particle: Particle | None) -> bool:
 
 @inlined
 def direction_of(slide: Slide | None) -> float:
-    """Sign of u' − p' of a particle with friction, 0 if it is carried, or has none."""
+    """Sign of u' − p' of a particle with friction; 0 if it is carried or has no friction."""
     if slide is None:
         return 0.0
     return slide.direction
@@ -74,9 +74,9 @@ def fall_of(slide: Slide | None, particle: Particle) -> float:
 
 @inlined
 def with_pull(force: float, state: State, particle: Particle | None) -> float:
-    """A force on the mass against u, over k Z, plus that of the particle; unchanged without friction and gravity.
+    """Add the force of the particle to a force on the mass against u, over k Z; unchanged without friction and gravity.
 
-    A particle that is not carried receives its acceleration p'' from the mass, which does not bear its weight.
+    If the particle is not carried, the mass gives it its acceleration p'', but does not bear its weight.
     """
     if particle is not None:
         if particle.friction is not None and state.riding == 0.0:
@@ -94,7 +94,7 @@ def acceleration_of(state: State, particle: Particle) -> float:
 
 @inlined
 def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """An acceleration of a particle plus that by gravity; unchanged without gravity."""
+    """Add the acceleration by gravity to that of a particle; unchanged without gravity."""
     if particle.gravity is not None:
         return acceleration + fall_of(slide, particle)
     return acceleration
@@ -102,7 +102,9 @@ def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> f
 
 @inlined
 def without_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """An acceleration minus that by gravity, as friction or a wall must supply it; unchanged without gravity."""
+    """Subtract the acceleration by gravity, to give the part that friction or a wall must supply; unchanged without
+    gravity.
+    """
     if particle.gravity is not None:
         return acceleration - fall_of(slide, particle)
     return acceleration

@@ -1,4 +1,4 @@
-"""The state of a motion at one instant, and its changes. Named tuples that numba keeps in registers."""
+"""The state of a motion at one instant, and its changes, as named tuples that numba keeps in registers."""
 
 from typing import NamedTuple
 
@@ -11,10 +11,10 @@ class Dwell(NamedTuple):
     Attributes
     ----------
     left : float
-        Time until detachment [1/ω_n]; 0 without a dwell (the particle then rides, or flies), and always on a
-        compliant wall.
+        Time until detachment [1/ω_n]; 0 without a dwell, when the particle is in sustained contact or flies, and always
+        on a compliant wall.
     speed : float
-        Approach speed [Z ω_n]: when it met the wall; on a compliant wall the present one.
+        Approach speed [Z ω_n] when it met the wall; on a compliant wall, the present one.
     """
 
     left: float
@@ -51,14 +51,14 @@ class State(NamedTuple):
     wall : float
         +1 if the wall last touched is the one at u − p = +d/Z, −1 for the other.
     gap : float
-        Distance of the particle from that wall, exactly 0 after an impact. Measuring from the wall preserves the
-        accuracy of a short flight that u − p, a difference of large numbers, would lose. Negative during penetration
-        of a compliant wall.
+        Distance of the particle from that wall, exactly 0 after an impact. Measuring from the wall keeps the accuracy
+        of a short flight, which u − p, a difference of large numbers, would lose. Negative during penetration of a
+        compliant wall.
     p_rate : float
         Absolute particle velocity.
     riding : float
-        1 while the particle moves with the mass: on its wall or, with friction, carried in the cavity. Also 1 while
-        a compliant wall pushes it; 0 while it flies.
+        1 while the particle moves with the mass: on its wall or, with friction, carried in the cavity. It is also 1
+        while a compliant wall pushes the particle, and 0 while the particle flies.
     slip_order, gap_order : int
         Number of leading Taylor coefficients of w, and of the gap (of the force of a compliant wall), that are zero
         after the latest event.
@@ -85,14 +85,14 @@ class State(NamedTuple):
 def advanced(
     state: State, v: float, w: float, gap: float, p_rate: float, dwell: Dwell | None, gap_order: int
 ) -> State:
-    """A later state in the same regime: no velocity is known to be zero any more."""
+    """A later state in the same regime, in which no velocity is known to be zero any more."""
     slide = slide_on(state.slide)
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, gap_order, dwell, slide)
 
 
 @inlined
 def slide_on(slide: Slide | None) -> Slide | None:
-    """The same: no relative velocity is known to be zero any more."""
+    """The slide at a later time, when no relative velocity is known to be zero any more."""
     if slide is None:
         return None
     return Slide(slide.direction, 0, slide.down)
@@ -100,7 +100,7 @@ def slide_on(slide: Slide | None) -> Slide | None:
 
 @inlined
 def stopped(state: State, slip: float, p_rate: float, riding: float, gap_order: int) -> State:
-    """The mass at rest on the base: sticking for slip 0, else about to slip in that direction."""
+    """State with the mass at rest on the base: it sticks if slip is 0, else it is about to slip in that direction."""
     slip_order = 0 if slip == 0.0 else 1
     return State(
         state.v,
@@ -128,7 +128,7 @@ def in_contact(
     gap_order: int,
     dwell: Dwell | None,
 ) -> State:
-    """The particle on a wall, moving with it or pushed by it."""
+    """State with the particle on a wall, moving with it or pushed by it."""
     return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, slip_order, gap_order, dwell, state.slide)
 
 
@@ -136,13 +136,13 @@ def in_contact(
 def in_flight(
     state: State, w: float, slip: float, wall: float, p_rate: float, gap_order: int, dwell: Dwell | None
 ) -> State:
-    """The particle leaving a wall."""
+    """State with the particle leaving a wall."""
     return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, gap_order, dwell, state.slide)
 
 
 @inlined
 def mirrored(state: State) -> State:
-    """All signs flipped: half a cycle later the base is in the corresponding phase."""
+    """State with all signs flipped, for which the base half a cycle later has the corresponding phase."""
     return State(
         -state.v,
         -state.w,

@@ -1,4 +1,4 @@
-"""The structure alone over half a cycle, as one map: there are no events without friction and particle."""
+"""The structure alone over half a cycle, as one map, since there are no events without friction and particle."""
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce

@@ -41,12 +41,12 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     scene : Scene
         The scene of the integration.
     half : int
-        Number of the half cycle from the start: odd ones are mirrored back.
+        Number of the half cycle from the start; odd ones are mirrored back.
 
     Returns
     -------
     ndarray, shape (len(HISTORY_COLUMNS), samples)
-        Uniform samples within each segment and both its ends, so that the jumps at impacts are preserved.
+        Equally spaced samples within each segment, including both ends, so that the jumps at impacts are preserved.
     """
     base, free, loaded, friction, particle, _, _ = scene
     relative, absolute, of_base = np.empty((3, TERMS))

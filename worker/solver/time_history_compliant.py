@@ -1,4 +1,4 @@
-"""The motion of a logged segment in a compliant wall, for sampling a time history."""
+"""The motion in a logged segment of contact with a compliant wall, for sampling a time history."""
 
 from collections.abc import Callable
 
@@ -17,7 +17,7 @@ from damperlab.worker.solver.segment_log import APPROACH, DURATION, GAP, WALL, V
 def motion_in_contact(
     row: NDArray[np.float64], sine: float, cosine: float, offset: float, motion: CompliantMotion
 ) -> Callable[[float], tuple[float, float, float, float]]:
-    """Motion of a segment in a compliant wall.
+    """Motion in a segment of contact with a compliant wall.
 
     Returns
     -------

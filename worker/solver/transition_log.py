@@ -1,7 +1,7 @@
-"""The transitions of a half cycle, as its variational equations need them.
+"""The transitions of a half cycle, for its variational equations.
 
 Between two of them the motion is linear and its state-transition matrix depends only on the time. So panels without
-events are not logged, and cost no more than without a log.
+events are not logged, and cost nothing more.
 """
 
 from typing import Any, NamedTuple
@@ -19,28 +19,28 @@ from damperlab.worker.solver.sliding import direction_of, down_of
 from damperlab.worker.solver.state import State
 
 SPAN, EVENT, INERTIA_FORCE, BASE_RATE, FORCE, V = range(6)
-"""Columns of a row: time since the previous transition [1/ω_n], kind of the event that ends it, −s'', s', sin φ and
-v there.
+"""Columns of a row: time since the previous transition [1/ω_n], kind of the event that ends this time, and −s'', s',
+sin φ and v at the event.
 """
 
 BEFORE = 6
 AFTER = 15
-"""First columns of the state just before and just after."""
+"""First columns of the states just before and just after the event."""
 
 W, SLIP, RIDING, WALL, GAP, P_RATE, SPEED, SLIDE, DOWN = range(9)
-"""Columns of a state, from BEFORE or AFTER on; SPEED is that of its `Dwell`, SLIDE and DOWN are
-of its `Slide`."""
+"""Columns of a state, counted from BEFORE or AFTER. SPEED comes from its `Dwell`, SLIDE and DOWN from its `Slide`."""
 
 WIDTH = 24
 
 
 class Transitions(NamedTuple):
-    """Rows to fill and, in cursor[0], how many have been filled; rows beyond the end are counted, not kept.
+    """Rows to fill and, in cursor[0], the number of filled rows; rows beyond the end are counted, not stored.
 
     Attributes
     ----------
     rows : array, shape (capacity · WIDTH,)
-        One row a transition, and one of kind NOTHING where a half cycle, or a span in a compliant wall, ends without one.
+        One row per transition, and a row of kind NOTHING if a half cycle, or a span in contact with a compliant wall,
+        ends without one.
     cursor : int64 array, shape (1,)
     capacity : int
         Number of rows.

@@ -1,4 +1,4 @@
-"""An ensemble of starts at one design point: their draw, and their responses."""
+"""An ensemble of starts at one design point: how they are drawn, and the responses that they lead to."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -14,7 +14,9 @@ from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.start import at_rest, moving
 
 HIGHEST = 1000.0
-"""Largest amplitude drawn, over Z: the structure alone is unbounded without damping at resonance."""
+"""Largest amplitude drawn, over Z, because the response of the structure alone is unbounded without damping at
+resonance.
+"""
 
 _SAME_AMPLITUDE = 1e-6
 _SAME_ERRORS = 4.0
@@ -35,10 +37,9 @@ def drawn_starts(
     Parameters
     ----------
     n, seed : int
-        Number of starts, and the study's seed.
-    coordinates : sequence of float
-        The six coordinates of the point. They and the seed alone decide the draw, so it is the same in every block,
-        order and study; a longer ensemble begins with the shorter one.
+        Number of starts, and the study's seed. coordinates : sequence of float The six coordinates of the point. The
+        draw depends only on them and the seed, so it is the same in every block, order and study. A longer ensemble
+        begins with the starts of a shorter one.
     damping_ratio, excitation, friction, particle
         As for `settle`; the second is its `frequency_ratio`.
 
@@ -70,7 +71,8 @@ def drawn_starts(
 
 
 def attractors(responses: Sequence[Response]) -> list[list[int]]:
-    """Starts grouped by their responses, the most frequent first, equal ones in the order of their first start.
+    """Group starts by their responses, the most frequent response first; equally frequent ones are in the order of
+    their first start.
 
     Parameters
     ----------
@@ -84,11 +86,11 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
 
     Notes
     -----
-    Periodic responses are equal if class, period and impacts per period agree, and the amplitudes within 10⁻⁶ and
-    four of their errors. Modulated and chaotic ones count as one kind, since no finite run distinguishes the two for
-    certain. They are equal if their means agree within four standard errors; neighbours are chained. Locked rest
-    positions, which form an interval, are one response, unless a particle keeps moving between the walls in another
-    way. Mirror images agree in every measure, so they count once.
+    Periodic responses are equal if class, period and impacts per period agree, and the amplitudes within 10⁻⁶ and four
+    of their errors. Modulated and chaotic responses count as one kind, since no finite run distinguishes the two for
+    certain. They are equal if their means agree within four standard errors, also through a chain of neighbours. Locked
+    rest positions form an interval and are one response, unless a particle keeps moving between the walls in a
+    different way. Mirror images agree in every measure, so they count as one response.
     """
     kinds: dict[tuple[int, ...], list[int]] = {}
     for index, response in enumerate(responses):
@@ -119,8 +121,8 @@ def ensemble_values(responses: Sequence[Response]) -> dict[str, float | int]:
     Returns
     -------
     dict
-        The response that most starts lead to, as measured from the first of them, and the variables of the ensemble.
-        `cycles` counts those of all starts. If every start failed, the failure of the first.
+        The response that most starts lead to, as measured from the first of these, and the variables of the ensemble.
+        `cycles` is the total over all starts. If every start failed, it is the failure of the first.
     """
     found = attractors(responses)
     stored = responses[found[0][0]] if found else responses[0]

@@ -18,7 +18,7 @@ _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
 _UNBOUNDED = int(Status.UNBOUNDED)
 _UNKNOWN = int(ResponseClass.UNKNOWN)
-_CHUNK = 64  # cycles between looks
+_CHUNK = 64  # cycles between checks
 _BURN_IN = 0.2  # share of max_cycles that counts as transient if the peaks do not settle
 _FEWEST_STEPPED = 512  # cycles before a standard error is used
 
@@ -50,15 +50,15 @@ def settle_stepped(
     Returns
     -------
     Response
-        With results from sampled peaks; energies, class, period and multiplier are unknown.
+        Its results come from sampled peaks; energies, class, period and multiplier are unknown.
 
     Notes
     -----
-    The run stops if the peaks of the last 64 cycles, including the possible remainder, vary by less than
-    `tolerance`. Or, after a burn-in, if the peaks show no trend and the standard error of their mean is below it; or
-    at `max_cycles`. The remainder is a geometric series: a free vibration of the structure decays as exp(−ζτ), other
-    motions faster. `amplitude_error` covers only the run: the error of the method itself, of first order in the
-    step, is unknown to it and additional.
+    The run stops if the peaks of the last 64 cycles, including the possible remainder, vary by less than `tolerance`.
+    It also stops, after a burn-in, if the peaks show no trend and the standard error of their mean is below
+    `tolerance`, and at `max_cycles`. The remainder is a geometric series: a free vibration of the structure decays as
+    exp(−ζτ), other motions faster. `amplitude_error` covers only the run. The error of the method itself, of first
+    order in the step, is not included.
     """
     halves = np.empty((2 * settings.max_cycles + 1, 2))
     peaks = np.empty((2, settings.max_cycles))
@@ -67,7 +67,7 @@ def settle_stepped(
     state = Stepped(0.0, -frequency_ratio, 0.0, 0.0)
     cycles = 0
     burn_in = int(_BURN_IN * settings.max_cycles)
-    impacts_before = 0  # those of the transient
+    impacts_before = 0  # cycles of the transient
     status = _MAX_CYCLES
     first = 0  # first cycle of the measurement, and first cycle of the mean
     begin = 0

@@ -1,4 +1,4 @@
-"""Rules by which friction is known to hold the mass permanently, in the limit of a continuing motion."""
+"""Rules that show that friction will hold the mass permanently, in the limit of a motion that continues."""
 
 from math import inf, pi, sqrt
 
@@ -19,13 +19,13 @@ from damperlab.worker.steady.section.recurrence import recurrence
 _CREEP = 1e-2  # excess displacement, over min(1, P r²), below which creep towards the locked set cannot overshoot it
 _TIE = 1e-12
 _REPEATS = (
-    1e-9  # of displacements of a held mass and of a particle beside it, and of its velocity, after a cycle
+    1e-9  # largest change, in a cycle, of displacements and of the particle's velocity that counts as none
 )
 
 
 @inlined
 def _edge(friction: float, forcing: float) -> float:
-    """Displacement up to which friction holds the mass permanently, γ_F − P; below 0 if it holds it nowhere."""
+    """Displacement up to which friction holds the mass permanently, γ_F − P; below 0 if it holds the mass nowhere."""
     edge = friction - forcing
     if edge < 0.0 and edge > -_TIE * forcing:
         return 0.0  # γ_F = r² up to the rounding of r²
@@ -42,14 +42,15 @@ def _creep(forcing: float, frequency_ratio: float) -> float:
 def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, bool]:
     """Locked state that a one-sided creep tends to.
 
-    With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P
-    is locked permanently. From outside by an excess x, each cycle slips inwards by about 4.5 x²/(P r²), so the edge
-    is reached only as 1/N. The limit is used instead of steps towards it. A particle stays at rest where it is, if
-    it stays clear of both walls.
+    Let P be the largest forcing: r² for a shaken base, 1 for a force. For γ_F ≥ P every rest position |v| ≤ γ_F − P is
+    locked permanently. From a position outside by x, each cycle slips inwards by about 4.5 x²/(P r²), so the mass
+    approaches the edge only as 1/N. The limit is used instead of integrating towards it. A particle at rest stays where
+    it is if it stays clear of both walls.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
-    # the forcing exceeds friction by less than x, for √(8x/P)/r; the slip lasts half as long again, and goes 4.5 x²/(P r²) far
+    # the forcing exceeds friction by less than x, for the time √(8x/P)/r; the slip lasts half as long again, over 4.5
+    # x²/(P r²)
     if (
         edge >= 0.0
         and state.slip == 0.0
@@ -71,17 +72,19 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
 
 @kernel
 def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) -> tuple[State, float]:
-    """Locked state that a one-sided creep tends to beside a particle that rubs: as `creep_limit`, on a shaken base.
+    """Locked state that a one-sided creep tends to with a particle that has friction; as `creep_limit`, on a shaken
+    base.
 
-    Sliding or carried, the particle pulls the held mass by β min(κ, r²) at the most, and where the base pulls it most. So the
-    edge is γ_F − r² − β min(κ, r²). Whether the particle repeats beside a mass held there is found by a cycle of its motion.
+    Sliding or carried, the particle pulls the held mass by at most β min(κ, r²), at the time when the base pulls most.
+    So the edge is γ_F − r² − β min(κ, r²). A cycle is integrated to see whether the particle's motion repeats with the
+    mass held there.
 
     Returns
     -------
     limit : State
-        The mass at the edge, the particle as it is.
+        The mass at the edge, the particle in its present state.
     apart : float
-        How far a cycle leads from there; infinite where there is no such limit.
+        Distance to which a cycle leads from there; infinite if there is no such limit.
     """
     particle = scene.particle
     if particle is not None and particle.friction is not None and particle.gravity is None:
@@ -122,8 +125,7 @@ def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.fl
 
 @kernel
 def slowing_limit(state: State, friction: float, particle: Particle, scene: Scene) -> tuple[State, float]:
-    """Locked state that a mass under a force tends to while a particle keeps moving between its walls, ever more
-    slowly.
+    """Locked state that a mass under a force tends to while its particle moves ever more slowly between the walls.
 
     Parameters
     ----------
@@ -140,7 +142,7 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
         The mass at its position or, if it still creeps, at the edge |v| = γ_F − P of the range where friction holds
         it permanently; the particle at rest.
     way_left : float
-        Largest distance from there at which the mass may end; infinite if unknown.
+        Largest distance from this position at which the mass may end; infinite if unknown.
 
     Notes
     -----
@@ -153,9 +155,9 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     contact lasts, the mass may also move with W; their durations are added. A compliant wall whose largest force
     stays within the margin does not move the mass.
 
-    A displacement outwards lets the mass creep more, so the bound is computed again, allowing for twice its first
-    value. Two assumptions are not proved but confirmed by integrations. Impacts during the creep, at most one a
-    cycle, add no more than this; and twice the first value holds where the second exceeds it.
+    A displacement outwards makes the mass creep more, so the bound is computed again, allowing for twice its first
+    value. Two assumptions are not proved, but integrations confirm them: impacts during the creep, at most one per
+    cycle, add no more than this; and twice the first value is a bound if the second value exceeds it.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -178,15 +180,15 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 
 @kernel
 def slows_down(friction: float, particle: Particle, scene: Scene) -> bool:
-    """Whether every motion ends with the mass locked and the particle at rest: under a force below the friction
-    limit.
+    """Whether every motion ends with the mass locked and the particle at rest, as it does under a force below the
+    friction limit.
     """
     return _edge(friction, largest_forcing(scene.base)) >= 0.0 and particle.restitution < 1.0
 
 
 @kernel
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
-    """Largest total displacement of a locked mass by impacts, if it moves outwards by at most `moved` meanwhile."""
+    """Largest total displacement of a locked mass by impacts, if the mass moves outwards by at most `moved` meanwhile."""
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
     restitution = _restitution_of_a_held_wall(particle)
@@ -219,8 +221,8 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
 def _restitution_of_a_held_wall(particle: Particle) -> float:
     """Largest restitution at a rigid wall.
 
-    The damping ratio of a contact decreases with the mass that it brings to rest, by √(1 + β) for β instead of β/(1
-    + β). So it is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
+    The damping ratio of a contact decreases with the mass that it brings to rest: by the factor √(1 + β) for β instead
+    of β/(1 + β). So it is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
     """
     if particle.wall is not None:
         return 1.0 - (1.0 - particle.restitution) / sqrt(1.0 + particle.mass_ratio)

@@ -31,14 +31,14 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinate
 from damperlab.worker.steady.section.recurrence import LONGEST, RING
 
 EVENTS_PER_CYCLE = 100
-"""Average number of events per cycle allowed in the longest run, `max_cycles`; a run with more ends early, with its
-measures.
+"""Average number of events per cycle allowed in the longest run, `max_cycles`; a run with more events ends early, with
+the measures so far.
 """
 
-# Largest number of events of a cycle, and of each of its panels: beyond it impacts follow too fast to resolve.
+# Largest number of events in a cycle, and in each of its panels; beyond these, impacts follow too fast to resolve.
 _EVENTS_AT_ONCE = 2000
 _EVENTS_PER_WINDOW = 4
-_WINDOWS_PER_EVENT = 128  # panels without events that take about as long as one event
+_WINDOWS_PER_EVENT = 128  # number of panels without events that take about as long as one event
 _LOG_ROWS = 4096
 
 
@@ -52,7 +52,7 @@ class Notes(NamedTuple):
     struck : array, shape (RING,)
         Impacts of the run up to each of them.
     recurrences, recurrences_before : array, shape (LONGEST + 1,)
-        The recurrence of each period at this examination and at the previous one.
+        The recurrence for each period, at this examination and at the previous one.
     trace : array, shape (half cycles + 1, columns)
         One row per metered half cycle; row 0 is the beginning.
     cycles : array, shape (2, cycles)
@@ -66,7 +66,7 @@ class Notes(NamedTuple):
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian of the last orbit searched.
     candidate_point, candidate_departure : array, shape (SECTION_SIZE,)
-        Section point of the pending orbit, and the run's distance from it then.
+        Section point of the candidate orbit, and the run's recorded distance from it.
     candidate_jacobian : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian of that orbit.
     """
@@ -88,14 +88,14 @@ class Notes(NamedTuple):
 
 @kernel
 def probe_of(scene: Scene) -> Scene:
-    """The same scene for the search for orbits: with separate counts, so that the run's are never changed."""
+    """The same scene for the search for orbits, with separate counts, so that those of the run are never changed."""
     base, free, loaded, friction, particle, _, _ = scene
     return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), zero_counts(COUNTS))
 
 
 @kernel
 def begin_probe(probe: Scene, scene: Scene, halves: int) -> None:
-    """Start a search: with the run's number of impacts, and room for the events of some half cycles."""
+    """Start a search with the run's number of impacts and with room for the events of some half cycles."""
     for i in range(COUNTS):
         probe.counts[i] = 0
     probe.counts[IMPACTS] = scene.counts[IMPACTS]
@@ -104,7 +104,7 @@ def begin_probe(probe: Scene, scene: Scene, halves: int) -> None:
 
 @kernel
 def _room(scene: Scene, halves: int) -> int:
-    """Events for which some half cycles have room."""
+    """Number of events allowed in some half cycles."""
     room: int = halves * (_EVENTS_AT_ONCE // 2 + _EVENTS_PER_WINDOW * scene.base.windows)
     return room
 
@@ -144,7 +144,9 @@ def notes_on_addresses(notes: Notes) -> Notes:
 
 @kernel
 def work_done(scene: Scene, half: int) -> int:
-    """Work of a run so far, in events: a count, not a clock, so that the same study has the same bits everywhere."""
+    """Work of a run so far, in events. It is a count instead of a time, so that the same study has the same bits
+    everywhere.
+    """
     done: int = scene.counts[SEGMENTS] + half * scene.base.windows // _WINDOWS_PER_EVENT
     return done
 
@@ -185,7 +187,7 @@ def advance(
     outcome : int
         ARRIVED, or the reason of an early end.
     """
-    # unpacked once: numba counts references on unpacking, which would take a third of the run time
+    # unpacked once, because numba counts references on unpacking, which would take a third of the run time
     trace, ring, struck = notes.trace, notes.ring, notes.struck
     meter, counts = notes.meter, scene.counts
     counts[BUDGET] = counts[SEGMENTS] + _room(scene, halves)

@@ -1,4 +1,4 @@
-"""The run towards the steady response: until it repeats, its orbit is known, or its mean peak is.
+"""The run towards the steady response, until it repeats or until its orbit or its mean peak is known.
 
 The run itself is a plain integration. The search for orbits works on copies of its state with separate counts, so
 the run is always the same.
@@ -39,17 +39,17 @@ from damperlab.worker.steady.stopping_rules import (
 )
 
 _UNBOUNDED = int(Status.UNBOUNDED)
-# Half cycles between examinations of the section, twice as many while metering; even, so that whole cycles lie
-# between. Fewer if a half cycle takes long.
+# Half cycles between examinations of the section, twice as many while metering. The number is even, so that whole
+# cycles lie between, and smaller if a half cycle takes long.
 _CHUNK = 32
 _SHORT_CHUNK = 8
 _LONG_HALF = 1000  # windows
 _SPARE_EVENTS = 20_000  # added to the number allowed for its cycles, so that a short run is not cut off
-# half cycles metered before the burn-in is over; `advance` and `nearby` read any below 0 so
+# number of metered half cycles before the burn-in is over; `advance` and `nearby` treat any number below 0 so
 _NOT_METERED = -1
 _LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
-# Remaining displacement, in static ones, that a run ignores: at any time; and the least amplitude as reference of
-# `tolerance`, once as many cycles are metered as a mean needs.
+# Remaining displacement, over the static one, that a run ignores at any time; and the least amplitude to which
+# `tolerance` refers, once as many cycles are metered as a mean needs.
 _AT_ONCE = 1e-6
 _SMALL = 1e-2
 
@@ -60,7 +60,8 @@ class Found(NamedTuple):
     Attributes
     ----------
     state : State
-        State on the orbit, or at the end of the run: also for a moving particle whose limit is a locked state.
+        State on the orbit, or at the end of the run. It is the latter also for a moving particle whose limit is a
+        locked state.
     outcome : int
         ARRIVED, the reason of an early end, or that its peaks grow without a visible bound.
     look : SectionLook
@@ -68,7 +69,7 @@ class Found(NamedTuple):
     orbit : Orbit
         The orbit that the run tends to; its `period_halves` is 0 if no repetition was found.
     mean : Estimate
-        Of the metered cycles; meaningful only if no repetition was found.
+        Estimate from the metered cycles; meaningful only if no repetition was found.
     known : bool
         Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit
         is known that the run may still reach.
@@ -94,7 +95,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     start : State
         At phase 0.
     scene, probe : Scene
-        The scene of the run, and the same for the search for orbits.
+        The scene of the run, and its copy for the search for orbits.
     notes : Notes
         Filled during the run.
     settings : Settings
@@ -165,8 +166,8 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
 
 @kernel
 def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: Notes) -> tuple[Orbit, float]:
-    """The locked state that the run is in, or tends to, and the distance from it at which the mass may end; of
-    period 0 if there is none.
+    """The locked state that the run is in or tends to, and the distance from it at which the mass may end. Its period
+    is 0 if there is none.
     """
     if scene.particle is not None and scene.particle.friction is not None:
         if scene.friction is not None and not isinstance(scene.base, SineForce):
@@ -189,7 +190,7 @@ def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: No
 
 @kernel
 def _waited_for(locked: Orbit, metered_halves: int, settings: Settings) -> float:
-    """Remaining displacement of a mass, with a decelerating particle, that a run ignores."""
+    """Remaining displacement of a mass with a decelerating particle that a run ignores."""
     return _allowed(locked, settings) if metered_halves >= 2 * FEWEST_MEASURED else _AT_ONCE
 
 
@@ -201,7 +202,9 @@ def _allowed(locked: Orbit, settings: Settings) -> float:
 
 @kernel
 def _slows_down(scene: Scene) -> bool:
-    """Whether the run tends to rest, whatever its peaks do: their mean does not belong to a steady response."""
+    """Whether the run tends to rest. If so, the mean of its peaks does not belong to a steady response, whatever they
+    do.
+    """
     if scene.friction is not None:
         if scene.particle is not None and isinstance(scene.base, SineForce) and not rubs(scene.particle):
             slows: bool = slows_down(scene.friction, scene.particle, scene)
@@ -211,7 +214,7 @@ def _slows_down(scene: Scene) -> bool:
 
 @kernel
 def _mean_so_far(left_out: int, metered_halves: int, notes: Notes) -> Estimate:
-    """Mean peak of the metered cycles, without those of a transient, and its error."""
+    """Mean peak of the metered cycles and its error, without the cycles of a transient."""
     cycle_peaks(notes.trace, metered_halves, notes.cycles)
     cycles = metered_halves // 2
     mean: Estimate = estimate(notes.cycles[0], min(left_out, cycles - 1), cycles)
@@ -220,7 +223,7 @@ def _mean_so_far(left_out: int, metered_halves: int, notes: Notes) -> Estimate:
 
 @inlined
 def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
-    """Leading section coordinates in which an orbit of the run closes.
+    """Number of leading section coordinates in which an orbit of the run closes.
 
     The position of a particle with friction in its cavity matters only if it has struck a wall in the remembered
     half cycles.
@@ -233,8 +236,8 @@ def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
 
 @kernel
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
-    """Whether a particle moves that has met no wall in the cycles of a mean: the mean then misses the impact to
-    come. With friction of its own it drifts ever more slowly; where it meets no wall, the motion repeats in the end.
+    """Whether the particle moves but has met no wall in the cycles of a mean, so that the mean lacks the impact to
+    come. A particle with friction drifts ever more slowly; if it meets no wall, the motion repeats in the end.
     """
     if scene.particle is not None:
         before, after = (
@@ -250,8 +253,8 @@ def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> 
 def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
     """Whether the peaks of the metered cycles grow, with no sign of an end.
 
-    Without viscous damping at resonance, a cycle of amplitude A supplies π A and loses 4 γ_F A to friction as long
-    as the particle meets no wall. So every growth continues. Otherwise the peaks decide.
+    Without viscous damping at resonance, a cycle of amplitude A supplies π A and loses 4 γ_F A to friction as long as
+    the particle meets no wall. So a growth never ends in this case. Otherwise the peaks decide.
     """
     undamped = scene.base.two_zeta == 0.0 and scene.base.frequency_ratio == 1.0 and scene.counts[IMPACTS] == 0
     undamped = undamped and not rubs(scene.particle)
@@ -276,9 +279,9 @@ def _end_of_search(
     notes: Notes,
     settings: Settings,
 ) -> Found:
-    """A run at its limit: the mean of the metered part or, without one, of one cycle more.
+    """The result of a run at its limit: the mean of the metered part or, without one, of one further cycle.
 
-    If the peaks grow to the end of the run, their mean is not that of a response.
+    If the peaks grow to the end of the run, their mean is not that of a steady response.
     """
     if metered_halves == _NOT_METERED:  # nothing remains after the burn-in
         metered_halves = 0

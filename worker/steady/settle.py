@@ -57,7 +57,7 @@ _MAX_CYCLES = int(Status.MAX_CYCLES)
 _MODULATED = int(ResponseClass.MODULATED)
 _CHAOTIC = int(ResponseClass.CHAOTIC)
 _CLOSED = 1e-9  # relative distance within which a state repeats
-_ROUNDING = 1e-12  # of displacements of the size of the excitation's
+_ROUNDING = 1e-12  # rounding of displacements of the size of the excitation
 
 
 @kernel
@@ -84,7 +84,7 @@ def settle(
     settings : Settings
         When to stop.
     start : State
-        At phase 0, as `start.at_rest`.
+        State at phase 0, for example `start.at_rest`.
 
     Returns
     -------
@@ -95,13 +95,13 @@ def settle(
 
     Notes
     -----
-    The run continues until one of these conditions is met. It repeats to rounding, or its remaining distance from
-    repetition is below `periodic_tolerance`, and the orbit does not repel it. Or Newton's method finds a periodic
-    orbit, stable by its multipliers, and the run approaches it just as its linearisation predicts. The run then
-    tends to this orbit, and need not be continued. Or friction holds the mass permanently, or it creeps to such a
-    position. Or, under a force and with a decelerating particle, its remaining displacement is within `tolerance`.
-    Or, beyond a burn-in, the standard error of the mean peak is below `tolerance`, no particle is flying to its
-    first wall, and the run does not tend to rest. Or `max_cycles`, or the limit on events, is reached.
+    The run continues until one of these conditions is met. First, it repeats to rounding, or its remaining distance
+    from repetition is below `periodic_tolerance`, and the orbit does not repel it. Second, Newton's method finds a
+    periodic orbit, stable by its multipliers, and the run approaches it just as its linearisation predicts; the run
+    then tends to this orbit. Third, friction holds the mass permanently, or the mass creeps to such a position. Fourth,
+    under a force and with a decelerating particle, the remaining displacement is within `tolerance`. Fifth, after a
+    burn-in, the standard error of the mean peak is below `tolerance`, no particle is flying to its first wall, and the
+    run does not tend to rest. Last, `max_cycles` or the limit on events is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
     notes = make_notes(settings.max_cycles, settings.energies, settings.acceleration)
@@ -112,8 +112,8 @@ def settle(
 def _settled(
     start: State, scene: Scene, probe: Scene, notes: Notes, settings: Settings
 ) -> tuple[Response, State]:
-    """`settle` after its arrays are created: its caller keeps them alive, and all later functions receive their
-    addresses.
+    """Do the work of `settle` after its arrays are created. The caller keeps them alive, and all later functions
+    receive their addresses.
 
     An address is one number. An array is seven, and numba writes code for each of them whenever it is passed on.
     """
@@ -130,11 +130,13 @@ def _settled(
 def _measured_orbit(
     found: Found, scene: Scene, probe: Scene, notes: Notes, settings: Settings
 ) -> tuple[Response, State]:
-    """Response over one period, and the state after it; known to `settings.tolerance` only if the orbit itself is."""
+    """Response over one period, and the state after it. The response counts as converged only if the orbit itself is
+    known to `settings.tolerance`.
+    """
     state = found.orbit.state
     cycles = found.look.half // 2
     period_halves = _shortest_period(state, found, scene, probe, notes)
-    # whole cycles: the mirrored map of an odd period_halves is half a period
+    # measured over whole cycles, since the mirrored map of an odd period_halves is half a period
     halves = 2 * period_halves if period_halves % 2 == 1 else period_halves
     begin_probe(probe, scene, halves)
     begin_trace(state, probe, notes)
@@ -156,7 +158,7 @@ def _measured_orbit(
     )
     error = found.orbit.error + found.way_left
     mean = mean_of_period(notes.trace, period_halves, error)
-    # a response of the size of rounding cannot be known better
+    # a response of the size of rounding cannot be known more closely
     is_known = found.known and found.orbit.error <= settings.tolerance * max(mean.amplitude, _ROUNDING)
     status = _CONVERGED if is_known else _MAX_CYCLES
     response = measured_response(
@@ -174,7 +176,7 @@ def _measured_orbit(
 
 @kernel
 def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tuple[Response, State]:
-    """Response over the metered stretch of a run that does not repeat, and its end."""
+    """Response over the metered stretch of a run that does not repeat, and its final state."""
     state = found.state
     mean = found.mean
     stretch = stretch_of(notes.trace, 2 * mean.first, 2 * mean.last)
@@ -227,7 +229,7 @@ def _acceleration_of_run(first: int, last: int, notes: Notes) -> tuple[float, fl
 def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, notes: Notes) -> int:
     """The shortest part of a period after which the state already repeats, within the error of the orbit.
 
-    Just beyond a period doubling the shorter, repelling orbit is very near.
+    Just beyond a period doubling, the shorter, repelling orbit is very near.
     """
     period_halves = found.orbit.period_halves
     known = _CLOSED * found.look.scale + 100.0 * found.orbit.error
@@ -239,7 +241,7 @@ def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, not
             begin_probe(probe, scene, shorter)
             there, complete = march_with_jacobian(state, shorter, probe, notes.log, notes.monodromy)
             coordinates(there, scene.particle, end)
-            # half a cycle is no period with gravity, which is not mirrored
+            # half a cycle is not a period with gravity, which is not mirrored
             if complete and down_of(there.slide) == down_of(state.slide) and _is_near(end, start, known):
                 return shorter
     return period_halves

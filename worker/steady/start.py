@@ -1,4 +1,4 @@
-"""States at phase 0 that a run may start from."""
+"""States at phase 0 from which a run may start."""
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
@@ -10,7 +10,9 @@ from damperlab.worker.solver.state import State
 
 @kernel
 def at_rest(frequency_ratio: float | Forced, friction: float | None, particle: Particle | None) -> State:
-    """Everything at rest in the absolute frame, particle centred: v' = −r, or 0 under a force, which begins with 0."""
+    """Everything at rest in the absolute frame, with the particle centred: v' = −r, or 0 under a force, which begins at
+    0.
+    """
     slip = 0.0
     if friction is not None:
         slip = 0.0 if isinstance(frequency_ratio, Forced) else -1.0
@@ -42,15 +44,15 @@ def carried(
 ) -> State:
     """Return the same motion under another frequency of excitation: the change causes no slip and no impact.
 
-    The structure keeps its motion relative to the base, and so does a particle on its wall. One in flight, or at
-    rest, keeps its absolute velocity.
+    The structure keeps its motion relative to the base, and so does a particle on its wall. A particle in flight or at
+    rest keeps its absolute velocity.
 
     Parameters
     ----------
     state : State
         At phase 0.
     excitation_before, excitation : float or Forced
-        Frequency of the state, and the new one.
+        Frequency of the state, and the new frequency.
     shrinks : float
         Ratio of the previous to the present reference length.
     """
@@ -82,14 +84,14 @@ def moving(
     friction: float | None,
     particle: Particle | None,
 ) -> State:
-    """A state given in the absolute frame, the particle in flight.
+    """Make a state from values in the absolute frame, with the particle in flight.
 
     Parameters
     ----------
     u, u_rate : float
         Displacement and velocity of the primary mass.
     position : float
-        Of the particle in its cavity, from −1 (at the wall behind) to 1.
+        Position of the particle in its cavity, from −1 (at the rear wall) to 1.
     p_rate : float
         Velocity of the particle.
     """

@@ -1,4 +1,4 @@
-"""Rules by which a run ends, each by its name."""
+"""Rules by which a run ends."""
 
 from math import log, pi
 from typing import NamedTuple
@@ -8,26 +8,25 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.steady.response.standard_errors import Estimate
 
 LARGEST_BURN_IN = 0.2
-"""Largest share of `max_cycles`, or of the events allowed, for a burn-in: without damping a structure has no other
-bound.
-"""
+"""Largest share of `max_cycles`, or of the events allowed, for a burn-in; without damping there is no other bound."""
 FEWEST_MEASURED = 768
 """Cycles before a standard error is used."""
 
 _TRANSIENT_LEFT = 0.02  # remaining share of a free vibration after the burn-in
-# Frequency ratio below which a burn-in is longer, 1/e: there the remainder is 0.02 e² = 15 % of the response's
-# velocity, which the test of stationarity finds. With 1 in its place a burn-in at r = 0.5 would be a third longer,
-# ln 4 on top of ln 50.
+# Frequency ratio below which a burn-in is longer, 1/e. At this ratio the remainder is 0.02 e² = 15 % of the response's
+# velocity, which the test of stationarity detects. With 1 instead, a burn-in at r = 0.5 would be a third longer, by ln
+# 4 in addition to ln 50.
 _SLOW = 0.37
 _CORRELATIONS = 100.0  # least number of correlation times measured
-# Least and greatest factor from this check's cycles to the next one's. An error is itself uncertain by a tenth, the
-# number of cycles that it requires by a fifth, and a later check would overshoot by as much.
+# Smallest and largest factor from the cycles of one check to those of the next. An error is itself uncertain by a
+# tenth, so the number of cycles that it requires is uncertain by a fifth, and a later check would overshoot by that
+# much.
 _SOONEST_LOOK = 1.05
 _LATEST_LOOK = 1.25
 
 
 class Settings(NamedTuple):
-    """Criteria for stopping: the study's `steady` block; and whether energies and acceleration are measured (as in
+    """Criteria for stopping, from the study's `steady` block, and whether energies and acceleration are measured (as in
     `Meter`).
     """
 
@@ -40,15 +39,15 @@ class Settings(NamedTuple):
 
 @kernel
 def burn_in_of(scene: Scene, settings: Settings) -> int:
-    """Half cycles after which the slowest free vibration, that of the structure, has nearly decayed: it falls as
+    """Half cycles after which the slowest free vibration, that of the structure, has nearly decayed; it falls as
     e^(−ζτ).
 
-    It ends when `_TRANSIENT_LEFT` of it remains, after ln(50) r/(2πζ) = 0.62 r/ζ cycles, and at least one. Any
-    remaining transient is found from its data (`standard_errors.estimate`).
+    The burn-in ends when `_TRANSIENT_LEFT` of the vibration remains, after ln(50) r/(2πζ) = 0.62 r/ζ cycles and at
+    least one. A longer transient is detected from the data (`standard_errors.estimate`).
 
-    Far below resonance a run from rest starts with the velocity r of the base, whereas the response's velocity
-    against the base is of the order r³. So below `_SLOW` the transient must fall by correspondingly more, and with
-    the rate e^(−ζτ/(1 + β)) of both bodies, since the particle is carried along.
+    Far below resonance a run from rest starts with the velocity r of the base, whereas the response's velocity against
+    the base is of the order r³. So below `_SLOW` the transient must fall by correspondingly more. It falls as e^(−ζτ/(1
+    + β)), the rate of both bodies, since the particle is carried along.
     """
     longest = LARGEST_BURN_IN * settings.max_cycles
     base = scene.base
@@ -81,7 +80,7 @@ def is_known(mean: Estimate, settings: Settings) -> bool:
 def next_estimate(mean: Estimate, settings: Settings) -> int:
     """Metered cycles until the next check, planned from this one.
 
-    Checks are few, and each at a length fixed before its data are seen: repeated checks until the error happens to
+    There are few checks, each at a length fixed before its data are known, because checking until the error happens to
     be small would understate it.
     """
     measured = mean.last - mean.first

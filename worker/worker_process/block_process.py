@@ -1,8 +1,8 @@
-"""A block computed in a separate process, so that its effect on that process is visible and harmless.
+"""Computes a block in a separate process, so that its effect on that process is visible and harmless.
 
-A lost worker may have been killed by its block, switched off with its machine, or asked to leave: all three look
-alike from outside. If a process ends by a signal while its parent survives, its computation ended it, or the system
-did because of its memory.
+A lost worker may have been killed by its block, switched off with its machine, or asked to leave: all three look alike
+from outside. If a process ends by a signal while its parent survives, its computation ended it, or the system ended it
+for its memory.
 """
 
 import os
@@ -58,8 +58,8 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
             process.stdin.write(len(asked).to_bytes(8, "big") + asked)
             process.stdin.flush()
         except BrokenPipeError:
-            pass  # its exit status has more information
-        # its standard input stays open: it ends when that is closed, as by the death of this process
+            pass  # its exit status tells more
+        # its standard input stays open; the process ends when it is closed, for example by the death of this process
         answer = process.stdout.read()
         status = process.wait()
     if status != 0 or not answer:
@@ -85,7 +85,7 @@ def _answer(source: int, sink: int) -> None:
             told = False, error
         with os.fdopen(sink, "wb") as out:
             out.write(cloudpickle.dumps(told))
-        # the reading thread would prevent the interpreter from a clean end
+        # the reading thread would prevent the interpreter from ending cleanly
         os._exit(0)
 
 

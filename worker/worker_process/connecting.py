@@ -1,4 +1,4 @@
-"""Connection of a worker to its scheduler: its reachable address, and its acceptance."""
+"""Connects a worker to its scheduler: finds the address at which it can be reached, and waits to be accepted."""
 
 import asyncio
 import socket
@@ -16,20 +16,20 @@ from damperlab.worker.cluster.certificates import refusal
 ASK_AGAIN_SECONDS = 1.0
 """Interval between checks for a route to the scheduler."""
 REFUSED_AGAIN_SECONDS = 5.0
-"""Time until a worker tries again after a scheduler refused it: certificates of either may have been renewed."""
+"""Time after which a refused worker tries again, since the certificates of either side may have been renewed."""
 
 
 async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: float) -> str | None:
     """Give this machine's address on the route to the scheduler, once there is one; None if the wait is over.
 
-    Without a route the library would use the loopback address, at which nobody can reach a worker later.
+    Without a route, the library would use the loopback address, at which nobody could reach the worker later.
 
     Parameters
     ----------
     scheduler : str
         Its address.
     told : Future
-        Done once the worker is asked to leave.
+        Future that is done once the worker is asked to leave.
     limit_seconds : float
         Longest wait [s].
     """
@@ -46,9 +46,9 @@ async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: f
                 return str(probe.getsockname()[0])
         if not waits:
             waits = True
-            say(f"there is no way to {scheduler} yet")
+            say(f"there is no route to {scheduler} yet")
         await asyncio.wait([told], timeout=ASK_AGAIN_SECONDS)
-    say(f"leaving: there is no way to {scheduler}")
+    say(f"leaving: there is no route to {scheduler}")
     return None
 
 
@@ -68,7 +68,7 @@ async def joined(
     """
 
     async def join() -> None:
-        # if certificates do not match the library would try ten times a second forever, without reporting it
+        # if certificates do not match, the library would try ten times a second forever without reporting it
         await _let_in(worker.scheduler.address, security)
         await worker.start()
 
@@ -101,7 +101,8 @@ async def _let_in(scheduler: str, security: Security) -> None:
             return
         if why and why != said:
             say(
-                f"{scheduler} does not let this worker in: {why}; it is asked again every {REFUSED_AGAIN_SECONDS:g} s"
+                f"{scheduler} does not accept this worker: {why}; it is asked again every "
+                f"{REFUSED_AGAIN_SECONDS:g} s"
             )
         said = why or said
         await asyncio.sleep(max(0.0, REFUSED_AGAIN_SECONDS - (time.monotonic() - began)))

@@ -1,6 +1,4 @@
-"""Tests before a worker computes for a study: its code, its access to the data, and a few points whose bits are
-known.
-"""
+"""Tests before a worker computes for a study: its code, its access to the data, and a few points."""
 
 import hashlib
 from collections import Counter
@@ -17,7 +15,7 @@ from damperlab.worker.provenance import computing, require_code
 from damperlab.worker.worker_process.tasks import solve_stored
 
 POINTS = 3
-"""Points that every worker computes before its first block; those of a continuation are one row."""
+"""Number of points that every worker computes before its first block; for a continuation they are one row."""
 _MEASURED = ("run_time",)
 
 
@@ -61,7 +59,7 @@ def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Ans
     except OSError:
         raise
     except Exception as error:
-        # if all give the same answer the points are the cause, and it is an answer like others
+        # this is an answer like others: if all workers give it, the points are the cause
         bits = f"raises {type(error).__name__}: {error}"
     return Answer(computing(), bits)
 
@@ -97,7 +95,7 @@ def bits_of(values: Mapping[str, Any]) -> str:
 
 
 def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str]) -> str:
-    """Hash the stored answer of some points as `bits_of` does for a worker's.
+    """Hash the stored results of some points in the same way as `bits_of` does for a worker's.
 
     Empty if one of them has no computed result: its block failed, or its file is missing, or is removed meanwhile.
 
@@ -130,7 +128,7 @@ def majority(answers: Mapping[str, str]) -> str | None:
     Parameters
     ----------
     answers : mapping
-        By worker; a single one is accepted.
+        Answers by worker; a single one counts as a majority.
     """
     if not answers:
         return None

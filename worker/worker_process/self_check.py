@@ -1,4 +1,4 @@
-"""Self-check of a worker: points whose values are known, and a file with the time of the last success."""
+"""Self-check of a worker: points whose values are known, and a file whose time is that of the last success."""
 
 import asyncio
 from collections.abc import Callable
@@ -16,12 +16,12 @@ EVERY_SECONDS = 10.0
 _DAMPING_RATIO = 0.0038
 _METRIC = "relative_amplitude_ratio"
 KNOWN = {
-    # at r = 1 without friction 1/(2ζ)
+    # at r = 1 without friction it is 1/(2ζ)
     0.0: 1.0 / (2.0 * _DAMPING_RATIO),
     # Den Hartog's exact solution of slip without stops, eight digits
     0.6: 31.059792,
 }
-"""Relative amplitude over the base's at r = 1 and ζ = 0.0038, by the friction ratio."""
+"""Relative amplitude over that of the base at r = 1 and ζ = 0.0038, by the friction ratio."""
 _TOLERANCE = 1e-6
 
 
@@ -63,7 +63,7 @@ async def show_alive(
         # in a thread, so that this worker answers requests meanwhile
         wrong = await loop.run_in_executor(None, wrong_answers, solve)
         if wrong:
-            tell(f"it computes points whose values are known as {wrong}")
+            tell(f"it computes wrong values for known points: {wrong}")
             return
         file.touch()
         await asyncio.sleep(EVERY_SECONDS)

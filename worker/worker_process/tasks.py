@@ -1,4 +1,4 @@
-"""The worker's side of Dask: one block computed and stored, and answers to the coordinator."""
+"""The tasks that Dask runs at a worker: to compute and store a block, and to answer the coordinator."""
 
 import json
 import time
@@ -51,13 +51,13 @@ def run_block(
     cube_path : str
         Address of the cube.
     digest : str
-        Digest of the study, so that another study's definition is never taken from a cache.
+        Digest of the study, so that the definition of another study is never taken from a cache.
     block : Block
         The block.
     code : str
         `code_hash()` of the coordinator. Checked with every block: workers join while a study runs.
     generation : str
-        Identifies this attempt's files; no other attempt, of any run, has the same.
+        Identifies this attempt's files; no other attempt of any run has the same generation.
     sources : tuple of Source
         Known points of the block in earlier studies.
     solver : str
@@ -137,7 +137,7 @@ def solve_stored(cube_path: str, digest: str, block: Block | None) -> dict[str, 
 
 
 def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
-    """Values of a block that could not be computed.
+    """Give the values of a block that could not be computed.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
     Returns
     -------
     dict of ndarray
-        Every stored variable, shaped `block.shape`: status BLOCK_FAILED, all else empty.
+        Every stored variable, shaped `block.shape`: the status is BLOCK_FAILED, all other values are empty.
     """
     values = {
         variable.name: np.full(block.shape, variable.fill, dtype=variable.dtype)
@@ -167,7 +167,7 @@ def _shelf(cube_path: str) -> Shelf:
     try:
         return open_shelf(cube_path)
     except StoreFault as error:
-        # the worker's fault, and not that of its points
+        # this is the worker's fault, not that of its points
         raise OSError(str(error)) from error
 
 
@@ -177,10 +177,10 @@ def _study(cube_path: str, digest: str) -> Study | Suite:
     if described.digest != digest:
         raise OSError(f"the cube {cube_path} holds study {described.digest}, not {digest}")
     try:
-        # the original definition is computed, whatever has happened to its description since
+        # the original definition is computed, whatever has since happened to its description
         return parse_stored(json.loads(str(described.attributes["study"])), digest)
     except (DefinitionDamaged, ValueError) as error:
-        # no fault of the points: the study stops, and none of them is recorded as failed
+        # the points are not at fault, so the study stops and none of them is recorded as failed
         raise OSError(
             f"the description of the cube {cube_path} is damaged ({error}); `damperlab store verify "
             "--repair` writes it again"

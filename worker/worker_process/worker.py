@@ -1,4 +1,6 @@
-"""A worker process that leaves cleanly: it takes no more blocks, completes or returns its block, and exits."""
+"""A worker process that leaves cleanly: when asked to leave, it takes no more blocks, completes or returns its block,
+and exits.
+"""
 
 import asyncio
 import math
@@ -21,7 +23,7 @@ from damperlab.worker.worker_process.connecting import REFUSED_AGAIN_SECONDS, jo
 from damperlab.worker.worker_process.self_check import show_alive
 
 LOOK_SECONDS = 0.2
-"""Interval between checks for a notice, and of the remaining work."""
+"""Interval between checks for a notice and of the remaining work."""
 ASK_SECONDS = 5.0
 """Interval between requests for a notice from an address: notices come 30 to 120 s ahead."""
 ANSWER_SECONDS = 2.0
@@ -36,17 +38,18 @@ class Terms:
     Parameters
     ----------
     leave_within_s : float
-        Longest time from the request to leave until it is gone [s]: a block that still runs then is returned.
+        Longest time from the request to leave until the worker is gone [s]; a block that still runs then is returned.
     lifetime_s : float, optional
         It leaves before this time has passed [s], for example before a batch system ends it.
     notice : Path, optional
-        It leaves once this file exists, for example created by a spot market's watcher.
+        It leaves once this file exists, which for example the watcher of a spot market creates.
     notice_url : str, optional
-        It leaves once this address says so, see `announced`; empty for none.
+        It leaves once this address announces the end of the machine, see `announced`; empty for no address.
     leave_idle_s : float, optional
         It leaves after this time without a block, or without a scheduler that answers [s].
     alive : Path, optional
-        It touches this file every few seconds after computing points with known values; if they are wrong it leaves.
+        Every few seconds it computes points with known values and then touches this file; if the values are wrong, it
+        leaves.
     """
 
     leave_within_s: float = 25.0
@@ -94,7 +97,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
         if not told.done():
             told.set_result(reason)
 
-    # before a scheduler is found: a waiting worker is alive
+    # started before a scheduler is found, because a waiting worker is alive too
     showing = None if terms.alive is None else asyncio.ensure_future(show_alive(terms.alive, give_up))
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, tell, signal.Signals(number).name)
@@ -147,9 +150,9 @@ async def _connected(
         )
         try:
             return worker if await joined(worker, security, told, left) else None
-        # for example the scheduler ends meanwhile, or has not yet noticed that a worker of this name has gone
+        # for example if the scheduler ends meanwhile, or has not yet noticed that a worker of this name has gone
         except (OSError, RuntimeError, ValueError) as error:
-            say(f"{scheduler} did not take this worker in: {error}")
+            say(f"{scheduler} did not accept this worker: {error}")
             await asyncio.wait([told], timeout=REFUSED_AGAIN_SECONDS)
     say(f"leaving: no scheduler has answered at {scheduler}")
     return None
@@ -159,9 +162,9 @@ async def _leave(worker: Worker, reason: str, seconds: float) -> None:
     """Take no more blocks, complete or return the running one, and exit within a time."""
     deadline = time.monotonic() + seconds
     say(f"leaving ({reason}): no more blocks, gone within {seconds:g} s")
-    # the scheduler reports that this worker takes nothing more
+    # the scheduler then reports that this worker takes no more tasks
     worker.status = Status.closing_gracefully
-    # a local result is yet to be fetched
+    # a result here has not been fetched yet
     while worker.state.tasks and time.monotonic() < deadline:
         await asyncio.sleep(LOOK_SECONDS)
     given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))
@@ -171,7 +174,7 @@ async def _leave(worker: Worker, reason: str, seconds: float) -> None:
 
 @asynccontextmanager
 async def _asking(url: str | None, told: "asyncio.Future[str]") -> AsyncIterator[None]:
-    """Request a notice from an address meanwhile."""
+    """Ask an address for a notice, as long as the context lasts."""
 
     async def ask(url: str) -> None:
         while not told.done():
@@ -213,7 +216,7 @@ def faulty(url: str) -> str | None:
         usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
     except ValueError:
         usable = False
-    return None if usable else f"{url!r} is no address such as http://169.254.169.254/…"
+    return None if usable else f"{url!r} is not an address of the form http://169.254.169.254/…"
 
 
 def announced(url: str) -> bool:
@@ -222,20 +225,20 @@ def announced(url: str) -> bool:
     Parameters
     ----------
     url : str
-        The address answers 200 in this case, and something else before; FALSE, NONE or nothing in a body of 200 is
-        no notice either. Redirects are not followed, and no proxy is used.
+        The address answers 200 in this case, and another status before. An answer 200 with an empty body, FALSE or NONE
+        is not a notice either. Redirects are not followed, and no proxy is used.
 
     Returns
     -------
     bool
-        Also False if nobody answers: a notice is optional.
+        False also if nobody answers, since a notice is optional.
     """
     parts = urlsplit(url)
     kind = HTTPSConnection if parts.scheme == "https" else HTTPConnection
     connection = kind(str(parts.hostname), parts.port, timeout=ANSWER_SECONDS)
     path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
     try:
-        # without it Google's address refuses
+        # Google's address refuses requests without it
         connection.request("GET", path, headers={"Metadata-Flavor": "Google"})
         answer = connection.getresponse()
         return answer.status == 200 and answer.read(64).strip().lower() not in _NOT_YET

@@ -1,4 +1,4 @@
-"""A question to a time history, assembled from known values and parameters to estimate; every fault is named."""
+"""Assembles a question to a time history from known values and parameters to estimate, and names every fault."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -29,20 +29,22 @@ from damperlab.studies.fit.question import NAMED, RATIO_OF, Free, drop
 from damperlab.studies.variables import MADE_BY
 
 SWING, LEAST_SWINGS = 0.2, 4
-"""Share of the largest displacement from which a swing of a decay counts, and the number of swings needed."""
+"""A swing of a decay counts if it reaches this share of the largest displacement; the second number is how many swings
+are needed.
+"""
 SLOWER, FASTER = 0.9, 1.25
-"""Natural frequency over that of a decay. A particle that sticks to its wall lowers the latter by the root of 1 +
-mass ratio.
+"""Bounds of the natural frequency over the frequency of a decay. A particle that sticks to its wall lowers the latter
+by the root of 1 + mass ratio.
 """
 MOST_FRICTION = 1.5
-"""Largest friction in the search, over one that accounts for all losses of a decay in a usual swing."""
+"""Largest friction in the search, over the friction that would account for all losses of a decay in a typical swing."""
 IN_UNITS = ("friction_force_n", "damping_n_s_per_m", "particle_mass_kg")
 """Quantities that affect the structure only by their ratio to its mass."""
 OF_SETTINGS = ("name", "particle", "contact")
 SAMPLED = 8.0
-"""Fewest samples in a period of the structure."""
+"""Fewest samples per period of the structure."""
 NEAR_START, NOISY = 0.1, 6.0
-"""Range of the release around the first sample: a relative part, and a number of standard deviations."""
+"""Range of the release around the first sample: as a share of it, and as a number of standard deviations."""
 
 
 def make_history_question(
@@ -55,17 +57,17 @@ def make_history_question(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> HistoryQuestion:
-    """Put a question together and check it.
+    """Assemble a question and check it.
 
     Parameters
     ----------
     measured : History
         The displacements.
     structure : mapping
-        The known values in the form of a study: `damping_ratio`, `axes`, `physical`, `particle`, `contact`. An axis
-        is estimated within its range, as if it stood in `fit`.
+        The known values in the form of a study: `damping_ratio`, `axes`, `physical`, `particle`, `contact`. An axis is
+        estimated within its range, as if it were given in `fit`.
     fit : mapping
-        What is estimated, and where it is looked for: (lowest, highest), or None for a range that is usual.
+        The parameters to estimate and their ranges: (lowest, highest), or None for the default range.
     known : mapping, optional
         Numbers that override those of `structure`, by the names of `KNOWN`.
     share : float, optional
@@ -73,7 +75,7 @@ def make_history_question(
     confidence : float
         Of the intervals.
     seed : int
-        Of whatever is drawn.
+        Of all draws.
 
     Raises
     ------
@@ -96,7 +98,7 @@ def make_history_question(
     ]
     settings = {name: value for name, value in settings.items() if value not in (None, "rest")}
     for name in sorted(set(settings) - set(OF_SETTINGS)):
-        told = f"{name} says nothing about a time history."
+        told = f"{name} does not apply to a time history."
         faults.append(Fault(name, describe(settings[name]), listing(OF_SETTINGS), "leave it out", told))
     particle = settings.get("particle", True) is not False
     wanted = {name: span for name, span in ranges.items() if name in FREE}
@@ -127,13 +129,13 @@ def make_history_question(
 
 def _without_base(name: str) -> Fault:
     instead = {"clearance_ratio": "clearance_m", "friction_ratio": "friction_force_n", **MADE_BY}.get(name)
-    told = f"{name} belongs to a base that moves as a sine; a time history has no base amplitude."
-    advice = f"give {instead}" if instead else "leave it out: the table has the motion of the base"
+    told = f"{name} applies to a base that moves as a sine; a time history has no base amplitude."
+    advice = f"give {instead}" if instead else "leave it out: the table states the motion of the base"
     return Fault(name, name, f"one of {listing(KNOWN)}", advice, told)
 
 
 def _usual(name: str, known: Mapping[str, float], measured: History) -> tuple[float, float] | None:
-    """Say where a parameter is looked for if no range is given; None where that cannot be said."""
+    """Give the default range of a parameter; None if there is no default."""
     if name == "clearance_m":
         return 0.02 * measured.largest_m, 1.5 * measured.largest_m
     if name == "natural_frequency_hz" and name in known:
@@ -142,7 +144,7 @@ def _usual(name: str, known: Mapping[str, float], measured: History) -> tuple[fl
 
 
 def _shown(name: str, known: Mapping[str, float], measured: History) -> tuple[float, float] | None:
-    """Give the range that a free decay implies: of its frequency, and of the friction that accounts for all losses."""
+    """Give the range that a free decay implies for the natural frequency or for the friction."""
     moved = measured.displacement_m
     swings = np.flatnonzero(np.abs(moved) > SWING * measured.largest_m)
     parts = np.split(swings, np.flatnonzero(np.diff(np.sign(moved[swings]))) + 1)
@@ -154,7 +156,7 @@ def _shown(name: str, known: Mapping[str, float], measured: History) -> tuple[fl
         return SLOWER * shown, FASTER * shown
     lost = -float(np.median(np.diff([np.abs(moved[part]).max() for part in parts])))
     stiffness = known.get("mass_kg", 1.0) * (2.0 * pi * known.get("natural_frequency_hz", shown)) ** 2
-    # friction alone takes 2F/k in each swing
+    # friction alone reduces the amplitude by 2F/k in each swing
     return (
         (0.0, MOST_FRICTION * stiffness * lost / 2.0) if name == "friction_force_n" and lost > 0.0 else None
     )

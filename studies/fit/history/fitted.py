@@ -23,14 +23,13 @@ class FittedHistory(Outcome):
     question : HistoryQuestion
         What was asked.
     rows : int
-        Samples that count: the longest initial stretch with a predictable response.
+        Samples that are used: the longest initial stretch with a predictable response.
     model_m : ndarray, shape (rows of the measurement,)
         Displacement with the best parameters [m].
     deviation_m : ndarray, shape (rows of the measurement,)
         Standard deviation of the measurement [m]; the estimate, if none was given.
     correlated : float
-        Upper bound of the factor by which intervals are wider because residuals are correlated from sample to
-        sample.
+        Upper bound of the factor by which intervals are widened because residuals are correlated from sample to sample.
     """
 
     question: HistoryQuestion
@@ -50,12 +49,12 @@ class FittedHistory(Outcome):
 
     @property
     def whole(self) -> bool:
-        """Whether that is the complete history."""
+        """Whether the predictable stretch is the complete history."""
         return self.rows == self.question.measured.rows
 
     @property
     def residual(self) -> Column:
-        """Measured minus computed in standard deviations, shape (rows,): those that count."""
+        """Measured minus computed in standard deviations, for the samples that are used, shape (rows,)."""
         off = self.question.measured.displacement_m - self.model_m
         return np.asarray((off / self.deviation_m)[: self.rows])
 

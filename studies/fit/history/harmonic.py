@@ -12,7 +12,9 @@ from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
 from damperlab.studies.fit.question import study_document
 
 BAND = 0.8, 1.25
-"""Frequencies over the natural one: they include the resonance with the particle on its wall, for m/M up to 0.5."""
+"""Band of frequencies over the natural frequency. It includes the resonance with the particle on its wall, for m/M up
+to 0.5.
+"""
 CURVE_VALUES = 101
 """Frequencies of the study."""
 
@@ -53,7 +55,7 @@ def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) ->
 
 
 def check_study(question: HistoryQuestion) -> None:
-    """Refuse, before computing, a question whose answer cannot give a study.
+    """Refuse, before anything is computed, a question whose answer could not be written as a study.
 
     Raises
     ------
@@ -66,9 +68,10 @@ def check_study(question: HistoryQuestion) -> None:
 def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
     """Give an amplitude of the base under which the prototype moves about as it did in the measurement.
 
-    If the base moved, that of a sine at the natural frequency with the largest acceleration. After a release at X,
-    that which keeps it at X at resonance if its particle does nothing. A base a quarter of a cycle ahead supplies
-    πkZX per cycle; damping takes 2πζkX² and friction 4FX, so Z = 2ζX + 4F/(πk).
+    If the base moved, it is the amplitude of a sine at the natural frequency with the base's largest acceleration.
+    After a release at X, it is the amplitude that keeps the structure at X at resonance, if its particle does nothing.
+    A base a quarter of a cycle ahead supplies πkZX per cycle; damping dissipates 2πζkX² and friction 4FX, so Z = 2ζX +
+    4F/(πk).
 
     Parameters
     ----------
@@ -91,8 +94,8 @@ def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
     base_m = 2.0 * damping * measured.largest_m + friction
     if base_m == 0.0:
         told = (
-            "A structure that was released and has neither damping nor friction says nothing about a base amplitude: "
-            "whatever its base does, it resonates without bound."
+            "The decay of a structure without damping and friction gives no base amplitude: at any "
+            "amplitude it would resonate without bound."
         )
         advice = "give the damping ratio, or estimate it; or measure with a base that moves"
         raise StudyFaults([Fault("damping_ratio", "0", "damping or friction", advice, told)])

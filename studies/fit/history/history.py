@@ -19,9 +19,9 @@ class History:
     step_s : float
         Time between samples [s].
     displacement_m : ndarray, shape (rows,)
-        Of the structure [m]; without a base motion, measured from its rest position without friction.
+        Displacement of the structure [m]; without a base motion, from its rest position without friction.
     relative : bool
-        Whether it is against the base; without a base motion there is no difference.
+        Whether the displacement is relative to the base; without a base motion this makes no difference.
     base_m_s2 : ndarray, shape (rows,), optional
         Acceleration of the base [m/s²], linear between samples; None if the base rests and the structure is
         released.

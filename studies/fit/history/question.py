@@ -19,7 +19,7 @@ FREE: tuple[str, ...] = tuple(name for name in KNOWN if name != "mass_kg")
 """Parameters that may be estimated."""
 INSTANT = InstantContact()
 RELEASE = "initial_displacement_m"
-"""Position of the release: estimated as well, since the first sample is as noisy as the others."""
+"""Position of the release. It is estimated too, since the first sample is as noisy as the others."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class HistoryQuestion:
     confidence : float
         Of the intervals.
     seed : int
-        Of whatever is drawn.
+        Of all draws.
     """
 
     measured: History
@@ -53,7 +53,7 @@ class HistoryQuestion:
     seed: int = 0
 
     def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
-        """Give the parameters at a place of their ranges, each from 0 to 1."""
+        """Give the parameters at given fractions of their ranges, each from 0 to 1."""
         return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
 
     def given(self, values: Mapping[str, float]) -> dict[str, float]:

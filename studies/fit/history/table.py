@@ -15,27 +15,27 @@ LEAST_ROWS, MOST_ROWS = 24, 20_000
 LARGEST = 1e12
 """Bound on every number: beyond it the unit must be wrong."""
 HELD, RESTING = 0.8, 0.2
-"""Share of the largest displacement: least value while a structure is held aside, and largest value where shaking
-begins.
+"""Shares of the largest displacement: the least value while a structure is held aside, and the largest value when
+shaking begins.
 """
 BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
-"""A struck structure stays above `HELD` only while it falls from there to `BEYOND`; one that is held aside stays
-longer. A release that is later than the first row by less counts as immediate.
+"""A struck structure stays above `HELD` for about the time in which it then swings to `BEYOND`. One that is held aside
+stays longer, by the factor `LONGER`. A release within the phase `AT_ONCE_RAD` after the first row counts as immediate.
 """
 FALL, WINDOW = (0.8, 0.3), 5
-"""Shares between which the fall after a release gives its rate, since an impact may bend it further down. The second
-number is the multiple of samples before it that are compared with a held structure.
+"""The fall after a release is measured between the shares of `FALL`, because an impact may change it further down.
+`WINDOW` is the multiple of samples before it that are compared with a held structure.
 """
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
 DEVIATION, SHARE = "deviation_m", "deviation_share"
 OF_HISTORY = (
-    "An impact changes its velocity within moments: what an accelerometer shows of it is a pulse, whose height and shape are "
-    "those of the sensor and its filter",
+    "An impact changes the velocity almost instantly: an accelerometer records a pulse whose height and "
+    "shape depend on the sensor and its filter",
     "integrate it twice, high-pass filtered well below the natural frequency without a shift in time, and give it as "
     "`displacement (mm)`, its first row at rest or where it is let go; that of the base is `base acceleration (m/s2)`",
 )
-"""Message for an acceleration of the structure over time."""
+"""The reason why an acceleration of the structure over time is not fitted, and the remedy."""
 COLUMNS = (
     Column({TIME: TIMES}, ("time", "t")),
     Column({DISPLACEMENT: LENGTHS}, ("displacement", "absolute displacement", "x")),
@@ -47,7 +47,7 @@ COLUMNS = (
 
 
 def is_history(lines: Lines) -> bool:
-    """Whether a table is one over time: its heading says so."""
+    """Whether the heading of a table says that it is a time history."""
     return any(says_time(cell) for cell in lines.cells(lines.heading[1]))
 
 
@@ -144,7 +144,7 @@ def _step(time: np.ndarray, resolution: float, faults: list[Fault]) -> float:
 
 
 def _released(moved: np.ndarray) -> int | None:
-    """Find the row at which a structure that is held aside is released; None if it swings before its largest
+    """Find the row at which a structure that was held aside is released; None if it swings before its largest
     displacement.
 
     It is the row for which a constant before it and a cosine after it fit the samples best.

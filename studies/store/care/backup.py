@@ -41,7 +41,7 @@ from damperlab.studies.vocabulary import ENDED
 RECORDS = "records"
 """The folder of the uploaded ground-motion records, in the data directory."""
 
-_TRIES = 5  # for a study whose blocks are invalidated during the copy
+_TRIES = 5  # tried again if the blocks of a study are invalidated during the copy
 
 _Copy = tuple[Row[Any], Sequence[Row[Any]], int]
 """A study's row, its marks, and the number of bytes copied now."""
@@ -56,8 +56,8 @@ class Copied:
     studies, blocks, bytes : int
         Counts.
     damaged : tuple of str
-        Damaged items that could not be copied, a sentence each: for those studies, records and designs the backup
-        keeps its earlier copy, if any.
+        Damaged items that could not be copied, one sentence each. The backup keeps its earlier copies of these items,
+        if any.
     """
 
     studies: int
@@ -77,9 +77,8 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     Parameters
     ----------
     source : Store
-        May be in use.
-    target : Store
-        Holds no study yet, or is an earlier backup of `source`, to which nothing was submitted.
+        May be in use. target : Store Holds no study yet, or is an earlier backup of `source`, to which nothing was
+        submitted.
     for_good : bool
         Whether the copy becomes independent and is not updated as a backup.
 
@@ -91,7 +90,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     Raises
     ------
     StoreFault
-        If the target holds other studies, or ones that the source has lost, or a file cannot be written.
+        If the target holds other studies or studies that the source has lost, or a file cannot be written.
     """
     mine = catalogue_id(source.catalogue)
     _require_target(source, target, mine)
@@ -188,8 +187,9 @@ def _require_nothing_lost(source: Store, target: Store) -> None:
         raise StoreFault(
             Fault(
                 "data_dir",
-                f"{place}{more}, which {source.data_dir} has lost: it has no such study, and none that was deleted",
-                "a backup of studies that are there, or were deleted",
+                f"{place}{more}, which {source.data_dir} has lost: it has neither the study nor a record of "
+                "its deletion",
+                "a backup whose studies all exist in the source or were deleted there",
                 f"copy the folder into {source.shelf.address} and run `damperlab store rebuild` to have the study again; else "
                 "back up into a new folder",
                 f"The backup holds {place}{more}, which {source.data_dir} has lost; it would be removed from the backup.",
@@ -232,7 +232,9 @@ def _copy_designs(source: Store, target: Store) -> tuple[int, list[str]]:
 
 
 def _earlier(source: Store, target: Store, study_id: str) -> _Copy | None:
-    """Give the entry of an earlier backup for a study that cannot be copied now; None if it has none of that number."""
+    """Give the entry of an earlier backup for a study that cannot be copied now; None if it has no study of that
+    number.
+    """
     with source.catalogue.reading() as connection:
         number = connection.execute(select(studies.c.number).where(studies.c.id == study_id, ALIVE)).scalar()
     with target.catalogue.reading() as connection:
@@ -271,7 +273,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
     size = 0
     with using(there.address):
         sizes = {entry.key: entry.size for entry in here.entries()}
-        # files of an earlier backup are not read again; a file that was truncated since shows by its size
+        # files of an earlier backup are not read again; their sizes show whether one was truncated since
         have = {entry.key for entry in there.entries() if entry.size == sizes.get(entry.key)}
         there.fill(found, (BLOCKS,))
         for mark in marks:
@@ -284,12 +286,12 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
 
 
 def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, bytes]]:
-    """Read the files that belong to no block, and check that they are intact."""
+    """Read the files of a cube apart from its blocks, and check that they are intact."""
     with telling(shelf, None, "the cube's description"):
         metadata = shelf.get(DESCRIPTION)
         described = describe_cube(metadata)
         if described.digest != record.digest:
-            raise ValueError(f"it is that of study {described.digest[:12]}")
+            raise ValueError(f"it describes study {described.digest[:12]}")
     found = {DESCRIPTION: metadata}
     for one in described.coordinates.values():
         if one.value is None:

@@ -105,7 +105,7 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     try:
         shelf = _own(catalogue, data_dir, cubes)
         cubes_there = [(parsed, name) for name in shelf.shelves() if (parsed := parse_cube_name(name))]
-        # the newest first: of two cubes of one study it is the one that was not deleted
+        # the newest first: if a study has two cubes, the older one was deleted
         for (study_id, number), name in sorted(cubes_there, key=lambda cube: cube[0][1], reverse=True):
             try:
                 _add(catalogue, shelf.at(name), study_id, number, found)
@@ -166,7 +166,7 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     if address is None:
         folder = Folder(data_dir / CUBES)
         if marked and alive and owner_of(folder) is None and not any(map(parse_cube_name, folder.shelves())):
-            # a marker there would be mistaken for that of the disk to be mounted
+            # a marker there would later be mistaken for that of the disk that is mounted there
             raise no_cubes(catalogue, folder)
         place: Shelf = folder
         shelf = place
@@ -235,9 +235,9 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                 row = None if one.number == number else row
         other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
         if row is not None and not row.id:
-            # the number was reserved for this cube, and its study was not entered, or the catalogue has lost it
+            # the number was reserved for this cube, but its study was never entered or the catalogue has lost it
             if not marks and connection.execute(other).first() is not None:
-                return  # interrupted, and submitted again since
+                return  # interrupted submission, which was repeated since
             connection.execute(delete(studies).where(studies.c.number == number))
             row = None
         if deleted is None and row is None and connection.execute(other).first() is not None:
@@ -345,7 +345,7 @@ def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any
 
 def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any], restored: bool) -> None:
     change = sums_of_marks(connection, number)
-    # an observer of an earlier catalogue's revisions must not mistake them for the present ones
+    # a reader that knows revisions of the earlier catalogue must not take them for present ones
     columns = studies.c.revision, studies.c.state
     before = connection.execute(select(*columns).where(studies.c.number == number)).one()
     revision = max(int(kept.get("revision", 0)), before.revision, 0) + total + 1

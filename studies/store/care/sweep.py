@@ -1,9 +1,9 @@
-"""Files without a use: left by killed attempts, interrupted deletes and exports.
+"""Files that are no longer used: left by killed attempts, interrupted deletions and exports.
 
-Only files that certainly belong to this catalogue and are superseded are removed. A file of a block is removed if
-the block's mark names another one. A cube is removed if its study was deleted, or if it was left by an interrupted
-submission. In the second case the catalogue has no study for it, and it holds no result. Such a cube is kept for a
-long time, in case the catalogue has lost its study. All other files are listed and kept.
+A file is removed only if it certainly belongs to this catalogue and is superseded. A file of a block is removed if the
+block's mark names another one. A cube is removed if its study was deleted, or if it was left by an interrupted
+submission. In the second case it has no study in the catalogue and holds no result; it is kept for a long time, in case
+the catalogue has lost its study. All other files are listed and kept.
 """
 
 import math
@@ -30,7 +30,7 @@ from damperlab.studies.store.files.shelf import Entry, Shelf
 from damperlab.studies.store.store import Store
 
 LEFT_ALONE_SECONDS = 3600.0
-"""A younger file may belong to a running attempt or export."""
+"""Age below which a file is kept, because it may belong to a running attempt or export."""
 
 ORPHAN_SECONDS = 7 * 86_400.0
 """Age until which a cube without a study is kept: until then `rebuild` adds it, in case the catalogue has lost its
@@ -49,7 +49,7 @@ class Swept:
     bytes : int
         Their size.
     what : tuple of str
-        Each of them, and the reason.
+        Each removed item, and the reason.
     unknown : tuple of str
         Files that were kept because their owner is unknown.
     """
@@ -60,7 +60,7 @@ class Swept:
     unknown: tuple[str, ...] = ()
 
     def __add__(self, other: "Swept") -> "Swept":
-        """Add up."""
+        """Add the counts of two sweeps."""
         return Swept(
             self.paths + other.paths,
             self.bytes + other.bytes,
@@ -72,7 +72,7 @@ class Swept:
 def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool = False) -> Swept:
     """Remove superseded files of a study's blocks: the done-mark names another file.
 
-    Only the owner of the study's claim may call this, or anybody if there is none.
+    Only the owner of the study's claim may call this; without a claim, anybody may.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
     older_than : float
         Age below which files are kept [s].
     dry_run : bool
-        Count alone.
+        Only count.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
     swept = Swept()
     with using(shelf.address):
         strays = list(_strays(shelf, marks, _limit(older_than)))
-        # a damaged mark may name a file that never existed: that of its block stays
+        # a damaged mark may name a file that never existed, so the files of its block stay
         doubted = _damaged_marks(store, record.id, {block for _, block in strays if block is not None})
         for stray in (entry for entry, block in strays if block not in doubted):
             if not dry_run:
@@ -158,7 +158,7 @@ def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -
     found = sweep(store, study_id, older_than, dry_run=True)
     if dry_run or not found.paths:
         return found
-    # claimed during the sweep: any other worker cannot mark a file that is removed
+    # the study is claimed during the sweep, so no other worker can mark a file that is being removed
     owner = f"gc on {socket.gethostname()}, {uuid.uuid4().hex[:8]}"
     if not store.claim(study_id, owner):
         return Swept()
@@ -169,7 +169,7 @@ def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -
 
 
 def _limit(older_than: float) -> float:
-    # without an age, no clock is compared: a server has its own
+    # without an age limit, no clocks are compared; a server has its own clock
     return time.time() - older_than if older_than > 0.0 else math.inf
 
 
@@ -205,7 +205,7 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
         shelf = store.shelf.at(name)
         entries = list(shelf.entries())
         if not entries and not shelf.made():
-            continue  # a prefix that a server remembers, without content
+            continue  # a prefix without content that a server still lists
         if not deleted and holds_results(shelf):
             leave(
                 name, f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
@@ -256,7 +256,7 @@ def _row_is_sound(store: Store, number: int) -> bool:
 
 
 def remove_exports(data_dir: Path, older_than: float = LEFT_ALONE_SECONDS, *, dry_run: bool = False) -> Swept:
-    """Remove exports left by a killed service; services that share the folder may be writing younger ones."""
+    """Remove exports left by a killed service; younger ones may still be written by services that share the folder."""
     swept = Swept()
     for folder in (Folder(path) for path in data_dir.glob("export-*/")):
         if folder.made() < _limit(older_than):
@@ -268,7 +268,7 @@ def remove_exports(data_dir: Path, older_than: float = LEFT_ALONE_SECONDS, *, dr
 
 
 def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
-    """Give those of some blocks whose rows in the catalogue are damaged."""
+    """Give the blocks whose rows in the catalogue are damaged."""
     found: set[int] = set()
     with store.catalogue.reading() as connection:
         number = study_row(connection, study_id).number
@@ -280,7 +280,7 @@ def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
 
 
 def _strays(shelf: Shelf, marks: Marks, limit: float) -> Iterator[tuple[Entry, int | None]]:
-    """Give the files without a use, each with its block if a mark names one.
+    """Give the files that are no longer used, each with its block if a mark names one.
 
     A file is superseded by the one in the block's mark, which must exist: an older copy of the catalogue may name a
     file that was since removed.

@@ -1,7 +1,7 @@
 """Verification of a stored study: descriptions, coordinates, blocks, marks, and the catalogue.
 
-Every study is described twice, by the catalogue and by the cube itself, and each has checksums. So damage is found,
-and repaired from the other description. A block without any intact description is computed again.
+Every study is described twice, by the catalogue and by the cube itself, and each has checksums. So damage in one
+description is found, and repaired from the other. A block without any intact description is computed again.
 """
 
 import json
@@ -40,9 +40,9 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import ENDED
 
 UNDER_WAY_SECONDS = 5.0
-"""Time after which a submission counts as interrupted, if its cube has no study."""
+"""Time after which a cube without a study counts as an interrupted submission."""
 LOOK_SECONDS = 0.1
-"""Interval between checks for its end."""
+"""Interval between checks whether a pending submission has ended."""
 _HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
 
 
@@ -115,7 +115,7 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
         yield Damage(None, found, "description")
         return
     for key in lost_attachments(shelf, study):
-        lost = f"{key}, which the study brought along, is lost or not as it was written"
+        lost = f"{key}, a file of the study, is lost or not as it was written"
         yield Damage(None, lost, "description")
     if not put_off:
         yield from _marks(shelf, row, marks)
@@ -171,8 +171,8 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
 def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:
     """Give the rows of the studies, and the cubes without one; wait briefly for pending submissions.
 
-    A submission reserves its number, makes its cube and enters its study. If it stays between these steps it was
-    interrupted, or the catalogue has lost the last of them.
+    A submission reserves its number, makes its cube and enters its study. If it stays between two of these steps, it
+    was interrupted or the catalogue has lost its last step.
     """
     until = time.monotonic() + UNDER_WAY_SECONDS
     while True:
@@ -193,10 +193,10 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
     cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
     rows, unknown = _unknown(store, cubes)
     alive = {row.id: row.number for row in rows if row.deleted is None}
-    # a study that was withdrawn meanwhile has removed its cube
+    # a study that was withdrawn meanwhile no longer has its cube
     there = set(store.shelf.shelves()) if unknown else set()
     for name in sorted(there.intersection(unknown)):
-        # without results, and with a study of the same id: an interrupted and repeated submission
+        # a cube without results, whose id has a study, was left by an interrupted submission that was repeated
         if cubes[name][0] not in alive or holds_results(store.shelf.at(name)):
             yield f"cube {name} belongs to no study of the catalogue; `damperlab store rebuild` adds it"
     lost = {cube_name(study_id, number) for study_id, number in alive.items()}.difference(names)
@@ -219,7 +219,7 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
         with store.catalogue.reading() as connection:
             row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
             if row is None or row.deleted is not None or claim_owner(row) is not None:
-                continue  # deleted meanwhile, or about to end
+                continue  # deleted meanwhile, or ending just now
             ended = kept is not None and lost_end(kept[0], row, last_event(connection, study_id))
         if buried:
             yield f"study {study_id} was deleted, and the catalogue has lost that; `damperlab store rebuild` deletes it again"
@@ -280,7 +280,7 @@ def _damaged_mark(mark: Row[Any]) -> Damage:
 
 
 def _row(row: Row[Any], sums: Mapping[str, Any]) -> str | None:
-    """Compare a study's row with the sums of its marks; for times the last digit depends on the order."""
+    """Compare a study's row with the sums over its marks. For times, the last digit depends on the order of summation."""
     wrong = [
         f"{name} is {getattr(row, name)}, its marks say {value}"
         for name, value in sums.items()
@@ -301,7 +301,7 @@ def _description(shelf: Shelf, record: Record, study: Study | Suite) -> tuple[De
         raise cannot_use(shelf.address, error) from error  # the stored data may be intact
     except FileNotFoundError:
         return None, "a file of the cube's description is lost"
-    except Exception as error:  # any exception from bytes that are no metadata
+    except Exception as error:  # damaged metadata may raise any exception
         return None, f"the cube's description cannot be read ({type(error).__name__}: {error})"
     told = {
         "digest": (described.digest, record.digest),

@@ -182,7 +182,7 @@ class AccessKeys:
         """Give the valid key for a secret; None for anything else."""
         parts = _KEY.fullmatch(secret)
         found = None if parts is None else self.find(parts[1])
-        # a missing key is compared too, so that the time taken does not reveal which ids exist
+        # an unknown id is compared too, so that the time taken does not reveal which ids exist
         known = found.hash if found else "0" * 64
         same = hmac.compare_digest(known, _hashed(parts[2] if parts else ""))
         return found if found is not None and same and found.valid else None
@@ -195,7 +195,7 @@ def _hashed(secret: str) -> str:
 
 def _key(row: Row[Any]) -> AccessKey:
     if not is_sound(access_keys, row):
-        # none of its values is trusted: a time may be invalid, and the owner another
+        # none of its values is trusted: a time may be invalid, and the owner wrong
         return AccessKey(row.id, "damaged", (), None, None, None, "0" * 64, sound=False)
     return AccessKey(
         row.id,

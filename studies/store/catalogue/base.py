@@ -32,7 +32,7 @@ class StoreBase:
         self.quota = quota
         self._marks: dict[int, tuple[int, Marks]] = {}
         self._marks_lock = threading.Lock()
-        # for every claimed study the latest renewal seen, and its time by the steady clock
+        # for every claimed study the latest renewal seen, and when it was seen by the steady clock
         self._renewals: dict[int, tuple[tuple[str, float], float]] = {}
 
     def close(self) -> None:

@@ -47,7 +47,7 @@ REVISION = 2
 """Revision of the tables, stored in the catalogue; that of 0.1.0 was 1."""
 
 _REVISION_KEY = "revision"
-"""The fact that stores it."""
+"""The fact under which the revision is stored."""
 
 _WRITER = "-writer"
 """Suffix of a file, next to SQLite's own, that names the writing process."""
@@ -70,7 +70,7 @@ _PATIENCE = {
     "keepalives_count": 3,
     "tcp_user_timeout": 10_000,
 }
-"""Longest time to establish a connection to PostgreSQL, and to confirm that it is alive [s; the last one ms]."""
+"""Longest times to establish a connection to PostgreSQL and to confirm that it is alive [s; the last one in ms]."""
 
 _DAMAGED = ("not a database", "malformed", "no such table", "no such column")
 """SQLite's messages for a file that is damaged, or whose tables have changed."""
@@ -121,7 +121,7 @@ class Catalogue:
     Raises
     ------
     StoreFault
-        If it cannot be reached, opened or written, is no catalogue, or was made by a newer version.
+        If the database cannot be reached, opened or written, is not a catalogue, or was made by a newer version.
     """
 
     def __init__(self, url: URL, wait_seconds: float = BUSY_SECONDS) -> None:
@@ -129,13 +129,13 @@ class Catalogue:
         self.read_only = False
         """Whether every change is refused."""
         self._wait_seconds = wait_seconds
-        # one thread of this process waits for the database, and the others for it, so that connections remain for
-        # readers
+        # one thread of this process waits for the database and the others wait for that thread, so that connections
+        # remain for readers
         self._turn = threading.Lock()
         self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
         """The file, or the address without its password."""
         self.is_file = url.get_backend_name() == "sqlite"
-        """Whether it is a file in its data folder, and moves with it."""
+        """Whether it is a file in its data folder, which moves with the folder."""
         with self._faults():
             self._engine = _sqlite_engine(url, wait_seconds) if self.is_file else _postgresql_engine(url)
             self._greeting = _greeting_engine(url)
@@ -172,8 +172,8 @@ class Catalogue:
                 Fault(
                     self.name,
                     "a data folder that is not writable, opened for reading only",
-                    "a writable data folder, where anything is to be changed",
-                    "copy it elsewhere, or change its permissions or how its disk is mounted",
+                    "a writable data folder, for any change",
+                    "copy the folder elsewhere, or change its permissions or how its disk is mounted",
                     f"{self.name} was opened for reading only, because its folder is not writable; nothing can be changed.",
                 )
             )
@@ -196,7 +196,7 @@ class Catalogue:
             self._turn.release()
 
     def _sign(self) -> None:
-        """Record the present writer, for the message of processes that wait in vain. It is no lock."""
+        """Record the present writer, so that processes that wait in vain can name it. This is not a lock."""
         if self.is_file and self._url.database:
             with suppress(OSError):
                 Path(f"{self._url.database}{_WRITER}").write_text(
@@ -213,7 +213,7 @@ class Catalogue:
         return f"process {pid} on {host} has held it for {seconds:.0f} s; if it stands still, end it (kill -9 {pid})"
 
     def integrity(self) -> list[str]:
-        """Let SQLite check its own file; give its findings, empty if all is well. PostgreSQL's check is left to its
+        """Let SQLite check its own file; give its findings, empty if all is well. A PostgreSQL database is left to its
         server.
         """
         if not self.is_file:
@@ -253,7 +253,7 @@ class Catalogue:
             sync_path(Path(self._url.database).parent)
 
     def _another(self, found: str | int) -> StoreFault:
-        """Make the fault for a catalogue whose tables have another revision, or one of no version."""
+        """Make the fault for a catalogue whose tables have another revision, or a revision of no version."""
         if not isinstance(found, int):
             return self._damaged(f"catalogue revision {found!r}, which no version has written")
         if found < REVISION:
@@ -282,7 +282,7 @@ class Catalogue:
         return CatalogueDamaged(Fault(self.name, found, f"revision {REVISION}", advice, told))
 
     def _switch_to_wal(self) -> None:
-        # several processes may open a new folder simultaneously, and the switch ignores the busy timeout
+        # several processes may open a new folder simultaneously, and switching to WAL ignores the busy timeout
         give_up = time.monotonic() + BUSY_SECONDS
         while True:
             connection = self._engine.raw_connection()
@@ -302,7 +302,8 @@ class Catalogue:
             yield
         except _FAULTS as error:
             cause = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
-            # drivers have their own classes for many of them, for example a time-out or a server that shuts down
+            # drivers have their own exception classes for many errors, for example a time-out or a server that shuts
+            # down
             kinds = {kind.__name__ for kind in type(cause).__mro__}
             broken = isinstance(error, DBAPIError) and error.connection_invalidated
             found = str(cause).strip() or type(cause).__name__
@@ -372,7 +373,7 @@ def _postgresql_engine(url: URL) -> Engine:
         seconds = connection.get_execution_options().get("writes")
         if seconds is not None:
             connection.exec_driver_sql(f"SET LOCAL lock_timeout = {math.ceil(1000 * seconds)}")
-            # waiting for the write lock takes one statement
+            # waiting for the write lock is a single statement
             longest = math.ceil(1000 * (seconds + _STATEMENT_SECONDS))
             connection.exec_driver_sql(f"SET LOCAL statement_timeout = {longest}")
             connection.exec_driver_sql(
@@ -387,7 +388,7 @@ def _postgresql_engine(url: URL) -> Engine:
 
 
 def _greeting_engine(url: URL) -> Engine:
-    """Connect again each time: a hanging connection may block one of the pool, or all of them."""
+    """Make an engine that connects anew each time, since hanging connections may block the pool."""
     return create_engine(url, poolclass=NullPool, connect_args=_patience(url))
 
 
@@ -399,7 +400,7 @@ def _patience(url: URL) -> dict[str, int]:
 
 
 def _revision(connection: Connection) -> str | int | None:
-    """Give the revision of the tables; a text if it is invalid, and None if there are no tables yet."""
+    """Give the revision of the tables: a text if it is invalid, None if there are no tables yet."""
     # 0.1.0 stored it in SQLite's own place for such a number
     first = connection.dialect.name == "sqlite" and connection.exec_driver_sql("PRAGMA user_version").scalar()
     if first or not inspect(connection).has_table(facts.name):

@@ -1,9 +1,9 @@
-"""Location and ownership of a catalogue's cubes: both store each other's identity.
+"""Location and ownership of a catalogue's cubes: the catalogue and the location each store the other's identity.
 
-A catalogue with the cubes of another one would take them for garbage. So a catalogue has an id. The location of its
-cubes, a folder or a bucket, holds an owner marker with that id, which is written once and never replaced. A mismatch
-is refused before anything is read or removed: another catalogue, an empty one, an older copy, a disk that is not
-mounted.
+A catalogue would take the cubes of another one for garbage, so each catalogue has an id. The location of its cubes, a
+folder or a bucket, holds an owner marker with that id, which is written once and never replaced. A mismatch is refused
+before anything is read or removed. It may come from another catalogue, an empty one, an older copy, or a disk that is
+not mounted.
 """
 
 import json
@@ -32,7 +32,7 @@ BACKUP_OF = "backup_of"
 """The fact, in the catalogue of a copy, that names the catalogue whose studies are copied there."""
 
 UNKNOWN_RESULTS = "unknown_results"
-"""The fact that names a cube with results that is missing from the catalogue: the catalogue is then an older copy."""
+"""The fact that names a cube with results that the catalogue lacks; the catalogue is then an older copy."""
 
 _REBUILD = "make the catalogue again from the cubes with `damperlab store rebuild`"
 _NAME_IT = "name the catalogue that belongs to them (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
@@ -66,7 +66,7 @@ def require_catalogue(data_dir: Path) -> None:
         if not owned or catalogue.exists():
             return
     except OSError:
-        return  # opening it gives a better message
+        return  # opening the catalogue gives a better message
     if not holds:
         raise StoreFault(
             Fault(
@@ -103,8 +103,8 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
     Raises
     ------
     StoreFault
-        If the location cannot be used, belongs to another catalogue, is not that of the cubes, or holds results that
-        the catalogue lacks.
+        If the location cannot be used, belongs to another catalogue, does not hold the cubes, or holds results that the
+        catalogue lacks.
     """
     with catalogue.reading() as connection:
         known = fact(connection, "cubes")
@@ -140,7 +140,9 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
 
 
 def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) -> None:
-    """Check that a data folder belongs to this catalogue; one with its cubes in a bucket may have several folders."""
+    """Check that a data folder belongs to this catalogue. A catalogue whose cubes are in a bucket may have several
+    folders.
+    """
     folder = Folder(data_dir)
     if not mark and owner_of(folder) is None:
         return
@@ -201,7 +203,7 @@ def owner_of(place: Shelf) -> str | None:
             f"{place.address}/{MARKER}",
             "an owner marker that is damaged",
             "the id of the catalogue that the cubes belong to",
-            f"if the catalogue of this data directory is theirs, remove the file and {_REBUILD}",
+            f"if the cubes belong to the catalogue of this data directory, remove the file and {_REBUILD}",
             f"The owner marker {place.address}/{MARKER}, which says what catalogue the cubes belong to, is damaged.",
         )
     )
@@ -217,7 +219,7 @@ def _marker(owner: str) -> bytes:
 
 
 def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
-    # the content of the folder first, then the catalogue: the latter is written first
+    # the folder is read first, then the catalogue, because a writer writes the catalogue first
     found = owner_of(folder)
     names = list(folder.shelves())
     holds = _holds_cubes(names)
@@ -230,7 +232,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
         copied = fact(connection, BACKUP_OF) is not None
         last = int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
     if found is None and marked:
-        # a process that opens a new folder marks it before the catalogue says so
+        # a process that opens a new folder writes the marker before it records it in the catalogue
         found = owner_of(folder)
     if found is None:
         _require_own_cubes(catalogue, folder, holds, used, marked)
@@ -243,7 +245,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
         f"The cubes in {folder.address} belong to a catalogue other than {catalogue.name}.",
     )
     _own(folder, mine or "", others)
-    # a copy's files come before its rows: an interrupted one can be continued
+    # a copy's files come before its rows, so an interrupted copy can be continued
     for name in () if copied else names:
         parsed = parse_cube_name(name)
         # an interrupted submission leaves a cube that its catalogue does not have, but without results
@@ -269,7 +271,7 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
     if marked and used and not holds:
         raise no_cubes(catalogue, folder)
     if marked and not catalogue.is_file:
-        # it would look for its cubes in two folders
+        # otherwise the catalogue would look for its cubes in two folders
         raise StoreFault(
             Fault(
                 "data_dir",
@@ -277,7 +279,7 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
                 "the data folder of this catalogue",
                 "name that folder with --data-dir; if it is lost, let the catalogue continue here with "
                 "`damperlab store rebuild`",
-                f"The cubes of {catalogue.name} are in another data folder than {folder.address}.",
+                f"The cubes of {catalogue.name} are in a different data folder from {folder.address}.",
             )
         )
 
@@ -300,7 +302,7 @@ def _holds_cubes(shelves: Iterable[str]) -> bool:
 
 
 def disk_gone(shelf: Shelf) -> str | None:
-    """Report that the folder of the cubes was exchanged since it was opened, for example unmounted; None for a
+    """Report that the folder of the cubes was exchanged since it was opened, for example by unmounting; None for a
     bucket.
     """
     if not isinstance(shelf, Folder):
@@ -319,7 +321,8 @@ def older_copy(cube: str, catalogue: str) -> StoreFault:
             "catalogue",
             f"results in {cube} that {catalogue} does not have: it is an older copy",
             "the newest state of the catalogue",
-            "put the newest one back, or add to this one what it lacks with `damperlab store rebuild`",
+            "put the newest catalogue back, or add the missing studies to this one with `damperlab store "
+            "rebuild`",
             f"{cube} holds results that {catalogue} does not have: the catalogue is an older copy.",
         )
     )

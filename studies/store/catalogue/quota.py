@@ -1,4 +1,4 @@
-"""Quota of the studies in a store, checked at submission: before compression, as if they were complete."""
+"""Quota of the studies in a store, checked at submission. Sizes are those of complete studies before compression."""
 
 from dataclasses import dataclass
 from typing import Optional
@@ -19,7 +19,7 @@ class Taken:
     Parameters
     ----------
     points, bytes : int
-        When every study is complete, before compression.
+        Totals when every study is complete, before compression.
     unfinished : int
         Waiting and running studies; 0 if not counted.
     """
@@ -40,7 +40,7 @@ class Quota:
     Parameters
     ----------
     points, bytes : int, optional
-        Bytes before compression, known before a point is computed.
+        Bytes are those before compression, known before a point is computed.
     unfinished : int, optional
         Waiting and running studies.
     of_owner : Quota, optional
@@ -71,7 +71,7 @@ class Quota:
         Raises
         ------
         QuotaReached
-            With their usage and the remaining quota; `TooManyUnfinished` if waiting frees some.
+            With their usage and the remaining quota; `TooManyUnfinished` if waiting frees some quota.
         """
         for unit, limit, used, wanted in (
             ("points", self.points, before.points, after.points - before.points),
@@ -114,7 +114,7 @@ class Ledger:
         self._sums: dict[str | None, Taken] = {}
 
     def enter(self, owner: str | None, points: int, size: int, count: int) -> None:
-        """Count studies of one owner before they are entered; if they are too many, none is counted.
+        """Count studies of one owner before they are entered. If they exceed a quota, none is counted.
 
         Raises
         ------
@@ -137,7 +137,7 @@ def taken(connection: Connection, owner: str | None = None, *, unfinished: bool 
     """Add up the usage of all studies, or of one owner."""
     c = studies.c
     sums = select(func.coalesce(func.sum(c.points_total), 0), func.coalesce(func.sum(c.bytes_total), 0))
-    # a study whose files are removed leaves an empty row
+    # a study whose files have been removed leaves an empty row
     sums = sums.where(c.definition != "")
     count = select(func.count()).select_from(studies).where(WAITING)
     if owner is not None:

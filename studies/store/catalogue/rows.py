@@ -24,11 +24,11 @@ ALIVE = studies.c.deleted.is_(None)
 """The studies that were not deleted."""
 
 LAST_SECONDS = 60.0
-"""Time before the files of a deleted study may be removed: another process may have another clock."""
+"""Time before the files of a deleted study may be removed, because clocks of processes may differ."""
 NEVER_ENTERED = and_(studies.c.id == "", studies.c.digest == "")
 """Numbers reserved for studies while their cubes are created; an entered study takes over the row."""
 RESERVED = and_(NEVER_ENTERED, studies.c.state == "queued")
-"""Those that were not withdrawn as garbage."""
+"""Reserved numbers that were not withdrawn as garbage."""
 
 
 def in_trash() -> ColumnElement[bool]:
@@ -55,7 +55,7 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
 VALUES = 500
 """Most values, or rows, in one statement."""
 FIRST_DIGITS = 4
-"""Fewest digits of an id that identify it: fewer are as likely a mistyped name."""
+"""Fewest digits that identify an id; fewer are as likely a mistyped name."""
 NAMES_COMPARED = 1000
 """Newest studies whose names are searched for a mistyped one."""
 
@@ -71,12 +71,14 @@ def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
 
 def asked_for(purpose: str) -> ColumnElement[bool]:
     """Say whether a program submitted a row's study for this purpose."""
-    # not null first, so that its negation is true for a study submitted by a user
+    # the test for null comes first, so that the negation is true for a study submitted by a user
     return and_(studies.c.purpose.is_not(None), studies.c.purpose == purpose)
 
 
 def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
-    """Make the fault for a missing study: when it was deleted, which one was probably meant, a few others."""
+    """Make the fault for a missing study. It says when the study was deleted, which one was probably meant, and names a
+    few others.
+    """
     order = studies.c.number.desc()
     there = select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
     # studies submitted by programs are named only if there are no others
@@ -105,7 +107,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
         if restorable:
             advice = f"restore it with `damperlab undelete {row.id}`"
     told = f"There is no study {printable(ref)}{when}. " + (
-        f"Studies go by an id, a name, or the first digits of an id; the newest are {known}."
+        f"A study is named by its id, its name, or the first digits of its id; the newest are {known}."
         if known
         else "There are no studies yet."
     )
@@ -116,10 +118,12 @@ def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
     """Make the fault for the first digits of an id that are too few, or match several studies."""
     known = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
     if len(ref) < FIRST_DIGITS:
-        allowed = f"a name, or at least the first {FIRST_DIGITS} digits of an id; this begins {known}"
-        told = f"No study is named {printable(ref)}; of an id it takes {FIRST_DIGITS} digits. It begins that of {known}."
+        allowed = f"a name, or at least the first {FIRST_DIGITS} digits of an id; these digits begin {known}"
+        told = (
+            f"No study is named {printable(ref)}, and an id needs {FIRST_DIGITS} digits; these begin {known}."
+        )
     else:
-        allowed = f"one study; this fits {known}"
+        allowed = f"digits that fit one study; these fit {known}"
         told = f"{printable(ref)} fits more than one study: {known}."
     return StudyNotFound(Fault("study", describe(ref), allowed, "write more digits of the id", told))
 
@@ -127,7 +131,7 @@ def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
 def marks_of(
     connection: Connection, row: Row[Any], *, after: int | None = None, upto: int | None = None
 ) -> dict[int, str]:
-    """Give the generation of every done block of a study by the block's index, or of those done between revisions.
+    """Give the generation of every done block of a study, or of those done between two revisions, by the block's index.
 
     Raises
     ------
@@ -143,7 +147,7 @@ def marks_of(
     marks = {mark.block: str(mark.generation) for mark in connection.execute(query)}
     for block in marks:
         if not (isinstance(block, int) and 0 <= block < row.blocks_total):
-            raise catalogue_damaged(row.id, f"a done-mark of block {block}, which it does not have,")
+            raise catalogue_damaged(row.id, f"a done-mark of a block {block} that does not exist")
     return marks
 
 
@@ -166,19 +170,19 @@ def sums_of_marks(connection: Connection, number: int) -> dict[str, Any]:
 
 
 def lost_marks(row: Row[Any], found: int) -> str | None:
-    """Report that a study's number of done-marks differs from its row, or that it is done with marks missing; None
-    if all is well.
+    """Report that the number of done-marks differs from a study's row, or that a study is done although marks are
+    missing; None if all is well.
     """
     if found != row.blocks_done:
         return f"{found} done-marks where {row.blocks_done} blocks are done"
     if row.state == "done" and found < row.blocks_total:
-        return f"a study that is done, of which {row.blocks_total - found} of {row.blocks_total} done-marks are missing"
+        return f"a study that is done although {row.blocks_total - found} of {row.blocks_total} done-marks are missing"
     return None
 
 
 def claim_owner(row: Row[Any]) -> str | None:
     """Give the present owner of the claim on the study."""
-    # not covered by a checksum: an invalid time counts as past
+    # the time has no checksum; an invalid one counts as past
     ends = row.claim_expires if isinstance(row.claim_expires, float) else 0.0
     return str(row.claim_owner) if row.claim_owner is not None and ends >= time.time() else None
 
@@ -189,7 +193,7 @@ def _seconds_left(row: Row[Any]) -> float | None:
         return 0.0
     if row.state != "running" or row.last_mark is None or row.points_done == row.run_points:
         return None
-    # wall time, so that the pace is right for any number of workers
+    # measured in wall time, so that the pace is right for any number of workers
     pace = (row.last_mark - row.run_began) / (row.points_done - row.run_points)
     if pace <= 0.0:
         return None  # the clock was set back meanwhile

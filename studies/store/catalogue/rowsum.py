@@ -1,7 +1,7 @@
 """Checksums of the catalogue's rows: a flipped bit in the database is reported, and never read as a result.
 
-A transaction removes the checksum of each row that it writes, and adds the new one at its end (`Catalogue.writing`).
-So a row without a checksum is being written. A writer reads a row before changing it, and so checks it.
+A transaction removes the checksum of each row that it writes, and adds the new one at its end (`Catalogue.writing`). So
+a row without a checksum is being written. A writer reads a row before changing it, and thereby checks it.
 """
 
 from collections.abc import Iterable
@@ -48,7 +48,7 @@ def row_sum(table: Table, row: Row[Any]) -> int:
     told = [
         (column.name, _plain(column, row._mapping[column.name]), default) for column, default in _told(table)
     ]
-    # a column that is added later, with a default, changes no row's checksum
+    # a column that is added later with a default leaves every row's checksum unchanged
     kept = [(name, value) for name, value, default in told if value is not None and value != default]
     return int(google_crc32c.value(repr(kept).encode()))
 
@@ -66,7 +66,7 @@ def is_sound(table: Table, row: Row[Any]) -> bool:
     """Whether a complete row of a table is intact."""
     if row.crc is not None:
         return bool(row.crc == row_sum(table, row))
-    # one that is being written, and not one of zeros, which SQLite reads as empty in every column
+    # a row that is being written; a row of zeros, which SQLite reads as empty in every column, is not
     return all(row._mapping[column.name] is not None for column in table.c if not column.nullable)
 
 
@@ -81,7 +81,8 @@ def damaged_row(table: Table, study_id: str) -> CatalogueDamaged:
     return catalogue_damaged(
         study_id,
         f"a row of {table.name} whose checksum is not that of its contents",
-        "make what is damaged again from the cubes with `damperlab store rebuild`, which leaves all that is well as it is",
+        "restore the damaged rows from the cubes with `damperlab store rebuild`, which leaves intact rows "
+        "unchanged",
     )
 
 

@@ -23,7 +23,7 @@ studies = Table(
     metadata,
     # never reused: it orders the pages and names the cube's folder, so no study gets a deleted one's files
     Column("number", Integer, primary_key=True),
-    # the digest's first digits, and the version where there are several
+    # the digest's first digits, and the version if there are several
     Column("id", String(24), nullable=False),
     Column("digest", String(64), nullable=False),
     # 1 for a study as submitted; each computation by a later solver gets the next number
@@ -33,7 +33,7 @@ studies = Table(
     Column("message", Text),
     Column("definition", Text, nullable=False),
     Column("provenance", Text, nullable=False),
-    # from the provenance: the submitter; for a program, its purpose, and the study or specification
+    # from the provenance: the submitter; if a program submitted it, its purpose and the study or specification
     Column("submitted_by", Text),
     Column("purpose", String),
     Column("purpose_of", String),
@@ -41,7 +41,7 @@ studies = Table(
     Column("chunk", Text, nullable=False),
     Column("points_total", BigInteger, nullable=False),
     Column("blocks_total", Integer, nullable=False),
-    # with every point, before compression: the size for a quota
+    # size with every point before compression, as counted by a quota
     Column("bytes_total", BigInteger, nullable=False, default=0),
     # running sums over done_blocks: a record needs only one row, for any number of blocks
     Column("points_done", BigInteger, nullable=False, default=0),
@@ -50,18 +50,18 @@ studies = Table(
     Column("blocks_done", Integer, nullable=False, default=0),
     Column("seconds", Float, nullable=False, default=0.0),
     Column("kernel_seconds", Float, nullable=False, default=0.0),
-    # counts the changes of done_blocks: a reading at one revision is valid until the next
+    # counts the changes of done_blocks, so a reading at one revision is valid until the next
     Column("revision", Integer, nullable=False, default=0),
     # when blocks were last invalidated: earlier revisions cannot be shown any more
     Column("taken_back", Integer, nullable=False, default=0),
     # studies of one family differ only in their grids; empty if points may be neither reused nor shared
     Column("family", String(64), nullable=False, default=""),
-    # lowest and highest value along every numeric dimension: the range of points shared with other studies
+    # lowest and highest value along every numeric dimension, to find studies that may share points
     Column("box", Text, nullable=False, default="[]"),
     Column("reuse", Boolean, nullable=False, default=True),
-    # among waiting studies the highest starts first
+    # of waiting studies the one with the highest priority starts first
     Column("priority", Integer, nullable=False, default=0),
-    # user remarks: a JSON list of texts, each once, and a text
+    # the user's remarks: tags as a JSON list of different texts, and a note
     Column("tags", Text, nullable=False, default="[]"),
     Column("note", Text, nullable=False, default=""),
     Column("created", Float, nullable=False),
@@ -78,7 +78,7 @@ studies = Table(
     Column("claim_owner", String),
     Column("claim_expires", Float),
     Column("deleted", Float),
-    # of the row's other columns; none while a transaction writes the row
+    # checksum of the row's other columns; none while a transaction writes the row
     Column("crc", BigInteger),
     sqlite_autoincrement=True,
 )
@@ -114,7 +114,7 @@ done_blocks = Table(
     Column("kernel_seconds", Float, nullable=False),
     Column("message", Text),
     Column("at", Float, nullable=False),
-    # the block's valid file among those written, and its required content
+    # names the block's valid file among those written, and the checksum of its content
     Column("generation", String, nullable=False, default=""),
     Column("checksum", String),
     Column("revision", Integer, nullable=False, default=0),

@@ -20,14 +20,14 @@ class _Waiting(Generic[Asked, Answer]):
 class Turns(Generic[Asked, Answer]):
     """Work in batches: the thread whose turn it is does all work that has arrived meanwhile.
 
-    The more arrives, the cheaper each item: a transaction and its wait for the disk are shared.
+    The more items arrive, the cheaper each one, because they share a transaction and its wait for the disk.
 
     Parameters
     ----------
     work : callable
         Takes the items in the order of arrival, and gives an answer to each, or an exception instead.
     most : int
-        Most weight in one batch, unless it is a single item.
+        Largest weight of a batch; a single item may exceed it.
     weigh : callable
         Gives the weight of an item.
     """

@@ -1,7 +1,7 @@
 """The files of a cube's blocks: their names, and the faults of unreadable ones.
 
-Every attempt at a block writes files of its own, which carry the attempt's generation in their names. The block's
-done-mark names one generation, and that transaction switches all readers to it. No file is ever overwritten, so a
+Every attempt at a block writes its own files, whose names contain the attempt's generation. The block's done-mark names
+one generation, and the transaction that sets it switches all readers to these files. No file is ever overwritten, so a
 reader never mixes two attempts.
 """
 
@@ -23,7 +23,7 @@ class BlockDamaged(StoreFault):
 
 
 def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDamaged:
-    """Make the fault for a block that cannot be read; the index is None if `what` is no part of a block."""
+    """Make the fault for a block that cannot be read. The index is None if `what` is not part of a block."""
     study_id = shelf.name.removesuffix(".zarr").rpartition("-")[0]
     where = f"{'' if index is None else f'block {index} of '}study {study_id}"
     return BlockDamaged(
@@ -60,7 +60,7 @@ def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is
 
 
 def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:
-    """Read a chunk's key: the variable and the block's index; None for any other key, for example of a coordinate."""
+    """Read the variable and the block's index from a chunk's key; None for any other key, for example of a coordinate."""
     variable, slash, name = key.partition("/c.")
     place = read_place(name, grid) if slash else None
     return None if place is None else (variable, int(np.ravel_multi_index(place, grid)))

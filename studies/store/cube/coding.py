@@ -1,7 +1,8 @@
 """Encoding and decoding of a variable's chunks in Zarr's format, without Zarr's own machinery.
 
-Zarr spends most of its time between chunks: a slice across the leading dimensions touches hundreds, and a block of
-eighteen variables writes eighteen. Any Zarr reader decodes the result, and the other way round.
+Zarr spends most of its time on overhead per chunk. A slice across the leading dimensions touches hundreds of chunks,
+and a block of eighteen variables writes eighteen. Any Zarr reader decodes our chunks, and these functions decode
+Zarr's.
 """
 
 import hashlib
@@ -60,7 +61,7 @@ class StoredArray:
     attributes: dict[str, Any]
 
     def encode(self, values: np.ndarray) -> bytes:
-        """Encode a chunk; at the array's end it may be smaller than the others, and is padded."""
+        """Encode a chunk; one at the array's end may be smaller than the others, and is padded."""
         if values.shape != self.chunks:
             whole = np.full(self.chunks, self.fill, self.dtype)
             whole[tuple(map(slice, values.shape))] = values
@@ -99,9 +100,9 @@ class StoredCoordinate:
     text : bool
         Whether they are texts instead of doubles.
     value : float, optional
-        The value of a dimension with only one: it is stored in the metadata, not in a piece.
+        The value of a dimension with only one: it is stored in the metadata instead of a piece.
     key : str
-        Codecs of the only chunk.
+        Key of the piece with the only chunk.
     attributes : dict
         Unit and meaning.
     """
@@ -127,7 +128,7 @@ class StoredCoordinate:
 
 
 def encode_coordinate(values: np.ndarray) -> bytes:
-    """Encode the one chunk of a coordinate: doubles, or texts as Zarr's codec `vlen-utf8` has them."""
+    """Encode the only chunk of a coordinate: doubles, or texts in the form of Zarr's codec `vlen-utf8`."""
     if values.dtype.kind != "U":
         return with_checksum(values.astype("<f8").tobytes())
     texts = [str(value).encode() for value in values]

@@ -70,9 +70,9 @@ def write_region(
     values : mapping of array
         Every stored variable by name, each of the block's shape.
     generation : str
-        Distinguishes this attempt's file from all others; the done-mark must name it.
+        Name that distinguishes this attempt's file from all others; the done-mark must contain it.
     told : mapping, optional
-        Further content of the block's file and its done-mark, by the names of `BlockOutcome`.
+        Further values for the block's file and its done-mark, by the names in `BlockOutcome`.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def write_region(
 
 
 def description_of(shelf: Shelf) -> Description:
-    """Read a cube's description for a worker: damage is no fault of the points.
+    """Read a cube's description for a worker. Damage raises OSError, so that points are not recorded as failed.
 
     Raises
     ------

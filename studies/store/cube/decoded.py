@@ -1,7 +1,7 @@
 """Cache of decoded chunks, so that slices of a large cube are fast.
 
 A chunk is never overwritten and its name contains its generation, so cached values never become stale. In a folder,
-size and time are checked anyway, so a file that was lost or damaged later is noticed.
+size and time are checked too, so that a file that was lost or damaged later is noticed.
 """
 
 import threading
@@ -69,7 +69,7 @@ class DecodedChunks:
 
 
 KEPT = DecodedChunks()
-"""Of this process."""
+"""The cache of this process."""
 
 
 def read_outer(
@@ -101,7 +101,7 @@ def read_outer(
         for index, extent in zip(key, array.shape, strict=True)
     ]
     values = np.full([p.size for p in points], array.fill, array.dtype)
-    # for each dimension: the touched chunks, their targets, and the part taken of them
+    # for each dimension: the touched chunks, the part taken of each, and where it goes
     touched: list[list[tuple[int, Any, Any]]] = []
     for wanted, extent, step in zip(points, array.shape, array.chunks, strict=True):
         wanted = np.where(wanted < 0, wanted + extent, wanted)
@@ -129,13 +129,13 @@ def _found(
     chunk: Callable[[tuple[int, ...]], np.ndarray | None],
     readers: int,
 ) -> Iterator[tuple[Any, Any, np.ndarray | None]]:
-    """Give for every touched chunk its target, the part that is taken, and its content."""
+    """Give for every touched chunk where it goes, the part that is taken, and its content."""
     turned = (tuple(zip(*box, strict=True)) for box in boxes)
     if readers == 1:
         yield from ((into, taken, chunk(place)) for place, into, taken in turned)
         return
     with ThreadPoolExecutor(readers) as pool:
-        # no more together than are read in parallel: a slab of a large cube must not be in memory twice
+        # only as many as are read in parallel, because a slab of a large cube must not be in memory twice
         while some := list(islice(turned, readers)):
             found = pool.map(chunk, [place for place, _, _ in some])
             yield from ((into, taken, values) for (_, into, taken), values in zip(some, found, strict=True))

@@ -22,7 +22,7 @@ def parse_stored(definition: Any, digest: str) -> Study | Suite:
     definition : dict
         The definition in the catalogue or the cube.
     digest : str
-        Digest of the study at submission; it covers every coordinate.
+        Digest of the study at submission, which covers every coordinate.
 
     Raises
     ------
@@ -59,6 +59,7 @@ def _damaged(digest: str, found: str) -> DefinitionDamaged:
             found,
             f"a definition with digest {digest}",
             "run `damperlab store verify` to find what is damaged; the study is not computed meanwhile",
-            f"The stored definition of study {digest[:12]} is damaged: it is {found}, and not the one with digest {digest}.",
+            f"The stored definition of study {digest[:12]} is damaged: it is {found} instead of the one "
+            f"with digest {digest}.",
         )
     )

@@ -1,4 +1,4 @@
-"""A cube's description of itself, its one `zarr.json`: written at submission, read by everything else.
+"""A cube's description of itself, its only `zarr.json`: written at submission, and read whenever the cube is opened.
 
 It is Zarr's metadata of a group with every array, so that one read opens a cube. The arrays' chunks are in the
 blocks' files (`packed.py`). Their codec is `damperlab.block`; it names the codecs of a single variable.
@@ -27,7 +27,7 @@ from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.variables import Variable
 
 DESCRIPTION = "zarr.json"
-"""The key of the description."""
+"""The key of the piece with the description."""
 
 CODEC = "damperlab.block"
 """The codec of arrays whose chunks lie in the blocks' files."""
@@ -149,7 +149,7 @@ def describe_cube(metadata: bytes) -> Description:
     try:
         return _parse(json.loads(metadata))
     except (KeyError, TypeError, AttributeError, IndexError, StopIteration) as error:
-        raise ValueError(f"they are no description of a cube ({type(error).__name__}: {error})") from error
+        raise ValueError(f"they do not describe a cube ({type(error).__name__}: {error})") from error
 
 
 @lru_cache(maxsize=64)
@@ -172,7 +172,7 @@ def plain_metadata(metadata: bytes) -> bytes:
 
 
 def node_metadata(metadata: bytes, name: str) -> bytes:
-    """Give the metadata of one array, from those of the group."""
+    """Give the metadata of one array, from the metadata of the group."""
     return json.dumps(json.loads(metadata)["consolidated_metadata"]["metadata"][name]).encode()
 
 
@@ -196,12 +196,12 @@ def _parse(document: Any) -> Description:
     attributes = dict(document["attributes"])
     own = attributes.pop(_OWN, {})
     if not arrays or set(dimensions) != set(coordinates):
-        raise ValueError("they are no description of a cube: arrays or coordinates are missing")
-    # JSON keeps the order of writing, and Zarr's own metadata that of the names
+        raise ValueError("they do not describe a cube: arrays or coordinates are missing")
+    # JSON keeps the order of writing; Zarr's own metadata sorts the names
     ordered = {name: coordinates[name] for name in dimensions}
     known = [name for name in kind_of(dimensions).variables if name in arrays]
     if len(known) != len(arrays):
-        raise ValueError("they are no description of a cube: unknown arrays")
+        raise ValueError("they do not describe a cube: unknown arrays")
     return Description(
         attributes,
         dimensions,
@@ -214,7 +214,7 @@ def _parse(document: Any) -> Description:
 def _array(name: str, node: Mapping[str, Any]) -> StoredArray:
     codecs = node["codecs"][0]["configuration"]["codecs"]
     if tuple(codec["name"] for codec in codecs) != _CODEC_NAMES:
-        raise ValueError(f"{name} is coded as no cube is: {codecs}")
+        raise ValueError(f"{name} has codecs that no cube uses: {codecs}")
     dtype = np.dtype(node["data_type"]).newbyteorder("<")
     fill = float("nan") if node["fill_value"] == "NaN" else node["fill_value"]
     settings = codecs[1]["configuration"]

@@ -40,9 +40,9 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Of numpy arrays read on demand. The marks describe one moment: no file is written twice, so later reads are
-        consistent with them, and newer blocks stay hidden. Reading raises `BlockDamaged` if a done block cannot be
-        read, and `StoreFault` if nothing can.
+        Of numpy arrays read on demand. The marks describe one moment. No file is written twice, so later reads agree
+        with them, and newer blocks stay hidden. Reading raises `BlockDamaged` if a done block is lost or damaged, and
+        `StoreFault` if its state is unknown.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     for name, array in described.arrays.items():
         attributes = dict(array.attributes)
         if "flag_values" in attributes:
-            # CF requires them in the variable's own type, which JSON does not preserve
+            # CF requires these attributes in the variable's own type, which JSON does not preserve
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
         lazy = LazilyIndexedArray(_CheckedArray(shelf, described, array, marks))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
@@ -121,7 +121,7 @@ def read_region(
 
 
 class _CheckedArray(BackendArray):
-    """A stored array. An error about a damaged chunk names its block."""
+    """A stored array. The error for a damaged chunk names the block."""
 
     def __init__(self, shelf: Shelf, described: Description, array: StoredArray, marks: Marks) -> None:
         self._shelf = shelf

@@ -35,7 +35,7 @@ def block_key(index: int, generation: str) -> str:
 
 
 def parse_block_key(key: str) -> tuple[int, str] | None:
-    """Read the name of a block's file: index and generation; None for any other name."""
+    """Read index and generation from the name of a block's file; None for any other name."""
     folder, _, name = key.partition("/")
     index, tilde, generation = name.partition("~")
     if folder != BLOCKS or not tilde or not (index.isascii() and index.isdigit() and len(index) < 10):
@@ -62,7 +62,7 @@ class Header:
         """Raise `ValueError` unless the file belongs to that block."""
         told = self.mark.get("digest"), self.mark.get("block"), self.mark.get("generation")
         if told != (digest, index, generation):
-            raise ValueError(f"the file is of block {told[1]} of study {str(told[0])[:12]}")
+            raise ValueError(f"the file belongs to block {told[1]} of study {str(told[0])[:12]}")
 
 
 def pack(mark: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
@@ -90,7 +90,7 @@ def parse_header(content: bytes) -> Header | None:
         return None
     magic, length, checksum = _FRAME.unpack_from(content)
     if magic != _MAGIC or length > LONGEST_HEADER:
-        raise ValueError("the file does not begin as a block's does")
+        raise ValueError("the file does not begin like the file of a block")
     end = _FRAME.size + length
     if len(content) < end:
         return None

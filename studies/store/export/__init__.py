@@ -1,1 +1,1 @@
-"""Forms of a cube for others: as one file, over a network, for Zarr itself."""
+"""Forms in which other programs read a cube: as one file, over a network, or by Zarr itself."""

@@ -20,7 +20,7 @@ _CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.
 
 
 def crate_beside(export: Path) -> str:
-    """Name the file that a crate beside an export describes; empty if there is none."""
+    """Name the file that the crate beside an export describes; empty if there is no such crate."""
     path = export.parent / FILE
     if not path.exists():
         return ""
@@ -37,7 +37,7 @@ def write_crate(cube: xr.Dataset, export: Path) -> Path:
     Parameters
     ----------
     cube : Dataset
-        The exported cube; names that must not be published are left out.
+        The exported cube; the names of users and hosts are left out.
     export : Path
         The file.
 

@@ -1,4 +1,6 @@
-"""A cube as one file: netCDF, a CSV table or Parquet, piece by piece, so that memory does not grow with it."""
+"""A cube as one file: netCDF, a CSV table or Parquet. It is written piece by piece, so that memory does not grow with
+the cube.
+"""
 
 import json
 import os

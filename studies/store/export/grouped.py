@@ -1,9 +1,9 @@
-"""The blocks of a complete cube, many to a chunk, for readers over a network.
+"""The blocks of a complete cube, many of them joined to a chunk, for readers over a network.
 
 A worker computes a block in two seconds, often a thousand points. A plane of a cube of ten million points touches
-hundreds of them, and each costs a request. So a complete cube has larger chunks, which are joined on request. Their
-keys differ from those of blocks (Zarr's encoding `v2`: without the `c`). So a reader that opened the cube before it
-was complete still gets single blocks.
+hundreds of blocks, and each costs a request. So a complete cube has larger chunks, which are joined on request. Their
+keys differ from those of blocks (Zarr's encoding `v2`, without the `c`), so a reader that opened the cube before it was
+complete still gets single blocks.
 """
 
 import json
@@ -23,12 +23,12 @@ from damperlab.studies.store.cube.opened import read_region
 from damperlab.studies.store.files.shelf import Shelf
 
 POINTS = 2**16
-"""Most points of such a chunk: half a megabyte of doubles before compression."""
+"""Most points of a joined chunk: half a megabyte of doubles before compression."""
 
 
 @dataclass(frozen=True)
 class Group:
-    """One such chunk.
+    """One chunk of joined blocks.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Group:
         return [int(np.ravel_multi_index(place, grid)) for place in product(*ranges)]
 
     def tag(self, marks: Marks) -> str:
-        """Name its content, by the generations of its blocks."""
+        """Make a tag of its content from the generations of its blocks."""
         names = "\n".join(f"{index} {marks[index]}" for index in self.blocks())
         return blake2b(names.encode(), digest_size=8).hexdigest()
 
@@ -72,7 +72,7 @@ class Group:
 
 
 def group_of(key: str, described: Description) -> Group | None:
-    """Read the key of such a chunk, as in `amplitude_ratio/0.0.0.2.0.0`; None for any other key."""
+    """Read the key of a joined chunk, as in `amplitude_ratio/0.0.0.2.0.0`; None for any other key."""
     variable, _, name = key.partition("/")
     array = described.arrays.get(variable)
     if array is None:
@@ -83,7 +83,7 @@ def group_of(key: str, described: Description) -> Group | None:
 
 
 def grouped_chunks(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:
-    """Give the extent of such a chunk: blocks along the last dimension first, then along the one before."""
+    """Give the extent of a joined chunk: it takes blocks along the last dimension first, then along the one before."""
     steps = list(chunk)
     for axis in reversed(range(len(shape))):
         blocks = -(-shape[axis] // chunk[axis])
@@ -96,7 +96,7 @@ def grouped_chunks(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int,
 
 @lru_cache(maxsize=64)
 def grouped_metadata(metadata: bytes) -> bytes:
-    """Rewrite a `zarr.json`, of the cube or of one variable, for chunks of this kind; coordinates are unchanged."""
+    """Rewrite a `zarr.json`, of the cube or of one variable, for joined chunks; coordinates are unchanged."""
     document = json.loads(metadata)
     members = document.get("consolidated_metadata", {}).get("metadata", {})
     for node in (document, *members.values()):

@@ -5,13 +5,14 @@ from itertools import product
 from math import prod
 
 BUDGET = 2**18
-"""Points in memory together; at eighteen variables some tens of megabytes."""
+"""Points in memory at a time; with eighteen variables, some tens of megabytes."""
 
 
 def slabs(
     shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET
 ) -> Iterator[tuple[slice, ...]]:
-    """Split along chunk borders, so that every chunk is read once; for reductions, where order does not matter.
+    """Split along chunk borders, so that every chunk is read once. This is for reductions, for which order does not
+    matter.
 
     Parameters
     ----------

@@ -17,13 +17,13 @@ ROWS_AT_ONCE = 2**13
 
 
 def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
-    """Give the dimensions of a cube in their order, also of one without variables."""
+    """Give the dimensions of a cube in their order, even if it has no variables."""
     first = next(iter(cube.data_vars.values()), None)
     return tuple(map(str, cube.sizes if first is None else first.dims))
 
 
 def coordinates_beside(cube: xr.Dataset) -> tuple[str, ...]:
-    """Name the ratios of a cube over base amplitudes: coordinates that are not dimensions."""
+    """Name the coordinates of a cube over base amplitudes that are not dimensions: its ratios."""
     of_cavity = [name for name in BEFORE if name not in cube.sizes]
     return tuple(str(name) for name in cube.coords if cube[name].ndim > 1 or name in of_cavity)
 
@@ -83,7 +83,7 @@ def columns(cube: xr.Dataset) -> Iterator[dict[str, np.ndarray]]:
     Yields
     ------
     dict of ndarray, each (n,)
-        The coordinates, those in units, the variables, those in units: as `column_attributes`.
+        Columns in the order of `column_attributes`: coordinates, coordinates in units, variables, variables in units.
     """
     names = [str(name) for name in cube.data_vars]
     first = cube[names[0]]

@@ -45,7 +45,7 @@ class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
     variable: str
     codecs: tuple[dict[str, Any], ...]
     is_fixed_size = False
-    # files found in each cube that was read through this array
+    # the files found in each cube that was read through this array
     _seen: dict[Any, "_Seen"] = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
@@ -63,7 +63,7 @@ class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
         return self
 
     def compute_encoded_size(self, input_byte_length: int, chunk_spec: Any) -> int:
-        """Return some size: it is not fixed."""
+        """Return a nominal size; the real size is not fixed."""
         return input_byte_length
 
     async def _decode_single(self, chunk_bytes: Buffer, chunk_spec: Any) -> NDBuffer:

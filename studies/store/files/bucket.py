@@ -19,9 +19,11 @@ from damperlab.studies.store.files.shelf import AT_ONCE, Entry, Shelf, ShelfAway
 
 CONNECT_SECONDS = 5
 REQUEST_SECONDS = 20
-"""Longest single request [s]: a longer one is repeated."""
+"""Longest duration of one request [s]; after it, the request is repeated."""
 RETRIES = 50
-"""More than fit into the time: a server that refuses immediately gets as long as a slow one."""
+"""Number of repetitions: more than fit into `RETRY_SECONDS`, so that a server that refuses immediately gets as long as
+a slow one.
+"""
 RETRY_SECONDS = 10
 """No request is repeated after this time since the first attempt [s]."""
 _BACKOFF_SECONDS = (0.1, 5.0)
@@ -33,7 +35,7 @@ _KEYS = (
     {"AWS_CONTAINER_CREDENTIALS_FULL_URI"},
     {"AWS_METADATA_ENDPOINT"},
 )
-"""Variables with keys, or with sources of keys; any one is sufficient."""
+"""Environment variables with keys, or with sources of keys; one of them is sufficient."""
 
 _ALLOWED = "s3://bucket or s3://bucket/prefix"
 
@@ -50,7 +52,9 @@ class Bucket(Shelf):
     """
 
     readers = AT_ONCE
-    first_bytes = 1 << 16  # most blocks in one request: a second one costs more than the bytes
+    first_bytes = (
+        1 << 16
+    )  # large enough for most blocks: a second request costs more than the additional bytes
 
     def __init__(self, client: Any, bucket: str, prefix: str) -> None:
         super().__init__(f"s3://{bucket}/{prefix}".rstrip("/"))
@@ -94,7 +98,7 @@ class Bucket(Shelf):
             try:
                 self._client.put(self._full(key), content, mode="create")
             except AlreadyExistsError:
-                # perhaps by this very request, if its first answer was lost
+                # perhaps written by this very request, if its first answer was lost
                 return self.get(key) == content
         return True
 
@@ -121,7 +125,7 @@ class Bucket(Shelf):
                     )
 
     def shelves(self) -> Iterator[str]:
-        """List the next part of the names that have one."""
+        """List the next part of every name that has further parts."""
         with _told(self, ""):
             found = self._client.list_with_delimiter(self._full("") or None)
         for prefix in found["common_prefixes"]:
@@ -137,13 +141,13 @@ class Bucket(Shelf):
             self._client.delete(self._full(key))
 
     def clear(self) -> None:
-        """Remove every object, and those that describe the others last."""
+        """Remove every object; those that describe others are removed last."""
         steps: dict[tuple[bool, bool], list[str]] = {}
         for entry in self.entries():
             steps.setdefault(removed_last(entry.key), []).append(self._full(entry.key))
         with _told(self, ""):
             for step in sorted(steps):
-                # a server may remove those of one request in any order
+                # a server may remove the objects of one request in any order
                 for start in range(0, len(steps[step]), 1000):
                     self._client.delete(steps[step][start : start + 1000])
 
@@ -171,7 +175,8 @@ def open_bucket(address: str) -> Bucket:
     Raises
     ------
     StoreFault
-        If it is no address of a bucket, the library is not installed, or the environment names no allowed server.
+        If the address is not that of a bucket, the library is not installed, or the environment names no allowed
+        server.
     """
     found = re.fullmatch(r"s3://([a-z0-9][a-z0-9.-]{1,61}[a-z0-9])(?:/([A-Za-z0-9!_.*'()/-]*))?", address)
     prefix = (found[2] or "").strip("/") if found else ""
@@ -185,7 +190,7 @@ def open_bucket(address: str) -> Bucket:
 
 @lru_cache(maxsize=8)
 def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
-    # one for every thread: it keeps the connections
+    # all threads share the client, which keeps the connections
     try:
         from obstore.store import S3Store
     except ImportError:
@@ -225,7 +230,9 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
 
 
 def _require_keys() -> None:
-    """Refuse missing keys, unless requested: the library would ask the cloud's metadata address for some."""
+    """Refuse missing keys, unless the environment allows it, because the library would ask the cloud's metadata address
+    for keys.
+    """
     given = {name for name, value in os.environ.items() if value}
     unsigned = os.environ.get("AWS_SKIP_SIGNATURE", "").lower() in ("true", "1")
     asked = os.environ.get("AWS_EC2_METADATA_DISABLED", "").lower() == "false"

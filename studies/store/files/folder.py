@@ -35,7 +35,8 @@ class Folder(Shelf):
 
     def get(self, key: str) -> bytes:
         """Read a file."""
-        # opened by its text: a slice reads hundreds of files, and path objects take longer than opening
+        # the path is a text: a slice reads hundreds of files, and making path objects takes longer than opening the
+        # files
         with open(f"{self.address}/{key}", "rb") as file:  # noqa: PTH123
             return file.read()
 
@@ -48,7 +49,7 @@ class Folder(Shelf):
             os.close(descriptor)
 
     def stamp(self, key: str) -> tuple[int, ...]:
-        """Give a file's time and size, so that a loss or damage is noticed."""
+        """Give a file's time and size, by which loss or damage is noticed."""
         now = os.stat(f"{self.address}/{key}")  # noqa: PTH116
         return now.st_mtime_ns, now.st_size
 
@@ -57,7 +58,7 @@ class Folder(Shelf):
         self._place(key, content, os.replace)
 
     def put_new(self, key: str, content: bytes) -> bool:
-        """Write a file unless one has its name: a hard link never replaces a file."""
+        """Write a file unless the name is taken; this uses a hard link, which never replaces a file."""
         try:
             self._place(key, content, os.link)
         except FileExistsError:
@@ -96,20 +97,20 @@ class Folder(Shelf):
             for name, pieces in shelves.items():
                 make_one(name, pieces)
         else:
-            # each waits for the disk, which serves many waits together
+            # in parallel: each waits for the disk, which serves many waits together
             with ThreadPoolExecutor(AT_ONCE) as pool:
                 for _ in pool.map(make_one, shelves, shelves.values()):
                     pass
         sync_path(self._path)
 
     def _fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str]) -> None:
-        """Write files, and wait until they are on the disk, but not for the name of the folder itself."""
+        """Write files and wait until they are on the disk; the name of the folder itself may follow later."""
         folders = {(self._path / key).parent for key in pieces} | {self._path / name for name in shelves}
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
         for key, content in pieces.items():
             self._place(key, content, os.replace, sync=False)
-        # each folder once, and those between them and the first one
+        # each folder once, and every folder between it and the first one
         between = {self._path} | {above for folder in folders for above in (folder, *folder.parents)}
         for folder in between:
             if folder.is_relative_to(self._path):
@@ -142,7 +143,7 @@ class Folder(Shelf):
         (self._path / key).unlink(missing_ok=True)
 
     def clear(self) -> None:
-        """Remove the folder, and the files that describe it last."""
+        """Remove the folder; the files that describe others are removed last."""
         with suppress(FileNotFoundError):
             if not self._path.is_symlink():
                 for file in sorted(self._path.iterdir(), key=lambda file: removed_last(file.name)):
@@ -150,7 +151,7 @@ class Folder(Shelf):
                         shutil.rmtree(file)
                     else:
                         file.unlink()
-            shutil.rmtree(self._path)  # which does not support hard links
+            shutil.rmtree(self._path)  # the disk does not support hard links
 
 
 def sync_path(path: str | os.PathLike[str]) -> None:

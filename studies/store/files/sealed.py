@@ -5,7 +5,7 @@ import re
 import google_crc32c
 
 PLACEHOLDER = "00000000"
-"""Placeholder of the checksum: `"crc32c": "00000000"`, once in the document."""
+"""Placeholder of the checksum, `"crc32c": "00000000"`, which the document contains once."""
 
 _FIELD = re.compile(rb'"crc32c": "([0-9a-f]{8})"')
 

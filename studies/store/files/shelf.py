@@ -1,7 +1,7 @@
 """Location of cubes: named pieces of bytes, in a folder or in a bucket of an object store.
 
-A written piece is on the disk, or acknowledged by the server, when the call returns, and complete as soon as it is
-visible. All reading and writing of cubes uses this interface, so both kinds give the same guarantees.
+When a write returns, the piece is on the disk or acknowledged by the server. A visible piece is always complete. All
+reading and writing of cubes uses this interface, so both kinds give the same guarantees.
 """
 
 from abc import ABC, abstractmethod
@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 AT_ONCE = 16
-"""Pieces written or read in parallel: each waits for a disk or a server, and hardly computes."""
+"""Pieces written or read in parallel, since each one mostly waits for a disk or a server."""
 
 
 TOMBSTONE = "deleted.json"
@@ -41,10 +41,10 @@ class Entry:
 
 
 def removed_last(key: str) -> tuple[bool, bool]:
-    """Give the order in which a shelf loses its pieces, so that an incomplete cube never counts as complete or its
-    study as existing.
+    """Give the sort key for removing pieces in an order in which an incomplete cube never counts as complete, and its
+    study never as existing.
 
-    Pieces that describe others follow them, and the record of the deletion is last.
+    Pieces that describe others are removed after them, and the record of the deletion is removed last.
     """
     return key.endswith(".json"), key.endswith(TOMBSTONE)
 
@@ -52,8 +52,8 @@ def removed_last(key: str) -> tuple[bool, bool]:
 class Shelf(ABC):
     """A location for pieces of bytes by name; names have parts, like paths.
 
-    Every method raises `FileNotFoundError` for an absent piece, `PermissionError` without permission, `ShelfAway`
-    for an object store that does not answer, and any other `OSError` of the disk.
+    Every method raises `FileNotFoundError` if a piece is absent, `PermissionError` without permission, `ShelfAway` if
+    an object store does not answer, and other `OSError`s of the disk.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class Shelf(ABC):
         return isinstance(other, Shelf) and self.address == other.address
 
     def __hash__(self) -> int:
-        """Agree with equality."""
+        """Hash the address, in agreement with equality."""
         return hash(self.address)
 
     @property
@@ -96,7 +96,7 @@ class Shelf(ABC):
 
     @abstractmethod
     def stamp(self, key: str) -> tuple[int, ...]:
-        """Distinguish successive contents of a name, as far as that costs no request."""
+        """Give a value that changes with the content under a name, if that needs no request."""
 
     @abstractmethod
     def put(self, key: str, content: bytes) -> None:
@@ -108,11 +108,13 @@ class Shelf(ABC):
 
     @abstractmethod
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
-        """Write the first pieces on a shelf, which is created if it is absent, together with some shelves below it."""
+        """Write the first pieces on a shelf and create it if it is absent, together with the named shelves below it."""
 
     @abstractmethod
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Create new shelves below this one, by name with their first pieces, each with some shelves below it."""
+        """Create new shelves below this one, given by name with their first pieces; each also gets the named shelves
+        below it.
+        """
 
     @abstractmethod
     def entries(self) -> Iterator[Entry]:

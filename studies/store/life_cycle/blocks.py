@@ -55,7 +55,7 @@ class Blocks(Lookup):
         return np.flatnonzero(~done)
 
     def mark(self, study_id: str, *outcomes: BlockOutcome, owner: str | None = None) -> bool:
-        """Set the done-marks of blocks whose regions are on the disk; a block that has one keeps its first.
+        """Set the done-marks of blocks whose regions are on the disk; a block that already has a mark keeps it.
 
         After this transaction every new reader sees the blocks, complete and in this generation.
 
@@ -66,8 +66,8 @@ class Blocks(Lookup):
         outcomes : BlockOutcome
             Results of the blocks; all are marked, or none.
         owner : str, optional
-            Owner of the claim on the study. An owner that was wrongly thought dead may hold results whose files its
-            successor has removed: with its name given, they are refused.
+            Owner of the claim on the study. An owner that was wrongly thought dead may report results whose files its
+            successor has removed. They are refused if this name is given.
 
         Returns
         -------
@@ -100,7 +100,7 @@ class Blocks(Lookup):
                 del fresh[index]
         if not fresh:
             return True
-        # the workers have refused already; in any case no cube may contain the work of two solvers
+        # the workers refuse this already; a cube must never contain results of two solvers
         identity = json.loads(row.provenance).get("identity", "")
         strangers = {outcome.identity for outcome in fresh.values()} - {"", identity}
         if strangers:
@@ -161,8 +161,8 @@ class Blocks(Lookup):
         return self.set_state(study_id, "queued", "")
 
     def given_up(self, study_id: str) -> Sequence[int]:
-        """Give the indices of the blocks that failed as a whole, and hold no answer; raise `StudyNotFound` for no
-        study.
+        """Give the indices of the blocks that failed as a whole and hold no results; raise `StudyNotFound` if there is
+        no such study.
         """
         b = done_blocks.c
         with self.catalogue.reading() as connection:
@@ -190,7 +190,7 @@ class Blocks(Lookup):
         why : str
             Recorded among the study's events.
         in_turn : bool
-            Whether the study, which this queues, counts as a submission.
+            Whether this, which queues the study, counts as a submission.
         owner : str, optional
             The owner that works on the study and computes them next; its state is unchanged.
 
@@ -216,15 +216,15 @@ class Blocks(Lookup):
             row = look(connection)
         shelf = self.cube_shelf(study_id, row.number)
         with using(shelf.address):
-            # first: after an interruption, the cube then claims too little and never too much
+            # this comes first, so that after an interruption the cube claims fewer blocks than it has, never more
             drop_marks(shelf)
-            # this may have been the loss
+            # these marks may be what was lost
             shelf.fill({}, (BLOCKS,))
         try:
             with self.catalogue.writing() as connection:
                 return self._take_back(connection, look(connection), blocks, why, queue=owner is None)
         except StoreFault:
-            # for example claimed just now, perhaps by a process that will not end the study again
+            # for example if it was claimed just now, perhaps by a process that will not end the study again
             if row.state in ENDED:
                 with suppress(StoreFault, OSError):
                     keep_marks(self, study_id, {})
@@ -247,7 +247,7 @@ class Blocks(Lookup):
 
 def _nothing_to_retry(record: Record) -> NothingToDo:
     if record.outdated:
-        found = "which is of another solver"
+        found = "whose blocks another solver computed"
         told = f"The blocks of study {record.id} were computed by another solver, so they cannot be retried with this one."
         advice = f"compute the study again with `damperlab recompute {record.id}`"
     elif record.points_failed:

@@ -1,4 +1,4 @@
-"""Claims: only one owner works on a study, and a claim without renewal ends."""
+"""Claims: only one owner works on a study, and a claim that is not renewed ends."""
 
 import time
 from collections import Counter
@@ -24,14 +24,14 @@ FEW_POINTS = 16
 
 @dataclass(frozen=True)
 class Waiting:
-    """A study without an owner that waits to be run.
+    """A study that waits to be run and has no owner.
 
     Parameters
     ----------
     id : str
         Its whole id.
     small : bool
-        Whether it is one block of a few points, and was never started.
+        Whether it has one block of a few points and was never started.
     owner : str, optional
         Its submitter; None without keys.
     priority : int
@@ -47,9 +47,9 @@ class Waiting:
 class Claims(StoreBase):
     """The claims on the studies of a store.
 
-    A claim ends when its time is over by the wall clock. It also ends if the observer's steady clock shows no
-    renewal for that long: setting a clock back does not preserve a dead owner's claim. A clock set forward may end
-    the claim of a living owner, whose later writes are then refused (`Blocks.mark`).
+    A claim ends when its time is over by the wall clock. It also ends if the observer sees no renewal for that long by
+    its steady clock, so setting a wall clock back does not keep a dead owner's claim. A clock set forward may end the
+    claim of a living owner, whose later writes are then refused (`Blocks.mark`).
     """
 
     def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
@@ -70,7 +70,7 @@ class Claims(StoreBase):
             return True
 
     def renew(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
-        """Renew a claim; False if another owner has it, and then the work must stop."""
+        """Renew a claim; False if another owner has it: the work must then stop."""
         return self._if_owned(study_id, owner, owner, _end(seconds))
 
     def release(self, study_id: str, owner: str) -> None:
@@ -84,8 +84,8 @@ class Claims(StoreBase):
         return row is not None and not self._holds(row)
 
     def unclaimed(self, dead: Callable[[str], bool], most: int | None = None) -> list[Waiting]:
-        """Give the queued and running studies without an owner: those of the highest priority first, and of these
-        the oldest.
+        """Give the queued and running studies without an owner: the highest priority first, and within a priority the
+        oldest first.
 
         Parameters
         ----------
@@ -95,7 +95,8 @@ class Claims(StoreBase):
             Most studies of each submitter to look for.
         """
         c = studies.c
-        # few columns, page by page: ten thousand studies may wait, and each new one triggers a check
+        # only a few columns are read, page by page, because ten thousand studies may wait and each new one triggers a
+        # check
         query = select(
             c.id,
             c.number,

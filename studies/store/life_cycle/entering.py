@@ -1,4 +1,4 @@
-"""Submission of studies: each is entered once, however often it is submitted, and simultaneous ones in one
+"""Submission of studies. A study is entered once, however often it is submitted; simultaneous submissions share a
 transaction.
 """
 
@@ -76,7 +76,7 @@ class Submission:
     reuse : bool
         Whether it may reuse points of earlier studies.
     key : str, optional
-        A name that the caller gave this submission; it identifies this definition from now on.
+        A name that the caller gives this submission; from then on it stands for this definition.
     priority : int
         See `Record`; an existing study keeps its own.
     """
@@ -196,7 +196,7 @@ class Entering(StoreBase):
         KeyTaken
             If the key belongs to another definition.
         """
-        # checked without the write lock first: the same study is often submitted again
+        # checked first without the write lock, because the same study is often submitted again
         if key is None:
             with self.catalogue.reading() as connection:
                 row = newest_row(connection, study.digest)
@@ -206,7 +206,7 @@ class Entering(StoreBase):
 
     def submit_all(self, submissions: Sequence[Submission]) -> Entered:
         """Store several studies, all or none, as `submit` does; submissions of other threads share the transaction."""
-        # the owner is known here: another thread may enter them
+        # the owner is read here, because another thread may enter the studies
         return self._turns.ask([replace(one, provenance=signed(one.provenance)) for one in submissions])
 
     def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
@@ -247,7 +247,7 @@ class Entering(StoreBase):
                 def told(one: Submission) -> tuple[Record, bool]:
                     digest = one.study.digest
                     created = digest in untold
-                    untold.discard(digest)  # among any number of submitters one has created it
+                    untold.discard(digest)  # if several submitted it, one of them has created it
                     return records[digest], created
 
                 return [refused.get(place) or list(map(told, some)) for place, some in enumerate(lists)]
@@ -262,15 +262,15 @@ class Entering(StoreBase):
         """Enter studies: one transaction reserves numbers, cubes are created, and another transaction writes the
         rows.
 
-        No cube is created inside a transaction: a slow disk or server blocks no writer. A visible study has its
+        No cube is created inside a transaction: a slow disk or server blocks no writer. A visible study always has its
         cube, which was created before. A kill in between leaves a reserved number and a cube without results, which
         `collect_garbage` removes.
 
         Parameters
         ----------
         decide : callable
-            Called in each transaction; gives the studies to enter for the present catalogue, and a function for the
-            answer.
+            Called in each transaction; gives the studies to enter into the present catalogue, and a function that makes
+            the answer.
         what : str
             Recorded among the studies' events.
 
@@ -300,7 +300,7 @@ class Entering(StoreBase):
                 self._make(fresh)
         except StoreFault as error:
             if isinstance(error.__cause__, ShelfAway):
-                made.clear()  # an absent server removes nothing: its pieces are garbage
+                made.clear()  # a server that does not answer removes nothing; its pieces become garbage
             raise
         finally:
             self._discard([each for study_id, each in made.items() if study_id not in entered])
@@ -321,7 +321,7 @@ class Entering(StoreBase):
             self.shelf.make(cubes, (BLOCKS,))
 
     def _discard(self, several: Sequence["_Made"]) -> None:
-        """Withdraw cubes and numbers without a study; those that cannot be removed are garbage."""
+        """Withdraw cubes and numbers without a study; what cannot be removed becomes garbage."""
         with suppress(StoreFault, OSError):
             # a rebuild may have entered the study of a reserved number: only unused ones are withdrawn
             ours: set[int] = set()
@@ -346,7 +346,7 @@ class Entering(StoreBase):
         if not several:
             return []
         c = studies.c
-        # a backup with its own submissions is independent: the next copy would remove them
+        # a backup with its own submissions becomes independent, since the next copy would remove them
         forget(connection, BACKUP_OF)
         # a reader at a revision of a deleted study must not find it in the new one
         ever: dict[str, int] = {}
@@ -421,7 +421,7 @@ class Entering(StoreBase):
 
 
 class _Asked:
-    """Entries of the catalogue for the submitted studies and keys."""
+    """The catalogue's entries for the submitted studies and keys."""
 
     def __init__(self, connection: Connection, lists: Iterable[Sequence[Submission]]) -> None:
         self._connection = connection
@@ -443,7 +443,7 @@ class _Asked:
 
     @contextmanager
     def _noting(self, name: str) -> Iterator[None]:
-        """Assign the damage of a row to its own submission; it does not affect the others."""
+        """Assign the damage of a row to the submission concerned, so that it does not affect the others."""
         try:
             yield
         except CatalogueDamaged as error:
@@ -460,11 +460,11 @@ class _Asked:
                 raise KeyTaken(
                     Fault(
                         "Idempotency-Key",
-                        f"{describe(one.key)}, given to study {known[:12]} before",
+                        f"{describe(one.key)}, already given to study {known[:12]}",
                         "a different key for each study",
                         "send the same definition as before, or another key",
-                        f"The idempotency key {printable(one.key or '')} was given to study {known[:12]} "
-                        "before, which has another definition.",
+                        f"The idempotency key {printable(one.key or '')} was already given to study "
+                        f"{known[:12]}, which has another definition.",
                     )
                 )
 
@@ -475,7 +475,7 @@ class _Asked:
         self._keys |= new
 
     def keep_keys(self) -> None:
-        """Write the usage."""
+        """Record the use of keys."""
         rows = ({"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items())
         for some in pieces(rows):
             self._connection.execute(insert(keys), some)
@@ -495,7 +495,7 @@ class _Made:
         return cube_name(self.entry.id, self.number)
 
     def files(self) -> dict[str, bytes]:
-        """Give the pieces of the cube without blocks."""
+        """Give the pieces of a cube that has no blocks yet."""
         entry = self.entry
         first = first_pieces(
             entry.study, entry.chunk, entry.provenance, reuse=entry.reuse, created=self.created
@@ -504,7 +504,7 @@ class _Made:
 
 
 def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int]:
-    """Give the numbers that were not withdrawn as garbage meanwhile."""
+    """Give the reserved numbers that were not withdrawn as garbage meanwhile."""
     found: set[int] = set()
     for some in pieces(each.number for each in several):
         query = select(studies.c.number).where(studies.c.number.in_(some), RESERVED)
@@ -514,7 +514,7 @@ def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int
 
 def _is_made(entry: Entry, made: dict[str, _Made], reserved: set[int]) -> bool:
     known = made.get(entry.id)
-    # if one definition was submitted twice the other one may be entered by now
+    # if a definition was submitted twice, the other submission may have entered it by now
     return known is not None and known.entry.study is entry.study and known.number in reserved
 
 

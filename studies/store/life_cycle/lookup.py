@@ -1,4 +1,4 @@
-"""Finding studies: one by its name, all page by page, the state of one and its events."""
+"""Finding studies: a study by its name, all studies page by page, and the state and events of a study."""
 
 import math
 import time
@@ -50,7 +50,8 @@ class Lookup(StoreBase):
         StudyNotFound
             If none is found, or fewer than `FIRST_DIGITS` digits are given, or they fit several.
         """
-        # no database accepts half characters, and one no NUL; a command line or an address may contain them
+        # a command line or an address may contain half characters, which no database accepts, or NUL, which PostgreSQL
+        # refuses
         ref = _sayable(ref)
         with self.catalogue.reading() as connection:
             row = alive_row(connection, ref)
@@ -182,7 +183,7 @@ class Lookup(StoreBase):
         StudyNotFound
             If there is no such study.
         TooManyUnfinished
-            If it has ended, is to be queued again, and the limit of waiting and running studies is reached.
+            If an ended study is to be queued again and the limit of waiting and running studies is reached.
         """
         if state not in STATES:
             raise ValueError(f"{state!r} is none of {STATES}")
@@ -191,7 +192,7 @@ class Lookup(StoreBase):
         if state in ENDED and not later:
             with self.catalogue.reading() as connection:
                 changes = _may_change(study_row(connection, study_id), only_from, owner)
-            # the cube's marks of a study that ended otherwise, or has another runner, are unchanged
+            # if the study ended otherwise or has another runner, the cube's marks stay unchanged
             if changes:
                 self._keep_marks(study_id, state, message, now)
         with self.catalogue.writing() as connection:
@@ -253,13 +254,13 @@ class Lookup(StoreBase):
         study_id : str
             The whole id.
         phase : str or None
-            One of `PREPARATIONS`; None once its blocks are computed, from when the pace is measured.
+            One of `PREPARATIONS`; None once its blocks are being computed; the pace is measured from then on.
         done, total : int, optional
             Progress of the phase, if it can be counted.
         owner : str
             Owner that works on the study.
         message : str, optional
-            Reason for waiting, or missing resource; empty for none, and by default unchanged.
+            Reason for waiting, or the missing resource; empty for none; by default unchanged.
         """
         if phase not in (None, *PREPARATIONS):
             raise ValueError(f"{phase!r} is none of {PREPARATIONS}")
@@ -286,7 +287,7 @@ class Lookup(StoreBase):
         except OSError as error:
             if state == "done":
                 raise cannot_use(self.shelf.address, error) from error
-            # the present marks are sufficient: an end that can be resumed needs no room on a full disk
+            # the present marks are sufficient, so ending a study that can be resumed needs no space on a full disk
 
     def events(self, study_id: str) -> list[tuple[float, str]]:
         """Give the events of a study, oldest first: seconds since 1970, and text."""

@@ -1,8 +1,8 @@
 """The marks of a cube, stored with its blocks, from which the catalogue's entry of a study can be restored.
 
-The description has the definition, and every block's file its content. The end of the study is added when it
-happens, in one piece with a checksum. It does not change while blocks are marked, so it never becomes outdated:
-later blocks have their own marks. It is removed before marks are invalidated.
+The description holds the definition, and every block's file describes its content. The end of the study is added when
+it happens, in one piece with a checksum. The piece does not change while blocks are marked, and is not outdated by
+later blocks, which have their own marks. It is removed before marks are invalidated.
 """
 
 import json
@@ -22,13 +22,15 @@ from damperlab.studies.store.files.shelf import TOMBSTONE, Shelf
 from damperlab.studies.vocabulary import ENDED
 
 MARKS = "marks.json"
-"""The key of the marks."""
+"""The key of the piece with the marks."""
 
 PUT_OFF = "marks of "
 """Prefix of the fact that names an ended study whose marks are yet to be written with its blocks."""
 
 NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "claim_expires", "deleted", "crc"})
-"""Columns of a study's row that its description contains, or that mean nothing to another catalogue."""
+"""Columns of a study's row that are not stored: its description contains them, or they mean nothing to another
+catalogue.
+"""
 
 
 def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> None:
@@ -41,7 +43,7 @@ def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> N
     study_id : str
         Its whole id.
     changes : mapping
-        Columns of its row that are about to change.
+        New values of columns of its row that are about to change.
 
     Raises
     ------
@@ -67,8 +69,8 @@ def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> N
 
 
 def put_off_marks(connection: Connection, study_id: str) -> None:
-    """Note in a transaction that the marks of a study are to be written later. The writer recognises the note by its
-    text.
+    """Note in a transaction that the marks of a study are to be written later. The writer of the marks recognises this
+    note by its text.
     """
     remember(connection, f"{PUT_OFF}{study_id}", uuid.uuid4().hex)
 
@@ -148,7 +150,8 @@ def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -
     row : Row
         The catalogue's data.
     last_event : float, optional
-        Time of the study's latest event, in seconds since 1970: a study that was resumed later has not lost its end.
+        Time of the study's latest event, in seconds since 1970. A study that was resumed after its end has not lost the
+        end.
     """
     finished = kept.get("finished")
     if kept.get("state") not in ENDED or finished is None or row.finished == finished:
@@ -157,7 +160,7 @@ def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -
 
 
 def study_columns() -> frozenset[str]:
-    """Names of the columns that the marks may restore; an older program may have had fewer."""
+    """Names of the columns that the marks may restore; marks of an older program may have fewer."""
     return frozenset(studies.c.keys()) - NOT_KEPT
 
 
@@ -166,6 +169,6 @@ def _say_complete(shelf: Shelf, complete: bool) -> None:
         old = shelf.get(DESCRIPTION)
         new = as_complete(old, complete)
     except (FileNotFoundError, ValueError):
-        return  # damaged: `verify` reports it, and its repair writes it again
+        return  # the marks are damaged: `verify` reports this, and its repair writes them again
     if new != old:
         shelf.put(DESCRIPTION, new)

@@ -28,7 +28,7 @@ class Remarking(Lookup):
         remarks : Remarks
             The remarks; missing ones are unchanged.
         at_once : bool
-            Whether to write it with the blocks before this returns. If not, `keep_late_marks` writes it.
+            Whether to write them with the blocks before this returns. If not, `keep_late_marks` writes them.
 
         Raises
         ------
@@ -45,7 +45,7 @@ class Remarking(Lookup):
             connection.execute(update(studies).where(studies.c.number == number).values(change))
             row = study_row(connection, study_id)
             if row.state in ENDED:
-                # a lost catalogue is restored from these; those of a running study are written as it ends
+                # a lost catalogue is restored from these marks; those of a running study are written when it ends
                 put_off_marks(connection, study_id)
         if row.state in ENDED and at_once:
             self._keep_late(study_id)
@@ -65,7 +65,7 @@ class Remarking(Lookup):
                 return
             try:
                 self._keep_late(key.removeprefix(PUT_OFF))
-            except StoreFault as error:  # the others are written anyway
+            except StoreFault as error:  # the others are written all the same
                 failed = failed or error
         if failed is not None:
             raise failed
@@ -96,9 +96,9 @@ class Remarking(Lookup):
                     self._keep_late(study_id)
                     return
         except (StudyNotFound, FileNotFoundError):
-            pass  # deleted, or its cube is lost: there is no place to write to
+            pass  # the study was deleted or its cube is lost, so there is no place to write to
         except OSError as error:
             raise cannot_use(self.shelf.address, error) from error
         with self.catalogue.writing() as connection:
-            # later remarks are written in their turn
+            # later remarks have their own note
             connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == note))

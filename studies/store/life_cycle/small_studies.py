@@ -20,7 +20,7 @@ class SmallBatches(Blocks, Claims):
     """Studies of one block that one owner computes together."""
 
     def take(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
-        """Claim and start those studies that wait, were never started, and are recorded for this solver and
+        """Claim and start those of the studies that wait, were never started, and are recorded for this solver and
         processor.
 
         Parameters
@@ -54,7 +54,7 @@ class SmallBatches(Blocks, Claims):
             connection.execute(change.values(claim_expires=time.time() + CLAIM_SECONDS))
 
     def finish(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
-        """Mark the one block of each study and end it; marks that a full disk prevents are written later."""
+        """Mark the one block of each study and end the study; marks that do not fit on a full disk are written later."""
         with self.catalogue.writing() as connection:
             marked = [
                 each for each, outcome in outcomes.items() if self._mark_one(connection, each, outcome, owner)
@@ -89,5 +89,5 @@ class SmallBatches(Blocks, Claims):
         try:
             self._keep_marks(study_id, "done", None, now)
         except StoreFault:
-            return False  # deleted, or the disk is full: it keeps its mark, and the next run ends it
+            return False  # deleted, or the disk is full; in the latter case it keeps its mark, and the next run ends it
         return True

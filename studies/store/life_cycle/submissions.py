@@ -1,4 +1,4 @@
-"""Submission for another solver, and deletion by a tombstone."""
+"""Submission again for another solver, and deletion by a tombstone."""
 
 import json
 import time
@@ -38,7 +38,7 @@ _AT_ONCE = 5000  # most marks removed in one transaction
 
 
 class Submissions(Entering):
-    """How studies are entered again, started and left."""
+    """The part of the store that enters studies again, starts them and deletes them."""
 
     def recompute(self, study_id: str, provenance: dict[str, str]) -> tuple[Record, bool]:
         """Enter a study once more, for today's solver, and keep the old version.
@@ -53,7 +53,7 @@ class Submissions(Entering):
         Returns
         -------
         record : Record
-            The new version. Or the newest one, if that already belongs to today's solver, or waits for it.
+            The new version. If the newest version already belongs to today's solver, or waits for it, that one.
         created : bool
             Whether it is new.
 
@@ -62,7 +62,7 @@ class Submissions(Entering):
         StudyNotFound
             If there is no such study.
         NothingToDo
-            If the study is complete and of today's solver, or has no results yet.
+            If today's solver has already computed the complete study, or it has no results yet.
         StoreFault, QuotaReached
             As for `submit`.
         """
@@ -103,12 +103,12 @@ class Submissions(Entering):
         facts : mapping of str
             Provenance from the workers; `identity` decides.
         owner : str, optional
-            Who claims to work on the study; nothing changes where the claim is somebody else's.
+            Owner of the claim on the study; nothing changes if another owner has it.
 
         Returns
         -------
         Record
-            As it is then. If blocks are done, its provenance is unchanged, and the caller compares.
+            The study's present record. If blocks are done, its provenance is unchanged, and the caller compares it.
 
         Raises
         ------
@@ -122,7 +122,7 @@ class Submissions(Entering):
         if not _may_begin(row, facts, owner):
             return record_of(row)
         provenance = {**record_of(row).provenance, **facts}
-        # before the row: if the process dies in between, it is repeated
+        # written before the row; if the process dies in between, this is repeated
         self._describe(row, provenance)
         with self.catalogue.writing() as connection:
             now = study_row(connection, study_id)
@@ -134,7 +134,7 @@ class Submissions(Entering):
                 log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
                 now = study_row(connection, study_id)
         if not begins:
-            # another runner has taken over the study: its cube follows the catalogue
+            # another runner has taken over the study, so its cube is written again from the catalogue
             self._describe(now, record_of(now).provenance)
         return record_of(now)
 
@@ -164,7 +164,7 @@ class Submissions(Entering):
         StudyNotFound
             If there is no such study.
         StudyBusy
-            If a process works on it and it has not ended. For an ended study, a runner may still be cleaning up.
+            If a process works on it and it has not ended. After its end, a runner may still be cleaning up.
         """
         with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
@@ -173,7 +173,8 @@ class Submissions(Entering):
             until = time.time() + keep_seconds
             connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=until))
             log_event(connection, study_id, "deleted")
-        # after the commit: the record beside the cube must never be wrong, and is lost only with the catalogue
+        # written after the commit, because the record beside the cube must never be wrong; it is lacking only if the
+        # catalogue is lost too
         with suppress(OSError):
             put_tombstone(self.cube_shelf(study_id, row.number), until)
 
@@ -196,7 +197,7 @@ class Submissions(Entering):
             row = _restorable_row(connection, study_id)
         shelf = self.cube_shelf(study_id, row.number)
         with using(shelf.address):
-            # before the commit: no record beside the cube may mark an existing study as deleted
+            # removed before the commit, because no record beside the cube may mark an existing study as deleted
             shelf.remove(TOMBSTONE)
         try:
             with self.catalogue.writing() as connection:
@@ -212,8 +213,8 @@ class Submissions(Entering):
     def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:
         """Remove the files of studies that were deleted before a time, in seconds since 1970, by default now.
 
-        A tombstone loses its marks and its definition last, so that an interrupted removal is found again. An empty
-        row remains, so that the study's number and revisions are never used twice.
+        A tombstone loses its marks and its definition last, so that an interrupted removal is found again by the next
+        call. An empty row remains, so that the study's number and revisions are never used twice.
         """
         c = studies.c
         before = time.time() if before is None else before
@@ -226,7 +227,7 @@ class Submissions(Entering):
             try:
                 self.cube_shelf(row.id, row.number).clear()
             except OSError:
-                continue  # found again
+                continue  # found again by the next call
             while self._forget_marks(row.number):
                 pass
             with self.catalogue.writing() as connection:
@@ -235,7 +236,9 @@ class Submissions(Entering):
                 connection.execute(update(studies).where(c.number == row.number).values(empty))
 
     def _forget_marks(self, number: int) -> bool:
-        """Remove some marks of a deleted study, and say whether there may be more: other writers must not wait long."""
+        """Remove some marks of a deleted study, and say whether there may be more. It removes few at a time, so that
+        other writers do not wait long.
+        """
         b = done_blocks.c
         with self.catalogue.writing() as connection:
             some = select(b.block).where(b.study == number).order_by(b.block).limit(_AT_ONCE)
@@ -259,13 +262,13 @@ def _restorable_row(connection: Connection, study_id: str) -> Row[Any]:
     row = _trashed_row(connection, study_id)
     if alive_row(connection, study_id) is not None:
         told = f"Study {study_id} was submitted again since it was deleted."
-        allowed, advice = "a study that is not there", "delete the other one first"
+        allowed, advice = "a study that was not submitted again", "delete the other one first"
         raise NothingToDo(Fault("study", study_id, allowed, advice, told))
     return row
 
 
 def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:
-    """Whether the solver of a study is yet to be recorded, and by this owner."""
+    """Whether this owner has yet to record the solver of a study."""
     known = json.loads(row.provenance).get("identity") == facts["identity"]
     return not known and not row.blocks_done and owner in (None, row.claim_owner)
 
@@ -275,12 +278,11 @@ def _nothing_to_recompute(record: Record) -> NothingToDo:
         found, advice = f"{record.id}, which has no results yet", f"run `damperlab run {record.id}`"
         told = f"Study {record.id} has no results yet, so there is nothing to compute again."
     else:
-        found = f"{record.id}, which is of today's solver: it would give the same bits"
+        found = f"{record.id}, whose results today's solver computed: it would give the same bits"
         told = (
-            f"The results of study {record.id} are of today's solver, which would give the same bits again."
+            f"The results of study {record.id} were computed by today's solver, which would give the same "
+            "bits again."
         )
-        advice = (
-            "nothing need be done; `damperlab store verify` checks that the results are as they were written"
-        )
-    allowed = "a study whose results are of another solver"
+        advice = "there is nothing to do; `damperlab store verify` checks that the results are intact"
+    allowed = "a study whose results another solver computed"
     return NothingToDo(Fault("study", found, allowed, advice, told))

@@ -17,7 +17,7 @@ from damperlab.studies.store.provenance import DESIGNS, REFINES
 from damperlab.studies.unit_names import ALIASES, COORDINATE_NAMES
 from damperlab.studies.vocabulary import STATES
 
-_OF_TEXTS = ("record",)  # dimensions without a place in a study's box
+_OF_TEXTS = ("record",)  # dimensions without a range in a study's box
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,10 +33,10 @@ class Wanted:
     tag : str, optional
         One of its tags.
     axis : str, optional
-        A dimension of it, or the quantity of its physical block that corresponds to one.
+        One of its dimensions, or a quantity in its physical block that corresponds to a dimension.
     low, high : float, optional
-        The least and the greatest value of `axis`: the study's values, from the first to the last, must reach into
-        that range.
+        The least and the greatest value of `axis`. The study's axis, from its first to its last value, must overlap
+        this range.
     designs : bool
         Whether to include studies submitted by designs and refinements. Otherwise they appear only if they have the
         requested tag, name, or state other than done.
@@ -76,7 +76,7 @@ class Wanted:
         ends = {"from": self.low, "to": self.high}
         for name, end in ends.items():
             if end is not None and (self.axis is None or math.isnan(end)):
-                allowed = "a number" if self.axis else "nothing where no axis is named"
+                allowed = "a number" if self.axis else "nothing, unless an axis is named"
                 faults.append(Fault(name, describe(end), allowed, "name the `axis` as well, or leave it out"))
         if None not in ends.values() and self.low > self.high:  # type: ignore[operator]
             faults.append(
@@ -102,11 +102,11 @@ class Wanted:
 
     @property
     def looks_inside(self) -> bool:
-        """Whether rows must be read for further conditions."""
+        """Whether rows must be read to check further conditions."""
         return self.axis is not None
 
     def fits(self, row: Row[Any]) -> bool:
-        """Whether the grid of a study reaches into the range."""
+        """Whether the grid of a study overlaps the range."""
         definition = json.loads(row.definition)
         names = [name for name in dimensions_of_definition(definition) if name not in _OF_TEXTS]
         box = dict(zip(names, json.loads(row.box), strict=True))

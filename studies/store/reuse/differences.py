@@ -18,7 +18,7 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 
 NOT_RESULTS = ("run_time",)
-"""Measured, not computed: it is never reproducible."""
+"""Variables that are measured, not computed, so that they are never reproducible."""
 
 
 @dataclass
@@ -32,9 +32,10 @@ class Difference:
     points : int
         Points with a difference, in one bit or more; NaN equals NaN.
     largest_relative : float, optional
-        Largest \\|a − b\\| / max(\\|a\\|, \\|b\\|) of numbers that are finite in both; None for codes, and where there is none.
+        Largest \\|a − b\\| / max(\\|a\\|, \\|b\\|) of numbers that are finite in both; None for codes, and if there is
+        none.
     at : dict, optional
-        Coordinates of the largest difference, for codes of the first.
+        Coordinates of the largest difference; for codes, of the first difference.
     older, newer : float, optional
         The two values there.
     """
@@ -109,7 +110,7 @@ def differences_of(store: Store, newer: Record, older: Record | None = None) -> 
         ]
         if not before:
             told = f"Study {newer.id} has no older version with results to compare with."
-            raise _no_other(f"{newer.id}, of which there is no older version with results", told)
+            raise _no_other(f"{newer.id}, which has no older version with results", told)
         older = before[-1]
     if older.digest != newer.digest:
         told = f"{newer.id} and {older.id} are different studies, not two versions of one."

@@ -1,4 +1,4 @@
-"""The latest completed studies of a family: their run times predict that of another one."""
+"""The latest completed studies of a family; their run times predict the run time of another study of it."""
 
 from sqlalchemy import select
 

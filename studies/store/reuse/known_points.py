@@ -35,7 +35,7 @@ class Source:
 def known_points(
     sources: tuple[Source, ...], study: AnyStudy, block: Block
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Read the known points of a block; a missing or damaged source gives nothing.
+    """Read the known points of a block; a missing or damaged source contributes none.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def known_points(
     values : dict of ndarray, each block.shape
         Every stored variable, valid where `known` is true.
     """
-    from damperlab.studies.store.cube.opened import open_cube  # brings xarray along
+    from damperlab.studies.store.cube.opened import open_cube  # imported here, because it imports xarray
 
     known = np.zeros(block.shape, bool)
     variables = stored_variables(study)

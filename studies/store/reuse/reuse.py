@@ -26,8 +26,8 @@ from damperlab.studies.store.store import Store
 class Overlaps:
     """Overlap of a study with earlier ones; queried block by block.
 
-    The catalogue has the box of each study's grid. Only definitions of studies whose box meets this study's are
-    read.
+    The catalogue has the box of each study's grid. Only definitions of studies whose box overlaps that of this study
+    are read.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Overlaps:
             near = boxes.near(record, box_of(study))
             overlaps = (_overlap(study, other, boxes.study(other)) for other in near)
             self._studies = [overlap for overlap in overlaps if overlap is not None]
-        # those with the largest overlap first: the others then have little to add
+        # largest overlap first, so that later studies have little to add
         self._studies.sort(key=lambda overlap: -math.prod(len(own) for own, _ in overlap.common))
         corners = [[(own[0], own[-1]) for own, _ in overlap.common] for overlap in self._studies]
         self._corners = np.array(corners, np.int64).reshape(len(corners), len(record.shape), 2)
@@ -135,7 +135,7 @@ class Boxes:
 @dataclass(frozen=True)
 class _Overlap:
     record: Record
-    # along each dimension the equal values: their indices here and there, ascending
+    # for each dimension, the ascending indices of equal values in both studies
     common: tuple[tuple[np.ndarray, np.ndarray], ...]
 
 

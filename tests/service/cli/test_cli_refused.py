@@ -81,7 +81,7 @@ NAMED = [
     ("show", "ID"),
     ("run no-such-study", "no-such-study"),
     ("run figure-11 --workers 2 --scheduler tcp://127.0.0.1:1", "--scheduler"),
-    ("run figure-11 --scheduler foo", "`--scheduler` must be an address such as tcp://HOST:8786"),
+    ("run figure-11 --scheduler foo", "`--scheduler` must be an address of the form tcp://HOST:8786"),
     ("run figure-11 --scheduler tcp://host", "Name the host and its port"),
     ("serve --scheduler tcp://host:99999", "`--scheduler` must be an address"),
     ("admin worker foo", "`ADDRESS` must be an address"),

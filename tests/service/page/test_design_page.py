@@ -111,7 +111,7 @@ def test_every_fault_stands_at_its_field(open_page: Callable[..., Any], helpers:
     # 6 mm of 5 mm, in the unit of the field
     tolerance = page.locator('[data-field="tolerances.clearance_m"] .faults')
     expect(tolerance).to_contain_text("at most 2.5, not 6")
-    expect(page.get_by_role("region", name="What it may take")).to_contain_text("nonsense")
+    expect(page.get_by_role("region", name="Budget")).to_contain_text("nonsense")
 
 
 @pytest.mark.night

@@ -151,8 +151,8 @@ def test_a_tab_that_was_left_does_not_take_the_address_back(
 @pytest.mark.parametrize(
     ("address", "text", "cost"),
     [
-        ("#/new", "The study as JSON", "What it will cost"),
-        ("#/designs/new?specification=prototype", "The specification as JSON", "What it may take"),
+        ("#/new", "The study as JSON", "Expected cost"),
+        ("#/designs/new?specification=prototype", "The specification as JSON", "Budget"),
     ],
 )
 def test_a_late_dry_run_is_not_given_up_and_replaces_nothing(

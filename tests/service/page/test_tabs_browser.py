@@ -102,7 +102,7 @@ def test_the_motion_under_an_earthquake_is_drawn_and_sensitivity_explained_where
     assert peak == pytest.approx(asked["natural_frequency_hz"], rel=0.02)  # no damper rings at its own
     assert len(run_the_lines_of_python(page)) == 1  # all three figures are of one comparison
 
-    page.get_by_text("What the record looks like").click()
+    page.get_by_text("Figures of the record").click()
     record = client.get(f"/api/v1/records/{asked['record']}").raise_for_status().json()
     (motion,) = until(page, TRACES, bool, "Acceleration of the base over time")
     assert motion["x"] == record["time_s"]

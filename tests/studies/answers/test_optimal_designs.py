@@ -109,7 +109,7 @@ def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(c
     for objective in ("resonance", "peak", "band_mean", "band_rms"):
         answer = optimal_designs(alone, Judging(objective))
         assert (
-            "Only one frequency was computed, r = 1: the judgement holds at that frequency only"
+            "Only one frequency was computed, r = 1: the judgement applies to that frequency alone"
             in (answer.attrs["note"])
         )
         np.testing.assert_allclose(

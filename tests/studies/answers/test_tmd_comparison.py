@@ -171,7 +171,9 @@ def test_what_is_not_named_of_a_design_is_that_of_the_best_and_it_is_said():
     answer = tmd_comparison(cube, tuning)
     assert {name: float(answer[name]) for name in names} == lead
     assert answer.attrs["hybrid_peak"] == active["value"]
-    chosen = f"of the study, as none was named: β = {lead['mass_ratio']:g}, γ_F = {lead['friction_ratio']:g}."
+    chosen = (
+        f"of the study, as no design was named: β = {lead['mass_ratio']:g}, γ_F = {lead['friction_ratio']:g}."
+    )
     assert chosen in answer.attrs["note"]
     xr.testing.assert_equal(answer, tmd_comparison(cube, tuning, lead))
     assert "Compared is" not in tmd_comparison(cube, tuning, lead).attrs["note"]

@@ -66,19 +66,20 @@ def test_a_range_of_a_decade_is_searched_in_its_logarithm() -> None:
 @pytest.mark.parametrize(
     ("structure", "fit", "said"),
     [
-        (PROTOTYPE, {}, "Nothing is to be estimated."),
+        (PROTOTYPE, {}, "There is no parameter to estimate."),
         (PROTOTYPE, {"restitutoin": None}, "Did you mean `restitution`?"),
         (PROTOTYPE, {"mass_kg": (1.0, 2.0)}, "mass_kg cannot be estimated"),
         (PROTOTYPE, {"restitution": (0.5, 2.0)}, "`fit.restitution` must be a number from 0 to 1, not 2.0."),
         (PROTOTYPE, {"restitution": (0.5, 0.5)}, "a lowest value below the highest"),
-        (PROTOTYPE, {"damping_n_s_per_m": None}, "`fit.damping_n_s_per_m` needs a range to look in"),
+        (PROTOTYPE, {"damping_n_s_per_m": None}, "`fit.damping_n_s_per_m` needs a range to search"),
         (PROTOTYPE, {"clearance_m": None, "clearance_ratio": (1, 9)}, "are the same parameter"),
         (PROTOTYPE, dict.fromkeys(("restitution", "damping_ratio", "clearance_m")),
          "3 measured amplitudes cannot determine 3 parameters."),
         ({"axes": {"restitution": 0.5}}, {"damping_ratio": None},
          "`friction_ratio` is neither given nor estimated nor a column of the table"),
         ({**PROTOTYPE, "axes": {"restitution": 3}}, {"damping_ratio": None}, "`restitution` must be"),
-        ({**PROTOTYPE, "axes": {"speed": 3}}, {"damping_ratio": None}, "`speed` is not known of a prototype"),
+        ({**PROTOTYPE, "axes": {"speed": 3}}, {"damping_ratio": None}, "`speed` is not a known value of a "
+                                                                       "prototype"),
         ({**PROTOTYPE, "contact": {"model": "soft"}}, {"damping_ratio": None}, "contact.model"),
         ({**PROTOTYPE, "solver": {"method": "rk4"}}, {"damping_ratio": None}, "A fit needs the event solver"),
         ({**PROTOTYPE, "particle": False}, {"restitution": None}, "in a scene without a particle"),
@@ -155,7 +156,7 @@ def test_an_axis_is_a_range_and_an_option_replaces_a_ratio_or_what_makes_it() ->
     [
         (KNOWN, {"damping": None}, "damping cannot be estimated from a time history"),
         (KNOWN, {"friction_ratio": (0.0, 1.0)}, "a time history has no base amplitude"),
-        (KNOWN, {"friction_force_n": None}, "needs a range to look in"),
+        (KNOWN, {"friction_force_n": None}, "needs a range to search"),
         (KNOWN | {"particle": False}, {"restitution": None}, "cannot be estimated in a scene without a particle"),
         (history_without("restitution"), {"damping_ratio": None}, "`restitution` is neither given nor estimated"),
         (history_without("mass_kg"), {"restitution": None}, "`mass_kg` is neither given nor estimated"),
@@ -167,7 +168,9 @@ def test_an_axis_is_a_range_and_an_option_replaces_a_ratio_or_what_makes_it() ->
             {"restitution": None, "particle_friction_coefficient": None},
             "cannot be combined with a contact that takes time",
         ),
-        (KNOWN | {"start": {"kind": "continuation", "direction": "up"}}, {"restitution": None}, "says nothing about a time"),
+        (KNOWN | {"start": {"kind": "continuation", "direction": "up"}}, {"restitution": None}, "does not "
+                                                                                                "apply to a "
+                                                                                                "time"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_asked_of_a_history_is_refused_in_a_sentence(

@@ -207,7 +207,7 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
             "Remove the lines above line 2, or write # before them.",
         ),
         ("Run 4\n9, 1\n10, 2", "Write # before it, and below it such a line"),
-        ("9, 1\n10, 2", "Write such a line above it, with the units that the numbers are in."),
+        ("9, 1\n10, 2", "Write such a line above it, with the units of the numbers."),
         ("r, X/Z\n1, 2, 3", "Line 2 has 3 cells, but the heading names 2 columns."),
         ("r, X/Z\n1,", "`line 2.amplitude_ratio` must be a number above 0, not an empty cell."),
         ("r, X/Z\n1, twelve", '`line 2.amplitude_ratio` must be a number above 0, not "twelve".'),

@@ -32,7 +32,7 @@ def test_a_quantity_that_is_given_keeps_its_limit_with_its_tolerance(limit_n: fl
         assert parse_specification(document).damper_limits == {"friction_force_n": limit_n}
         return
     told = faults_of(document)["limits.friction_force_n"]
-    assert "its tolerance takes it to 0.33" in told
+    assert "with its tolerance it reaches 0.33" in told
     assert "relax it to at least 0.33" in told.lower()
 
 
@@ -108,7 +108,7 @@ def test_limits_are_in_what_the_specification_is_in() -> None:
 
 
 def test_a_ratio_of_the_damper_that_no_value_keeps_is_refused_in_ratios() -> None:
-    with pytest.raises(StudyFaults, match=r"excludes every clearance_ratio asked for, which begins at 1 "):
+    with pytest.raises(StudyFaults, match=r"excludes every allowed clearance_ratio; the smallest is 1 "):
         parse_specification(RATIOS | {"limits": {"cavity_length_ratio": 1.5}})
 
 
@@ -120,5 +120,5 @@ def test_a_limit_of_nothing_excludes_every_particle_and_every_friction_that_begi
     document = {key: value for key, value in GIVEN.items() if key != "particle_mass_kg"}
     document |= place or {"particle_mass_kg": given}
     told = faults_of(document | {"limits": {"particle_mass_kg": 0, "friction_force_n": 0}})
-    assert "excludes every particle_mass_kg" in told["limits.particle_mass_kg"]
+    assert "excludes every allowed particle_mass_kg" in told["limits.particle_mass_kg"]
     assert "at least 0.33" in told["limits.friction_force_n"]

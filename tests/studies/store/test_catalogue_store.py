@@ -29,7 +29,7 @@ def test_a_submitted_study_is_found_by_id_prefix_and_name(store):
     assert record.provenance == {"solver_version": "7"}
     for ref in (record.id, record.id[:4], "my map"):
         assert store.find(ref) == record
-    with pytest.raises(StudyNotFound, match=f"it takes 4 digits. It begins that of {record.id} \\(my map\\)"):
+    with pytest.raises(StudyNotFound, match=f"an id needs 4 digits; these begin {record.id} \\(my map\\)"):
         store.find(record.id[:3])
 
 

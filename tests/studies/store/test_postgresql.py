@@ -137,7 +137,7 @@ def test_a_folder_and_its_database_belong_together_before_the_first_study(tmp_pa
     with pytest.raises(StoreFault, match="DAMPERLAB_CATALOGUE"):
         Store.open(tmp_path / "data")
     assert not (tmp_path / "data" / "catalogue.sqlite").exists()
-    with pytest.raises(StoreFault, match="another data folder"):
+    with pytest.raises(StoreFault, match="different data folder"):
         Store.open(tmp_path / "other", address)
     Store.open(tmp_path / "data", address).close()
     rebuild(tmp_path / "other", address)

@@ -37,7 +37,7 @@ def test_file_is_not_touched_where_the_answers_are_wrong(tmp_path: Path) -> None
     said: list[str] = []
     asyncio.run(show_alive(tmp_path / "alive", said.append, off_by_one_in_the_sixth_digit))
     assert len(said) == 1
-    assert said[0].startswith("it computes points whose values are known as 131.5")
+    assert said[0].startswith("it computes wrong values for known points: 131.5")
     assert not (tmp_path / "alive").exists()
 
 

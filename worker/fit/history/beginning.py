@@ -1,4 +1,4 @@
-"""A beginning of a time history that its parameters describe and predict."""
+"""A beginning of a time history that some parameters describe and predict."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from damperlab.worker.fit.history.trials import Place, Trials
 SURPRISE = 1e-3
 """Probability that a longer beginning is rejected although its parameters are right."""
 DEVIATIONS = 3.0
-"""Standard deviations of the difference of two variances up to which they count as equal."""
+"""Two variances count as equal if they differ by at most this number of standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Beginning:
     spread : Spread
         Their uncertainty.
     tried : tuple of Place
-        Places drawn around the best, over the same samples.
+        Parameter sets drawn around the best, over the same samples.
     """
 
     rows: int
@@ -41,11 +41,11 @@ class Beginning:
         return self.places[0]
 
     def above(self, place: Place, trials: Trials) -> float:
-        """Chi-square of a place over this beginning, minus that of the best."""
+        """Chi-square of a parameter set over this beginning, minus that of the best."""
         return (place.squares - self.best.squares) / trials.variance(self.best.squares, self.rows)
 
     def scatters_like(self, place: Place, rows: int, trials: Trials) -> bool:
-        """Whether residuals over a longer beginning are no larger than over this one, within chance."""
+        """Whether residuals over a longer beginning are no larger than over this one, apart from chance."""
         count = place.shares.size
         here, there = (one.squares / (size - count) for one, size in ((self.best, self.rows), (place, rows)))
         allowed = 1.0 + DEVIATIONS * np.sqrt(2.0 / (self.rows - count) + 2.0 / (rows - count))
@@ -54,11 +54,11 @@ class Beginning:
     def agrees(self, place: Place, rows: int, trials: Trials) -> bool:
         """Whether parameters of a longer beginning describe this one about as well as its own do.
 
-        In the rugged landscape of late impacts some places fit a longer beginning by chance; they fit its first part
-        worse.
+        Late impacts make chi-square rugged, so that some parameter sets fit a longer beginning by chance; they fit its
+        first part worse.
         """
         over_this = trials.place(place.shares, self.rows)
         limit = chdtri(place.shares.size, SURPRISE)
-        # if the model is not quite right its own misfit is a measure of the uncertainty
+        # if the model is not quite right, its own misfit measures the uncertainty
         unit = max(1.0, self.best.squares / (self.rows * trials.variance(self.best.squares, self.rows)))
         return self.above(over_this, trials) <= limit * unit and self.scatters_like(place, rows, trials)

@@ -1,8 +1,8 @@
-"""Parameters of a prototype from a time history: least squares over a growing beginning.
+"""Estimates the parameters of a prototype from a time history, by least squares over a growing beginning.
 
-Late parts of a history depend on the parameters in a rugged way because of impacts, so a sum of squares over all of
-it has countless minima. A beginning of a few periods has few; each longer one is searched from the best places of
-the previous one.
+Late parts of a history depend on the parameters in a rugged way because of impacts, so a sum of squares over all of it
+has countless minima. A beginning of a few periods has few minima. Each longer one is searched from the best parameter
+sets of the previous one.
 """
 
 from collections.abc import Callable
@@ -21,23 +21,25 @@ from damperlab.worker.fit.history.trials import Place, Trials
 from damperlab.worker.warm import warm
 
 START = {1: 96, 2: 400, 3: 1200, 4: 2000, 5: 3000, 6: 4000}
-"""Places that fill the ranges, by the number of parameters."""
+"""Number of parameter sets that fill the ranges, by the number of parameters."""
 PERIODS, GROWTH = 2.0, 1.25
 """Periods of the structure in the shortest beginning, and the growth factor."""
 LEAST_ROWS = 12
 """Samples for each parameter in the shortest beginning."""
 LOOKED_BACK = 6
-"""Number of beginnings whose spreads are used for drawing places."""
+"""Number of earlier beginnings whose spreads are used to draw parameter sets."""
 BEGUN, KEPT, DRAWN, TRIED = 24, 10, 240, 8
-"""Places refined from the first beginning on; drawn around the best at the end, and refined."""
+"""Numbers of parameter sets: refined from the first beginning, kept from one beginning to the next, drawn around the
+best at the end, and refined from these.
+"""
 ROUNDS, GAIN = 4, 0.1
 """Rounds around the best, and the gain in chi-square below which they end."""
 AS_GOOD = 25.0
-"""Difference of chi-square up to which a place is kept."""
+"""Difference of chi-square up to which a parameter set is kept."""
 SAME = 1e-4
-"""Largest difference of places that count as equal, as fractions of the ranges."""
+"""Largest difference of parameter sets that count as equal, as fractions of the ranges."""
 NEAR = 0.1
-"""Unit of a coarse residual, as a share of the largest displacement."""
+"""Scale of a coarse residual, as a share of the largest displacement."""
 
 
 def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | None = None) -> FittedHistory:
@@ -84,8 +86,8 @@ def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | Non
 
 
 def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning | None:
-    """Search around the best until no better place is found: minima lie close together where the structure stops or
-    is struck.
+    """Search around the best until no better parameter set is found, because minima lie close together where the
+    structure stops or is struck.
     """
     tried: list[Place] = []
     for _ in range(ROUNDS):
@@ -103,7 +105,7 @@ def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning
 
 
 def beginnings(question: HistoryQuestion) -> list[int]:
-    """Numbers of rows of the beginnings; the last has all rows."""
+    """Give the numbers of rows of the beginnings; the last one has all rows."""
     whole = question.measured.rows
     periods = PERIODS / (question.frequency_hz * question.measured.step_s)
     rows = max(periods, LEAST_ROWS * len(question.free))
@@ -120,7 +122,7 @@ def _begin(trials: Trials, rows: int) -> list[Place]:
     from scipy.stats.qmc import Halton
 
     count = len(trials.question.free)
-    # without the corner with which the sequence begins
+    # without the corner of the ranges with which the sequence begins
     spread = Halton(count, scramble=False).random(START[count] + 1)[1:]
     measured = trials.question.measured
     near = NEAR * measured.largest_m / trials.unit
@@ -134,7 +136,7 @@ def _begin(trials: Trials, rows: int) -> list[Place]:
 
 
 def _kept(trials: Trials, places: list[Place], rows: int, most: int) -> list[Place]:
-    """Drop equal places, and those that chi-square excludes; but keep the second best."""
+    """Drop equal parameter sets and those that chi-square excludes, but keep the second best."""
     unit = trials.variance(places[0].squares, rows)
     kept: list[Place] = []
     for each in places:
@@ -145,7 +147,7 @@ def _kept(trials: Trials, places: list[Place], rows: int, most: int) -> list[Pla
 
 
 def _drawn(trials: Trials, spreads: list[Spread], rows: int) -> list[Place]:
-    """Draw places within the uncertainty of shorter beginnings."""
+    """Draw parameter sets within the uncertainty of shorter beginnings."""
     generator = np.random.default_rng([trials.question.seed, rows])
     of = spreads[-LOOKED_BACK:]
     draws = np.concatenate([each.draw(DRAWN // len(of), generator) for each in of])
@@ -153,7 +155,7 @@ def _drawn(trials: Trials, spreads: list[Spread], rows: int) -> list[Place]:
 
 
 def _descended(trials: Trials, places: list[Place], rows: int) -> list[Place]:
-    """Refine the best of some places."""
+    """Refine the best of some parameter sets."""
     return [trials.descend(each.shares, rows) for each in _sorted(places)[:TRIED]]
 
 
@@ -162,7 +164,7 @@ def _sorted(places: list[Place]) -> list[Place]:
 
 
 def _follows(trials: Trials, place: Place, rows: int) -> bool:
-    """Whether the parameters explain more than half of the motion; otherwise any others would do as well."""
+    """Whether the parameters explain more than half of the motion; otherwise other parameters would do as well."""
     moved = trials.question.measured.displacement_m[:rows] / trials.unit[:rows]
     return place.squares < 0.5 * float((moved**2).sum())
 
@@ -171,14 +173,15 @@ def _unpredictable(question: HistoryQuestion) -> Fault:
     rows = beginnings(question)[0]
     least = (rows - 1) * question.measured.step_s
     told = (
-        f"No parameters within their ranges describe even the first {least:.3g} s of the history predictably: either what is "
-        "held known does not describe this prototype, or the ranges do not hold it, or the response diverges before the "
-        "data have said where it is."
+        f"No parameters within their ranges describe even the first {least:.3g} s of the history "
+        "predictably: the known values do not describe this prototype, the ranges do not contain its "
+        "parameters, or the response diverges before the data determine them."
     )
     allowed = f"a response that the parameters determine for at least {least:.3g} s"
     advice = (
-        "check units, the start of the motion and what is held known; widen the ranges; measure with less noise or at a "
-        "higher sampling rate; or fit steady amplitudes over frequency, which chaos does not touch"
+        "check units, the start of the motion and the known values; widen the ranges; measure with less "
+        "noise or at a higher sampling rate; or fit steady amplitudes over frequency, which chaos does not "
+        "prevent"
     )
     return Fault(
         "measured", f"{question.measured.name}: no stretch that can be predicted", allowed, advice, told

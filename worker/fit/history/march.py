@@ -24,9 +24,11 @@ from damperlab.worker.solver.segment_log import START, V, empty_log
 Column = NDArray[np.float64]
 
 EVENTS_PER_PERIOD = 200
-"""Events per period of the structure above which a set of parameters is rejected: no displacement shows so many."""
+"""Events per period of the structure above which a set of parameters is rejected, because no measured displacement
+shows so many.
+"""
 LEAST = 1e-9
-"""Least value of a parameter that may be 0, so that one kernel integrates a range that begins there."""
+"""Least value used for a parameter that may be 0, so that one kernel serves a range that begins at 0."""
 NOMINAL_KG = 1.0
 """Mass of the structure if nothing is given in units of force or mass: displacements do not depend on it."""
 
@@ -46,7 +48,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     Returns
     -------
     ndarray, shape (rows,)
-        In m, against the base or not as measured; all NaN if the integration failed.
+        In m, against the base if measured so; all NaN if the integration failed.
     """
     measured = question.measured
     given = question.given(values)
@@ -66,7 +68,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     filled = int(log.cursor[0])
     if outcome != ARRIVED or filled > log.rows.shape[0]:
         return np.full(rows, np.nan)
-    # every panel begins a segment, and every sample a panel
+    # every panel begins with a segment, and every sample begins a panel
     starts, v = log.rows[:filled, START], log.rows[:filled, V]
     pieces = base.windows // (rows - 1)
     windows = np.arange(0, base.windows, pieces)
@@ -113,7 +115,7 @@ def _shaken(question: HistoryQuestion, structure: Structure, rows: int) -> tuple
     step = structure.omega * measured.step_s
     if measured.base_m_s2 is None:
         base = make_record_base(np.zeros(rows), step, structure.damping_ratio)
-        # no acceleration as a scale for rounding: the spring's force at the release is used
+        # without an acceleration, the spring's force at the release is the scale for rounding
         length = measured.largest_m
         return base._replace(largest=1.0), Scale(length, structure.omega, structure.mass_kg)
     peak = float(np.abs(measured.base_m_s2).max())

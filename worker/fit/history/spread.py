@@ -12,9 +12,11 @@ from damperlab.worker.fit.singular_values import principal
 REACH = 2.0
 """Standard deviations to either side over which a response must change smoothly."""
 LITTLE = 0.05
-"""Standard deviation, as a share of the range, below which a shorter beginning determines a parameter."""
+"""A shorter beginning determines a parameter if its standard deviation is below this share of the range."""
 FLATTEST, STEEPEST = 0.25, 4.0
-"""Allowed rise of chi-square relative to that of a linear response: outside, the response is not predictable."""
+"""Allowed rise of chi-square relative to that of a linear response; outside these bounds the response is not
+predictable.
+"""
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,9 @@ class Spread:
 
     @classmethod
     def at(cls, trials: Trials, place: Place, rows: int) -> "Spread":
-        """Compute it from differences over one standard deviation, so that small jumps of a response do not matter."""
+        """Compute the spread from differences over one standard deviation, so that small jumps of a response do not
+        matter.
+        """
         residual = trials.residual(place.shares, rows)
         scatter = np.sqrt(trials.variance(float((residual**2).sum()), rows))
         sizes = np.full(place.shares.size, STEP)
@@ -62,7 +66,8 @@ class Spread:
             slopes = trials.slopes(place.shares, rows, sizes) / scatter
             pulls, directions = principal(product(slopes.T, slopes))
             along = np.sqrt(np.maximum(1.0 / (pulls + PRIOR), 1e-18))
-            # the effect of a single parameter, so that a pair that only acts together stays in its valley
+            # scaled by the effect of each parameter alone, so that parameters that act only together stay in their
+            # valley
             sizes = 1.0 / np.sqrt((slopes**2).sum(axis=0) + PRIOR)
         return cls(place.shares, directions, along, slopes, residual / scatter)
 
@@ -72,8 +77,9 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
 
     Along each principal direction, `REACH` standard deviations to either side, chi-square must rise about as for a
     linear response. If it rises less, the direction is lengthened accordingly. If a shorter beginning left little
-    uncertainty (`before`), chi-square must do so over that range as well. Only then does the best place of the
-    longer one follow from that of the shorter one, and is not one of the countless others that impacts create.
+    uncertainty (`before`), chi-square must rise so over that range as well. Only then does the best parameter set of
+    the longer beginning follow from that of the shorter one; otherwise it may be one of the countless minima that
+    impacts create.
     """
     spread = Spread.at(trials, place, rows)
     sizes = spread.sizes.copy()
@@ -91,7 +97,7 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
 
 
 def _rises(trials: Trials, place: Place, rows: int, spread: Spread, away: Matrix) -> Iterator[float]:
-    """Rise of chi-square over that of a linear response, to either side; empty if the ranges end before it has
+    """Rise of chi-square relative to that of a linear response, to either side; empty if the ranges end before it has
     risen.
     """
     variance = trials.variance(place.squares, rows)

@@ -14,7 +14,7 @@ from damperlab.worker.fit.history.spread import Spread
 from damperlab.worker.fit.history.trials import Matrix, Trials
 
 UNKNOWN = 0.25
-"""Standard deviation, as a share of a range, above which data are uninformative: that of a uniform distribution is
+"""Standard deviation, as a share of a range, above which data are uninformative; that of a uniform distribution is
 0.29.
 """
 AS_GOOD = 6.0
@@ -31,10 +31,10 @@ def stated(trials: Trials, held: Beginning) -> FittedHistory:
     deviation = np.sqrt(np.diag(covariance)) * correlated * widening
     reach = NormalDist().inv_cdf(0.5 + 0.5 * question.confidence)
     low, high = (np.clip(place.shares + side * reach * deviation, 0.0, 1.0) for side in (-1.0, 1.0))
-    # a place near an end of a range, without information, is itself uninformative
+    # if the data are uninformative, a value near an end of a range is uninformative too
     unknown = np.sqrt(np.diag(covariance)) > UNKNOWN
     low, high = np.where(unknown, 0.0, low), np.where(unknown, 1.0, high)
-    # impacts may leave places apart from the best one that agree as well
+    # because of impacts, parameter sets apart from the best one may agree equally well
     limit = chdtri(1.0, 1.0 - question.confidence) * widening**2
     good = np.stack(
         [each.shares for each in (*held.places, *held.tried) if held.above(each, trials) <= limit]
@@ -82,10 +82,11 @@ def _within(shares: Matrix, low: Matrix, high: Matrix) -> bool:
 
 
 def _correlated(spread: Spread, period: int) -> Matrix:
-    """Factor of each deviation because residuals are correlated from sample to sample (Newey and West 1987).
+    """Factor by which each deviation grows because residuals are correlated from sample to sample (Newey and West
+    1987).
 
-    Correlations over up to one period of the structure count, or a tenth of the rows; they never make an interval
-    narrower.
+    Correlations are included over up to one period of the structure, or a tenth of the rows; they never make an
+    interval narrower.
     """
     lags = min(period, spread.residual.size // 10)
     pulls = spread.slopes * spread.residual[:, None]
@@ -99,7 +100,7 @@ def _correlated(spread: Spread, period: int) -> Matrix:
 
 
 def _widening(trials: Trials, spread: Spread) -> float:
-    """By how much intervals are wider because the model agrees worse than stated deviations allow (Birge 1932)."""
+    """Factor by which intervals are widened if the model agrees worse than stated deviations allow (Birge 1932)."""
     freedom = spread.residual.size - spread.centre.size
     squares = float((spread.residual**2).sum())
     given = trials.question.measured.deviation_m is not None

@@ -14,15 +14,15 @@ from damperlab.worker.fit.singular_values import principal
 Matrix = NDArray[np.float64]
 
 STEP = 1e-5
-"""Step of a difference, as a share of the range: few steps are large enough for an impact to appear or vanish."""
+"""Step of a difference, as a share of the range; it is so small that rarely an impact appears or vanishes within it."""
 PRIOR = 12.0
-"""Inverse variance of a parameter with a uniform distribution over its range: the prior."""
+"""Inverse variance of the prior of a parameter: a uniform distribution over its range."""
 MOST_STEPS, ENOUGH = 20, 1e-8
 """Iterations of a refinement, and relative gain below which it ends."""
 LEAST_VARIANCE = 1e-14
-"""Of residuals in their unit."""
+"""Least variance of residuals, in their unit."""
 DAMPINGS = (0.0, 1e-3, 1e-1, 10.0)
-"""Tried in turn, relative to the curvature (Levenberg 1944, Marquardt 1963)."""
+"""Damping factors that are tried in turn, relative to the curvature (Levenberg 1944, Marquardt 1963)."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,7 @@ class Place:
     Parameters
     ----------
     shares : ndarray, shape (parameters,)
-        Of the ranges.
-    squares : float
-        Sum of the squared residuals; infinite if the integration failed.
+        As fractions of the ranges. squares : float Sum of the squared residuals; infinite if the integration failed.
     """
 
     shares: Matrix
@@ -55,7 +53,7 @@ class Trials:
     def __init__(self, question: HistoryQuestion, progress: Callable[[int], None] | None) -> None:
         self.question = question
         measured = question.measured
-        # without a given deviation the residuals have their own unit, the same for all rows
+        # without a given deviation, the residuals have a unit of their own, the same for all rows
         self.unit = np.full(measured.rows, 0.01 * measured.largest_m)
         if measured.deviation_m is not None:
             self.unit = measured.deviation_m
@@ -110,7 +108,7 @@ class Trials:
             curvature, gradient = product(slopes.T, slopes), product(slopes.T, here)
             before = best
             pulls, directions = principal(curvature)
-            # no step along a direction in which only rounding changes
+            # no step is made along a direction in which only rounding changes
             changes = pulls > shares.size * np.finfo(float).eps * pulls.max()
             along = np.where(changes, product(directions.T, _free(best.shares, gradient)), 0.0)
             for damping in DAMPINGS:

@@ -1,1 +1,1 @@
-"""Contact of particle and structure: transitions at events on rigid walls; `compliant` for compliant ones."""
+"""Contact of particle and structure: transitions at events on rigid walls; `compliant` covers compliant walls."""

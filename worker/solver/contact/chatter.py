@@ -1,4 +1,4 @@
-"""Completion of a chatter, impacts in ever faster succession: mass and particle then move on together."""
+"""Completion of a chatter, that is of impacts in ever faster succession. Mass and particle then move on together."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.dwell import is_brief
@@ -6,15 +6,15 @@ from damperlab.worker.solver.excitation.excitation import largest_forcing, with_
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 
-# A chatter is completed before its last impact: the bodies join with their common momentum, which the impacts left
-# out do not change. The error is of the order of (remaining time)³. Times are shares of a panel.
+# A chatter is completed before its last impact: the bodies join with their common momentum, which the omitted impacts
+# would not change. The error is of the order of (remaining time)³. Times are shares of a panel.
 _CHATTER_LEFT = (
-    5e-6  # remaining time at which it is completed if the wall pushes all the while and nothing else happens:
+    5e-6  # remaining time at which it is completed if the wall pushes all the while and nothing else happens
 )
 _STEADY_PUSH = (
     1e-3  # largest relative change of the wall's acceleration, while the mass does not come to rest
 )
-_NOTHING_LEFT = 1e-8  # remaining time at which it is completed in any case, too short for other events
+_NOTHING_LEFT = 1e-8  # remaining time at which a chatter is completed in any case, too short for other events
 _LEAST_LOSS = 1e-3  # least relative loss of speed in an impact
 
 
@@ -35,14 +35,14 @@ def is_chatter_over(
     closing : float
         Acceleration with which the wall approaches the particle.
     scene, particle : Scene, Particle
-        The acting elements.
+        The elements of the scene.
     """
     base = scene.base
-    # the remaining flights shrink by e each; without loss (e = 1) they need friction to shrink, and get no better
-    # bound
+    # each remaining flight is shorter by the factor e; without loss (e = 1) only friction shortens them, and there is
+    # no better bound
     impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_LOSS)
     is_over = impulse_left <= _NOTHING_LEFT * base.window * closing
-    # contacts that take time continue while their speed is above rounding: each holds the particle again
+    # contacts that take time continue while their speed is above rounding, since each holds the particle again
     is_over = is_over and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
     if particle.contact_time is None:
         is_over = is_over or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)

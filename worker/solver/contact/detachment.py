@@ -1,4 +1,4 @@
-"""A rigid wall that stops pushing the particle that rides on it: the particle leaves with zero relative speed."""
+"""A rigid wall stops pushing the particle in sustained contact with it, which leaves with zero relative speed."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import Phase, largest_forcing, net_resistance
@@ -6,7 +6,7 @@ from damperlab.worker.solver.regime import slip_regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, in_flight
 
-# share of the present accelerations below which that of an opening gap is rounding
+# share of the present accelerations below which the acceleration of an opening gap is rounding
 _STILL = 1e-9
 
 
@@ -17,8 +17,7 @@ def detach(state: State, phase: Phase, scene: Scene) -> State:
     sticks, offset = slip_regime(state.slip, scene.friction)
     slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + offset)
     opening = state.wall * phase.inertia_force if sticks else state.wall * slips
-    # at a detachment found by its root the wall's acceleration is zero up to rounding, so the gap opens with its
-    # rate
+    # at a detachment found as a root, the relative acceleration is zero up to rounding, so its rate opens the gap
     scale = largest_forcing(base) + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > _STILL * scale else 3
     return in_flight(

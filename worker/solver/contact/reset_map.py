@@ -34,7 +34,7 @@ from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, in_contact, in_flight, stopped
 
-_SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
+_SPEED_ROUNDING = 1e-14  # relative size below which an outgoing speed is rounding
 
 
 @inlined
@@ -71,12 +71,11 @@ def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Mete
 
 @inlined
 def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> State:
-    """The mass has come to rest on the base: it sticks, or slips further or back, alone or with the particle on its
-    wall.
+    """The mass has come to rest on the base: it sticks, slips on or slips back, alone or with the particle on its wall.
 
     With the particle in contact, flight is tried first: if the wall would then move away from the particle, the
-    particle detaches. Otherwise it rides, and friction is judged with both masses. Exactly one of the two is
-    consistent. A particle that dwells on its wall has no such choice.
+    particle detaches. Otherwise it stays on the wall, and friction is judged with both masses. Exactly one of the two
+    is consistent. A particle that dwells on its wall cannot detach.
     """
     base = scene.base
     limit = breakaway(friction, largest_to_hold(base, 1.0))
@@ -106,11 +105,11 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
 def _impact(
     state: State, wall: float, phase: Phase, scene: Scene, particle: Particle, meter: Meter | None
 ) -> State:
-    """An impact on the given wall, and its immediate consequence: a flight, riding on the wall, or a dwell."""
+    """An impact on the given wall, and what follows immediately: a flight, sustained contact, or a dwell."""
     u_rate = state.w + phase.rate
     approach = max(wall * (u_rate - state.p_rate), 0.0)
     is_blow = approach > _SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate))
-    if is_blow:  # a particle that a wall pushes again where it has just detached only touches it
+    if is_blow:  # a particle pushed again by a wall from which it has just detached only touches the wall
         scene.counts[IMPACTS] += 1
     if meter is not None:
         meter.sums[SPEED] = max(meter.sums[SPEED], approach)
@@ -118,7 +117,7 @@ def _impact(
             meter.sums[IMPACT_LOSS] += impact_loss(approach, particle.restitution, particle.mass_ratio)
     before = u_rate - wall * approach
     if particle.contact_time is not None:
-        # a touch at a speed of rounding starts no contact: it would hold the particle for the whole contact time
+        # a touch at a speed of rounding starts no contact, which would hold the particle for the complete contact time
         if is_blow:
             jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
             dwell = Dwell(particle.contact_time, approach)
@@ -130,12 +129,12 @@ def _impact(
 
 @inlined
 def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter: Meter | None) -> State:
-    """The contact time is over: the particle leaves with e times its approach speed, or rides on."""
+    """The contact time is over: the particle leaves with e times its approach speed, or stays on the wall."""
     u_rate = state.w + phase.rate
     leaving = particle.restitution * approach_speed(state.dwell)
     jump, p_jump = part(state.wall * leaving, particle.mass_ratio)
     if scene.friction is not None:
-        # without a push friction is judged again, as for a particle that rides
+        # without a push, friction is judged again, as for a particle in sustained contact
         if leaving == 0.0 and state.w + jump == 0.0:
             riding = in_contact(
                 state,
@@ -160,7 +159,7 @@ class Parting(NamedTuple):
     wall : float
         The wall that the particle leaves.
     w, p_rate : float
-        Velocity of the mass relative to the base, absolute one of the particle.
+        Velocity of the mass relative to the base, and absolute velocity of the particle.
     speed : float
         Speed of separation [Z ω_n].
     u_rate_before : float
@@ -178,7 +177,7 @@ class Parting(NamedTuple):
 def _part(
     state: State, parting: Parting, phase: Phase, scene: Scene, particle: Particle, meter: Meter | None
 ) -> State:
-    """The particle leaves a wall: a flight, or riding on the wall if the chatter is complete."""
+    """The particle leaves a wall: a flight follows, or sustained contact if the chatter is complete."""
     wall, w, p_rate, leaving, u_rate_before = parting
     base = scene.base
     slip = state.slip
@@ -194,7 +193,7 @@ def _part(
     closing = wall * u_acceleration  # rate at which the wall approaches the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     if leaving == 0.0 and closing == 0.0:
-        # a tie: the sign of the change of the wall's acceleration decides, as in the search for a detachment
+        # in a tie, the sign of the change of the wall's acceleration decides, as in the search for a detachment
         closing = rounding
     dwell = no_dwell(state.dwell)
     is_over = is_chatter_over(w, leaving, u_acceleration, closing, scene, particle)

@@ -1,8 +1,8 @@
-"""Transition at an event of a particle with friction: slip of the two bodies, determined together.
+"""Transition at an event for a particle with friction: the slip of the two bodies is determined together.
 
-If both have the same velocity, the force between them is the one at which u'' = p''. The larger the force, the
-smaller is u'' and the larger is p''. So the particle starts to slide if the largest friction, βκ, is insufficient; a
-pushing wall has no largest force to its side. The friction of the structure is determined for each trial force.
+If both have the same velocity, the force between them is the one at which u'' = p''. A larger force means a smaller u''
+and a larger p''. So the particle starts to slide if the largest friction, βκ, is insufficient; the push of a wall has
+no upper limit. The friction of the structure is determined for each trial force.
 """
 
 from damperlab.worker.jit import inlined
@@ -33,8 +33,8 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.sliding import direction_of, with_fall, without_fall
 from damperlab.worker.solver.state import Slide, State
 
-_SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
-_STILL = 1e-9  # share of the present accelerations below which that of a beginning slide is rounding
+_SPEED_ROUNDING = 1e-14  # relative size below which an outgoing speed is rounding
+_STILL = 1e-9  # share of the present accelerations below which that of a starting slide is rounding
 
 
 @inlined
@@ -76,14 +76,14 @@ def _slide(state: State, direction: float, order: int) -> Slide | None:
 
 @inlined
 def _sliding(state: State, w: float, slip: float, p_rate: float, direction: float) -> State:
-    """The same position with other velocities, the particle not carried."""
+    """The state with the same position and new velocities; the particle is not carried along."""
     slide = _slide(state, direction, 0)
     return State(state.v, w, slip, state.wall, state.gap, p_rate, 0.0, 0, 0, state.dwell, slide)
 
 
 @inlined
 def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: Slide | None) -> State:
-    """The same motion, with the known continuation."""
+    """The state with slip, contact and sliding as determined after the event."""
     return State(
         state.v,
         state.w,
@@ -101,13 +101,15 @@ def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: S
 
 @inlined
 def _pull(state: State, direction: float, particle: Particle, friction: float) -> float:
-    """Force of a sliding particle on the mass, against u, for a direction: the one that causes its acceleration p''."""
+    """Force on the mass, against u, of a particle that slides in a direction: the reaction to the force that causes
+    p''.
+    """
     return particle.mass_ratio * with_fall(friction * direction, state.slide, particle)
 
 
 @inlined
 def _onset(v: float, inertia: float, phase: Phase, scene: Scene, slips: bool) -> float:
-    """Direction in which a mass at rest on the base slips, 0 if friction holds it and it is not known to slip."""
+    """Direction in which a mass at rest on the base slips; 0 if friction holds it and it is not known to slip."""
     if scene.friction is None:
         return 0.0
     force = force_to_hold(scene.base, phase, v, inertia)
@@ -159,7 +161,7 @@ def _together(
     Parameters
     ----------
     state : State
-        With the particle's velocity; its slip counts if the mass moves.
+        State in which the particle's velocity is used; its slip is used if the mass moves.
     loose : float
         Direction in which the particle is known to start sliding; 0 if it is to be determined.
     slips : bool
@@ -212,7 +214,7 @@ def _impact(
     leaving = particle.restitution * approach
     after = _at_wall(state, wall, state.w + jump, p_rate, scene)
     rounding = _SPEED_ROUNDING * (abs(u_rate) + abs(p_rate) + abs(phase.rate))
-    # on its way back to the wall friction pushes the particle towards it
+    # on its way back to the wall, the particle is pushed towards it by friction
     _, acceleration = _response(after, _pull(state, wall, particle, friction), 1.0, phase, scene)
     closing = wall * without_fall(acceleration, state.slide, particle) - friction
     loss = impact_loss(approach, particle.restitution, particle.mass_ratio)

@@ -1,4 +1,4 @@
-"""Bounds on the motion across a span, from its start alone: they allow a search to be skipped."""
+"""Bounds on the motion across a span, from its start alone. With them a search can be skipped."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import (
@@ -91,7 +91,7 @@ def w_rate_bound(segment: Segment, base: Excitation) -> float:
 
 @inlined
 def w_curvature_bound(dropped: int, segment: Segment, base: Excitation) -> float:
-    """Bound on the second derivative of w/t^dropped (0 or 1) over a segment of slip: 2/(dropped + 2)! of that of w."""
+    """Bound on the second derivative of w/t^dropped (0 or 1) over a segment of slip: 2/(dropped + 2)! times that of w."""
     if dropped == 0:
         return _in_slip(3, segment, base) + base_derivative_bound(base, segment.phase, 3)
     return (_in_slip(4, segment, base) + base_derivative_bound(base, segment.phase, 4)) / 3.0

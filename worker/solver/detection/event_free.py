@@ -1,4 +1,4 @@
-"""Proofs that a segment has no event: no function whose zeros are events has one there."""
+"""Proofs that a segment has no event, because no function whose zeros are events has a zero in it."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
@@ -25,7 +25,7 @@ def gap_rate(state: State, phase: Phase) -> float:
 
 @inlined
 def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitation) -> float:
-    """u'', which the wall transmits to a riding particle."""
+    """u'', the acceleration that the wall transmits to a particle in sustained contact."""
     if regime.sticks:
         return -phase.inertia_force
     slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + regime.offset)
@@ -34,9 +34,10 @@ def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitati
 
 @inlined
 def is_free_between(segment: Segment, scene: Scene) -> bool:
-    """Whether a panel integrated by its matrix holds no event: none of the functions whose zeros are events has one.
+    """Whether a panel integrated by its matrix holds no event, because no function whose zeros are events has a zero in
+    it.
 
-    Between its ends a function is at least the smaller of the two minus time²/8 times its curvature.
+    Inside the panel a function is at least its smaller value at the ends, minus time²/8 times its curvature.
     """
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     window: float = base.window
@@ -118,7 +119,7 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
 def _rubs_on_between(
     segment: Segment, scene: Scene, particle: Particle, friction: float, share: float
 ) -> bool:
-    """`is_free_between` for a particle with friction: it stays carried, or slides on and meets no wall."""
+    """`is_free_between` for a particle with friction: it stays carried, or continues to slide and meets no wall."""
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     if start.riding > 0.0:
         sag = share * u_derivative_bound(4, segment, base)
@@ -159,7 +160,7 @@ def given_to(state: State, phase: Phase, regime: Regime, base: Excitation, parti
 
 @inlined
 def is_held(state: State, given: float, friction: float, margin: float) -> bool:
-    """Whether a carried particle stays so although its required acceleration may change by less than a margin."""
+    """Whether a carried particle stays carried while its required acceleration changes by less than a margin."""
     if state.gap == 0.0:
         return state.wall * given + friction > margin
     return friction - abs(given) > margin

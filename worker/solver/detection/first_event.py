@@ -38,14 +38,14 @@ from damperlab.worker.solver.sliding import (
 )
 from damperlab.worker.solver.state import State
 
-# By k: bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p, 2/(k + 2)!, after k roots are
-# divided out.
+# By the number k of roots that are divided out: the ratio 2/(k + 2)! of the bound on the second derivative of p(t)/t^k
+# to that on the (k + 2)th derivative of p.
 _CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 
 
 @inlined
 def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, int]:
-    """Time and kind of the first event within a segment, (its length, NOTHING) if there is none."""
+    """Time and kind of the first event within a segment; its length and NOTHING if there is none."""
     t, kind = segment.time, NOTHING
     if scene.friction is not None:
         t, kind = _friction_event(segment, scene, scene.friction, curves)
@@ -92,7 +92,7 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
 
 @inlined
 def _release_event(segment: Segment, scene: Scene, curves: Curves, t: float, kind: int) -> tuple[float, int]:
-    """When the wall stops pushing a riding particle, if that is before the earliest event so far."""
+    """When the wall stops pushing a particle in sustained contact, if that is before the earliest event so far."""
     acceleration_into(curves.absolute, curves.scratch)
     curvature = u_derivative_bound(4, segment, scene.base)
     found = first_crossing(curves.scratch, segment.start.wall, 0.0, t, curvature)
@@ -135,7 +135,7 @@ def _wall_event(
 
 @inlined
 def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floats, out: Floats) -> None:
-    """Coefficients of the gap over t^order: the lowest are zero if the wall has just been left."""
+    """Coefficients of the gap over t^order, since the lowest are zero if the particle has just left the wall."""
     for i in range(TERMS):
         out[i] = 0.0
     for i in range(max(2 - order, 0), TERMS - order):
@@ -174,8 +174,8 @@ def _rubbing_event(
     t: float,
     kind: int,
 ) -> tuple[float, int]:
-    """When a particle with friction starts to slide, meets a wall or comes to rest, if before the earliest event so
-    far.
+    """When a particle with friction starts to slide, meets a wall or comes to rest, if that is before the earliest
+    event so far.
     """
     if segment.start.riding > 0.0:
         return _torn_loose(segment, scene, particle, friction, curves, t, kind)
@@ -187,7 +187,7 @@ def _rubbing_event(
 def _torn_loose(
     segment: Segment, scene: Scene, particle: Particle, friction: float, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
-    """When friction, and the wall if the particle is on one, can no longer carry it."""
+    """When friction, together with the wall if the particle is on one, can no longer carry the particle."""
     start, scratch = segment.start, curves.scratch
     limit = breakaway(friction, largest_forcing(scene.base))
     curvature = u_derivative_bound(4, segment, scene.base)

@@ -1,4 +1,4 @@
-"""The present excitation of the structure and its course: a base shaken by a sine or a record, or a sine force.
+"""The excitation of the structure, at present and in time: a base shaken by a sine or a record, or a sine force.
 
 The integrator uses only the functions here. The compiler keeps only the branch of the given kind of excitation, so
 that a kernel for a shaken base contains nothing of records and forces. Under a force the base stands still, and the
@@ -28,7 +28,7 @@ class Phase(NamedTuple):
     Attributes
     ----------
     first, second : float
-        Factors of its rows: sin φ and cos φ, or s'' and s'''.
+        Factors of the rows of Taylor coefficients: sin φ and cos φ, or s'' and s'''.
     position, rate : float
         s and s'; 0 under a force.
     inertia_force : float
@@ -70,7 +70,7 @@ def phase_at(base: Excitation, k: int) -> Phase:
 
 @inlined
 def phase_until(base: Excitation, k: int) -> Phase:
-    """Phase at the end of panel k, from within panel k: a record may jump there."""
+    """Phase at the end of panel k, as the limit from within it, because a record may jump there."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k] + base.jerk[k] * base.window
         return Phase(
@@ -97,7 +97,7 @@ def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) ->
 
 @inlined
 def base_displacement(base: Excitation, excitation: Floats, t: float) -> float:
-    """Displacement s from the polynomial of `expand_excitation`; 0 under a force, which that polynomial describes."""
+    """Displacement s from the polynomial of `expand_excitation`; 0 under a force, which that polynomial then describes."""
     if isinstance(base, SineForce):
         return 0.0
     return value(excitation, t)
@@ -105,7 +105,7 @@ def base_displacement(base: Excitation, excitation: Floats, t: float) -> float:
 
 @inlined
 def base_velocity(base: Excitation, excitation: Floats, t: float) -> float:
-    """Velocity s' likewise."""
+    """Velocity s' from the same polynomial; 0 under a force."""
     if isinstance(base, SineForce):
         return 0.0
     return slope(excitation, t)
@@ -133,7 +133,9 @@ def expand_excitation(base: Excitation, phase: Phase, out: Floats) -> None:
 
 @inlined
 def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
-    """Add to coefficients of u the parts that the rows of a record lack: start and tangent of the base."""
+    """Add to coefficients of u the parts that the rows of a record lack: position and velocity of the base at the
+    start.
+    """
     if isinstance(base, RecordBase):
         out[0] += phase.position
         out[1] += phase.rate
@@ -143,7 +145,7 @@ def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
 def travel(base: Excitation, phase: Phase, end: Phase) -> float:
     """Displacement of the base over a complete panel."""
     if isinstance(base, RecordBase):
-        t = base.window  # not the difference of positions, which may be far from their start
+        t = base.window  # not computed as a difference of positions, which may be far from their start
         return (phase.rate + (phase.first / 2.0 + phase.second * t / 6.0) * t) * t
     if isinstance(base, SineForce):
         return 0.0
@@ -194,7 +196,7 @@ def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
 
 @inlined
 def with_force_bound(bound: float, base: Excitation, order: int) -> float:
-    """Add to a bound the one on a derivative of the force, of order 0 to 3; unchanged without a force."""
+    """Add to a bound the bound on a derivative of the force, of order 0 to 3; unchanged without a force."""
     if isinstance(base, SineForce):
         r = base.frequency_ratio
         if order == 0:
@@ -262,8 +264,8 @@ def contact_forcing(base: Excitation) -> CompliantForcing:
 
 @inlined
 def next_half_start(base: Excitation, state: State) -> State:
-    """The state at the start of the next half cycle: mirrored, so that the phase is 0 again. A record is not divided
-    into half cycles.
+    """The state at the start of the next half cycle: mirrored, so that the phase is 0 again. A record has no half
+    cycles.
     """
     if isinstance(base, RecordBase):
         return state

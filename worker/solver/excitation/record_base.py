@@ -1,4 +1,4 @@
-"""A record in the integrator's form: divided into panels, with the motion of the base."""
+"""A record in the form of the integrator: divided into panels, with the motion of the base."""
 
 from math import ceil
 from typing import NamedTuple
@@ -60,7 +60,7 @@ def make_record_base(
     Parameters
     ----------
     acceleration : ndarray, shape (samples,)
-        s'' over a reference acceleration; a largest value of 1 keeps all numbers near 1.
+        s'' over a reference acceleration, best the largest, so that all numbers are near 1.
     step : float
         Time between samples [1/ω_n].
     damping_ratio : float

@@ -1,7 +1,7 @@
 """A harmonic excitation over half a cycle, divided into equal panels: a shaken base, or a force on the structure.
 
-Half a cycle is sufficient: mirrored (every sign of the mechanics flipped), the second half is the first. So the
-phase restarts at 0 every time, and no digit is lost in sin(rτ) for large τ.
+Half a cycle is sufficient, because the second half equals the first with every sign flipped. So the phase restarts at 0
+each half cycle, and sin(rτ) loses no digits at large τ.
 """
 
 from math import ceil, cos, pi, sin
@@ -16,7 +16,7 @@ from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, base_rows
 
 
 class Forced(NamedTuple):
-    """Frequency of a force on the structure; a plain number is that of a shaken base.
+    """Frequency of a force on the structure; the frequency of a shaken base is a plain number.
 
     Attributes
     ----------

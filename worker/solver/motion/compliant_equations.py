@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 # Longest span of the complete motion times the contact's fastest rate: 0.5^16/16! is below 1e-18.
 _LONGEST = 0.5
-_APART = 10.0  # ratio of rates above which fast and slow are separated
+_APART = 10.0  # ratio of rates above which fast and slow motion are separated
 
 
 @kernel
@@ -108,7 +108,7 @@ def _contact_motion(
     weight = 1.0
     if fast > 0:
         p, b, fast_rates, fast_inverse, converged = split(a, fast)
-        if not converged:  # the complete motion over short spans, which needs no separation
+        if not converged:  # the complete motion over short spans, which need no separation
             fast = 0
             slow_step = step
     if fast > 0:
@@ -119,7 +119,7 @@ def _contact_motion(
         fill_rows(slow_rows, generator, lift, DIM - fast, forcing, wall, share, held)
         if fast == 2:
             weight = sqrt(rates[0, 0] * rates[1, 1] - rates[0, 1] * rates[1, 0])
-        else:  # y is slow too, at the contact's lesser rate, with a margin of one half
+        else:  # y is slow too, at the lower rate of the contact, with a margin of one half
             slow_step = min(forcing.window, LARGEST_WINDOW / max(1.0, 1.5 * contact_slow))
     return CompliantMotion(
         share,
@@ -140,7 +140,7 @@ def _contact_motion(
 def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, between: bool) -> int:
     """Number of fast coordinates, from the rates of the contact and the fastest of all others.
 
-    `between`: one, if y and y' both are fast and y' is much faster than y, else none.
+    With `between`: one if y and y' are both fast and y' is much faster than y, else none.
     """
     fast = 0
     if contact_slow >= _APART * others:

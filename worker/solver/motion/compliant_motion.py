@@ -11,17 +11,17 @@ so a stiff wall leaves X slow. While friction holds the mass, X stands for v, an
 adds two coordinates: sin φ and cos φ, or s'' and the s''' that is constant between the samples of a record.
 
 The motion has two expansions: the complete one, over spans that the fastest rate of the contact allows, and the slow
-one, which remains after the contact's vibration has decayed. The latter is an invariant subspace of the same
-equations, so it is exact. If a wall is fast in both y and y', complete panels are possible however stiff it is. Of
-z' = Az let q be the one or two fast coordinates (y' where the wall is overdamped and yields slowly, else y and y')
-and r the others:
+one, which remains after the vibration of the contact has decayed. The slow motion is an invariant subspace of the same
+equations, so it is exact. If a wall is fast in both y and y', complete panels are possible however stiff it is. Of z' =
+Az let q be the one or two fast coordinates (y' where the wall is overdamped and yields slowly, else y and y') and r the
+others:
 
     q = Pr + f,   r = ξ + Bf,   ξ' = Gξ,   f' = Λf,
     A_qr + A_qq P = PG,   G = A_rr + A_rq P,   Λ = A_qq − P A_rq,   BΛ = GB + A_rq.
 
 P (a Riccati equation) and B (a linear one) are found by iteration, which converges as the ratio of the rates. A wall
-with much damping has two very different rates, both fast compared with the structure: y still moves when y' already
-follows it. For this case a third expansion takes y as slow (`Contact.slipping_between`).
+with much damping has two very different rates, both fast compared with the structure. Then y still moves when y'
+already follows it. For this case a third expansion takes y as slow (`Contact.slipping_between`).
 """
 
 from typing import NamedTuple
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 
 class CompliantForcing(NamedTuple):
-    """Data on the excitation for the motion in contact, whose two coordinates are `Phase.first` and `second`.
+    """Data on the excitation for the motion in contact. Its two coordinates are `Phase.first` and `Phase.second`.
 
     Attributes
     ----------
@@ -67,9 +67,9 @@ class CompliantMotion(NamedTuple):
     share : float
         μ if the mass moves with the contact, 0 if it sticks: x = X + share · y.
     step, slow_step : float
-        Longest span of the complete motion, of the slow one [1/ω_n].
+        Longest span of the complete motion, and of the slow motion [1/ω_n].
     fast : int
-        Separated fast coordinates: 0, 1 or 2.
+        Number of separated fast coordinates: 0, 1 or 2.
     weight : float
         Ω = √det Λ with two fast coordinates, else 1: weight of f₁ in the size of the vibration
         (`vibration.size_of`).
@@ -102,11 +102,11 @@ class Buffers(NamedTuple):
     Attributes
     ----------
     relative, absolute, wall_force : array
-        Of x, x + s and F; in a long step only of the slow motion.
+        Coefficients of x, x + s and F; in a long step, only those of the slow motion.
     y : array
-        Of y; of wall · y after detachment (`separation.py`).
+        Coefficients of y; after detachment, of wall · y (`separation.py`).
     excitation : array
-        Of s, or of the force if there is one: the base is then at rest.
+        Coefficients of s, or of the force, under which the base is at rest.
     rate, scratch : array
         Overwritten by every call.
     start : array
@@ -124,15 +124,15 @@ class Buffers(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Replacement of the riding `LinearMotion` for compliant walls.
+    """The motion in contact with a compliant wall; it takes the place of the `LinearMotion` in sustained contact.
 
     Attributes
     ----------
     slipping, held : CompliantMotion
         The motion in contact.
     slipping_between, held_between : CompliantMotion
-        The same with only y' as fast. `fast` is 1 only if y and y' are both fast and their rates very different;
-        else it is 0 and nothing of it is used. `rows` is left at 0.
+        The same with only y' treated as fast. `fast` is 1 only if y and y' are both fast and their rates very
+        different; else it is 0, and the motion is not used. `rows` is left at 0.
     buffers : Buffers
         Scratch.
     """

@@ -38,16 +38,16 @@ def fill_rows(
 ) -> None:
     """Fill the sets of rows.
 
-    Those of x + s lack the position and the velocity of the base under a record, like its rows.
+    Under a record, the rows of x + s lack the position and the velocity of the base, as the rows of the record do.
 
     Parameters
     ----------
     rows : array, shape (4 · DIM · TERMS,)
         Of x, x + s, y and F.
     generator : array, shape (DIM, DIM)
-        Rates of the first `units` coordinates over them.
+        Matrix that gives the rates of the first `units` coordinates.
     lift : array, shape (DIM, DIM)
-        The six coordinates of those.
+        Matrix that gives the six coordinates from these.
     share : float
         x = X + share · y.
     held : bool

@@ -1,9 +1,9 @@
 """First crossing of zero by a smooth function, found by proof instead of sampling.
 
-An interval is dismissed only if a bound on the curvature proves that the function stays positive on it. It is handed
-to Newton only if the same bound proves that the function is monotone there; everything else is halved. Two close
-roots (a grazing impact) are distinguished from none down to the rounding of the function itself. Of three or more
-within that rounding a later one may be returned.
+An interval is dismissed only if a bound on the curvature proves that the function stays positive on it. Newton's method
+is used only if the same bound proves that the function is monotone there; every other interval is halved. Two close
+roots (a grazing impact) are distinguished from no root down to the rounding of the function itself. Of three or more
+roots within that rounding, a later one may be returned.
 """
 
 from math import inf, sqrt
@@ -14,7 +14,7 @@ from damperlab.worker.solver.motion.taylor import curvature_bound, slope, value
 
 _FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding
 _MAX_STEPS = 400
-_FEW_STEPS = 32  # number that most searches need; others have a root near the start, where the curvature is far smaller
+_FEW_STEPS = 32  # number that most searches need; others have a root near the start, with far less curvature
 
 
 @inlined
@@ -52,8 +52,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     Parameters
     ----------
     polynomial : array, shape (TERMS,)
-        Coefficients of p. If the previous event makes the lowest coefficients zero (contact just opened, slip just
-        begun) they are dropped beforehand. So a short flight is not lost next to the trivial root.
+        Coefficients of p. If the previous event made the lowest coefficients zero (contact just opened, slip just
+        begun), the caller drops them first, so that a short flight is not lost next to the trivial root.
     sign : float
         ±1: the function is sign · p and is positive, or zero and rising, just after `start`.
     start, end : float
@@ -68,8 +68,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
 
     Notes
     -----
-    At most 400 intervals are examined. Motions within a panel need few. A cluster of four or five roots in a
-    hundredth of the interval would need more; then the sign at the end decides, and the time is the end.
+    At most 400 intervals are examined. Motions within a panel need few. A cluster of four or five roots in a hundredth
+    of the interval would need more. The sign at the end then decides, and the end is returned.
     """
     if start == 0.0:
         f0 = sign * polynomial[0]
@@ -81,11 +81,11 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     else:
         f0 = sign * value(polynomial, start)
         d0 = sign * slope(polynomial, start)
-    # the given bound knows only the size of the motion; where the function is small its own bound is far sharper
+    # the given bound follows from the size of the motion; where the function is small, its own bound is far sharper
     curvature = min(curvature, curvature_bound(polynomial, end))
     low = start
     high = end
-    # a first bracket just beyond the root of tangent or parabola: short flights need no halving
+    # the first bracket ends just beyond the root of tangent or parabola, so that short flights need no halving
     if d0 < 0.0:
         high = min(high, start - 1.5 * f0 / d0)
     elif start == 0.0 and sign * polynomial[2] < 0.0:
@@ -119,7 +119,7 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
         if not clear and radius <= finest:
             if sign * value(polynomial, high) < 0.0:
                 return high
-            clear = True  # a touch within rounding is no crossing
+            clear = True  # a touch within rounding is not a crossing
         if clear:
             if high >= end:
                 return inf

@@ -1,4 +1,4 @@
-"""Integrals over a complete panel without events, as quadratic forms of its start.
+"""Integrals over a complete panel without events, as quadratic forms of the state at its start.
 
 Between events x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ). So the work done, the loss in the dashpot and the
 mean square over a panel of fixed length are quadratic in these four numbers. Each has ten coefficients, the same for
@@ -38,7 +38,7 @@ WEIGHTS: NDArray[np.float64] = np.array(
 _POINTS = 6
 
 PAIRS = 10
-"""Products of two of four numbers."""
+"""Number of products of two of four numbers."""
 WORK, LOSS, SQUARED, MEAN = 0, PAIRS, 2 * PAIRS, 3 * PAIRS
 """Offsets of the coefficients of each integral in `motion_forms`."""
 
@@ -89,9 +89,9 @@ def motion_forms(
     Returns
     -------
     array, shape (3 · PAIRS + 4,)
-        ∫−(2ζw + x) s' and ∫2ζw² by the products of (x₀, w₀, sin φ, cos φ) in the order 00 01 02 03 11 12 13 22 23
-        33; ∫(x + s)² by those of (x₀ + s₀, w₀ + s₀', sin φ, cos φ), then ∫(x + s) by each of these four. Each
-        integral uses the coordinates in which it is a sum without cancellation, for r ≪ 1 and for r ≫ 1.
+        ∫−(2ζw + x) s' and ∫2ζw² by the products of (x₀, w₀, sin φ, cos φ) in the order 00 01 02 03 11 12 13 22 23 33;
+        ∫(x + s)² by those of (x₀ + s₀, w₀ + s₀', sin φ, cos φ), then ∫(x + s) by each of these four. Each integral uses
+        coordinates in which it is a sum without cancellation, for r ≪ 1 and for r ≫ 1.
     """
     forms = filled(3 * PAIRS + 4, 0.0)
     of_absolute = np.empty((4, TERMS))

@@ -1,4 +1,4 @@
-"""Fast and slow motion of a contact, separated: the invariant subspace of the slow one, and the matrix of the fast
+"""Separates fast and slow motion of a contact: the invariant subspace of the slow motion, and the matrix of the fast
 one.
 """
 
@@ -13,11 +13,11 @@ from damperlab.worker.solver.array_loops import copy_matrix, largest_element, ze
 Array = NDArray[np.float64]
 
 CENTRE, CENTRE_RATE, BASE_FIRST, BASE_SECOND, Y, Y_RATE = range(6)
-"""Coordinates X, X', two of the base, y, y' of a contact (`compliant_motion.py`)."""
+"""Indices of the coordinates of a contact (`compliant_motion.py`): X, X', two of the base, y, y'."""
 DIM = 6
-"""Their number."""
+"""Number of coordinates."""
 _ITERATIONS = 60
-_ROUNDING = 1e-12  # relative change at which the last digits of an iteration may oscillate
+_ROUNDING = 1e-12  # relative change at which only the last digits of an iteration may still oscillate
 
 
 @kernel
@@ -32,7 +32,7 @@ def contact_rates(square: float, damping: float) -> tuple[float, float]:
 
 @kernel
 def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
-    """P, B, Λ and its inverse, of the last `fast` coordinates; and whether the iterations for P and B converged."""
+    """Give P, B, Λ and its inverse for the last `fast` coordinates, and whether the iterations for P and B converged."""
     n = DIM - fast
     p = zero_matrix(fast, n)
     change = 0.0

@@ -1,13 +1,13 @@
 """Taylor polynomials of the motion between events.
 
 Every regime is linear, so its closed form is an entire function whose Taylor coefficients follow from a two-term
-recurrence without any transcendental function. Unlike the textbook form (particular plus homogeneous solution) it
-has no cancellation next to resonance and none at ζ = 0, r = 1. Panels are short enough for the remainder to lie
-below rounding: 0.4^16/16! ≈ 2e-20.
+recurrence without any transcendental function. Unlike the textbook form (particular plus homogeneous solution), it has
+no cancellation near resonance or at ζ = 0, r = 1. Panels are short enough for the remainder to lie below rounding:
+0.4^16/16! ≈ 2e-20.
 
-The recurrence is linear in the start of a segment (x, w, sin φ, cos φ), so it is evaluated once per motion for each
-of the four. A segment's coefficients are then a sum of four constant rows, which the processor adds eight numbers in
-one instruction.
+The recurrence is linear in the state at the start of a segment (x, w, sin φ, cos φ), so it is evaluated once per motion
+for each of the four. A segment's coefficients are then a sum of four constant rows, of which the processor adds eight
+numbers in one instruction.
 """
 
 import numpy as np
@@ -23,7 +23,8 @@ ORDER = 15
 TERMS = ORDER + 1
 
 LARGEST_WINDOW = 0.4
-"""Longest panel in units of the faster of structure and excitation, for ζ → 0: keeps the remainder below rounding."""
+"""Longest panel that keeps the remainder below rounding, in units of the faster of structure and excitation, for ζ → 0.
+"""
 
 
 @kernel
@@ -43,7 +44,7 @@ def base_rows(frequency_ratio: float) -> NDArray[np.float64]:
 def motion_rows(
     two_zeta: float, compliance: float, base: Floats
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients of the slipping motion for each unit start (x, w, sin φ, cos φ).
+    """Coefficients of the slipping motion for a unit value of each of x, w, sin φ and cos φ at the start.
 
     Parameters
     ----------
@@ -57,8 +58,9 @@ def motion_rows(
     Returns
     -------
     relative, absolute : arrays, shape (4 · TERMS,)
-        Of x = v + σγ_F, displacement from the shifted spring centre, with x'' = r² sin(φ + r t) − κ(2ζ x' + x); and
-        of x + s, whose acceleration −κ(2ζ x' + x) is formed directly: for r ≫ 1 the sum of the two would cancel.
+        `relative` is for x = v + σγ_F, the displacement from the shifted spring centre, with x'' = r² sin(φ + r t) −
+        κ(2ζ x' + x). `absolute` is for x + s. Its acceleration −κ(2ζ x' + x) is formed directly, because for r ≫ 1 the
+        sum of the two would cancel.
     """
     relative = zero_matrix(4, TERMS)
     absolute = zero_matrix(4, TERMS)
@@ -81,7 +83,7 @@ def motion_rows(
 
 @kernel
 def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np.float64]:
-    """Coefficients of the slipping motion under a force for each unit start (x, w, sin φ, cos φ).
+    """Coefficients of the slipping motion under a force for a unit value of each of x, w, sin φ and cos φ at the start.
 
     Parameters
     ----------
@@ -93,7 +95,7 @@ def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np
     Returns
     -------
     array, shape (4 · TERMS,)
-        Of x, with x'' = κ(sin(φ + r t) − 2ζ x' − x); the base is at rest, so also of x + s.
+        Those of x, with x'' = κ(sin(φ + r t) − 2ζ x' − x), and of x + s, which is the same because the base is at rest.
     """
     rows = zero_matrix(4, TERMS)
     rows[0, 0] = 1.0

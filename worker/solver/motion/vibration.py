@@ -11,17 +11,17 @@ from damperlab.worker.solver.motion.compliant_motion import CompliantMotion
 from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
 from damperlab.worker.solver.particle import Wall
 
-_NOISE = 2e-15  # of f, relative to the terms of its difference
+_NOISE = 2e-15  # rounding of f, relative to the terms of its difference
 ENVELOPE_SAFETY = 2.0
-"""Safety factor on the initial size of a vibration, beyond which it is assumed never to grow.
+"""Safety factor: a vibration is assumed never to grow beyond this multiple of its initial size.
 
-The vibration decays. Its weak coupling to the slow motion might make it grow first. The factor is chosen, not
+The vibration decays, but its weak coupling to the slow motion might make it grow first. The factor is chosen, not
 derived.
 """
 
 
 class Vibration(NamedTuple):
-    """f of a motion in contact (`compliant_motion`)."""
+    """The fast coordinates f of a motion in contact (`compliant_motion`)."""
 
     first: float
     second: float
@@ -81,27 +81,27 @@ def value_of_form(vibration: Vibration, form: LinearForm) -> float:
 
 @inlined
 def form_of(coordinate: int, motion: CompliantMotion) -> LinearForm:
-    """The linear form of the vibration's contribution to one of the six coordinates: a row of `from_fast`."""
+    """Linear form of the vibration's contribution to one of the six coordinates: a row of `from_fast`."""
     return LinearForm(motion.from_fast[2 * coordinate], motion.from_fast[2 * coordinate + 1])
 
 
 @inlined
 def form_of_x(motion: CompliantMotion) -> LinearForm:
-    """That of x = X + share · y."""
+    """Linear form of the contribution to x = X + share · y."""
     centre, depth = form_of(CENTRE, motion), form_of(Y, motion)
     return LinearForm(centre.first + motion.share * depth.first, centre.second + motion.share * depth.second)
 
 
 @inlined
 def form_of_w(motion: CompliantMotion) -> LinearForm:
-    """That of w = X' + share · y'."""
+    """Linear form of the contribution to w = X' + share · y'."""
     centre, depth = form_of(CENTRE_RATE, motion), form_of(Y_RATE, motion)
     return LinearForm(centre.first + motion.share * depth.first, centre.second + motion.share * depth.second)
 
 
 @inlined
 def form_of_wall_force(motion: CompliantMotion, wall: Wall) -> LinearForm:
-    """That of the wall's force Ky + Cy'."""
+    """Linear form of the contribution to the wall's force Ky + Cy'."""
     depth, rate = form_of(Y, motion), form_of(Y_RATE, motion)
     return LinearForm(
         wall.stiffness * depth.first + wall.damping * rate.first,
@@ -111,7 +111,7 @@ def form_of_wall_force(motion: CompliantMotion, wall: Wall) -> LinearForm:
 
 @inlined
 def size_of(vibration: Vibration, weight: float) -> float:
-    """√(f₂² + Ω²f₁²): never grows while the vibration decays, apart from its weak coupling to the slow motion."""
+    """√(f₂² + Ω²f₁²), which never grows while the vibration decays, apart from its weak coupling to the slow motion."""
     return sqrt(vibration.second * vibration.second + (weight * vibration.first) ** 2)
 
 
@@ -123,7 +123,7 @@ def gain_of(form: LinearForm, weight: float) -> float:
 
 @kernel
 def vibration_after(vibration: Vibration, rates: Floats, t: float) -> Vibration:
-    """f a time t later: exp(Λt) f, with the four elements of Λ.
+    """The vibration a time t later, exp(Λt) f, from the four elements of Λ.
 
     Notes
     -----

@@ -1,4 +1,6 @@
-"""Accumulation on a segment, by the kind of base: the response to a record needs more than that to a sine."""
+"""Accumulates observables on a segment, by the kind of base: the response to a record needs more of them than that to a
+sine.
+"""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.record_base import RecordBase
@@ -32,7 +34,7 @@ def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> boo
 
 @inlined
 def measure(meter: Meter | None, segment: Segment, whole: bool, scene: Scene, curves: Curves) -> None:
-    """Measure one segment, `whole` for a complete panel; its polynomials are given."""
+    """Measure one segment from its polynomials; `whole` means a complete panel."""
     if meter is not None:
         if isinstance(scene.base, RecordBase):
             measure_segment(meter, segment, scene, curves)

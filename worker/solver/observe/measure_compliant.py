@@ -1,7 +1,7 @@
-"""Observables in a compliant wall: energies, mean square and true peaks, exact for a long step.
+"""Observables in contact with a compliant wall: energies, mean square and true peaks, exact for a long step.
 
-A record's meter also has ∫v², ∫u''² and the largest |u''|, which is finite in contact. That of a harmonic excitation
-has the two of u'' on request (`measure_acceleration_in_contact.py`).
+Under a record the meter also has ∫v², ∫u''² and the largest |u''|, which is finite in contact. Under a harmonic
+excitation it has ∫u''² and the largest |u''| on request (`measure_compliant_acceleration.py`).
 """
 
 from typing import NamedTuple
@@ -54,7 +54,7 @@ from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS
 from damperlab.worker.solver.scene import Scene
 
 LEAST_DECAY = 1e-9
-"""Least |tr Λ| t of a long step: below it J, a difference of two ends over tr Λ, loses its accuracy."""
+"""Least |tr Λ| t of a long step. Below it, J loses its accuracy, since it is a difference of two ends over tr Λ."""
 
 
 @inlined
@@ -118,7 +118,7 @@ def measure_contact(
 
 @inlined
 def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
-    """Force of the base on a mass that it holds against the wall; 0 under a force, where neither work nor u'' needs
+    """Force of the base on a mass that it holds against the wall; 0 under a force, for which neither work nor u'' needs
     it.
     """
     if isinstance(base, RecordBase):
@@ -154,9 +154,7 @@ def measure_long_step(
     regime: CompliantRegime,
     scene: Scene,
 ) -> None:
-    """Add a long step of length t, between whose ends no displacement has a relevant peak, to all requested
-    observables.
-    """
+    """Add a long step of length t to all requested observables; no displacement has a relevant peak inside it."""
     sums, base, excitation = meter.sums, scene.base, buffers_of(scene).excitation
     if takes_integrals(meter):
         measure_contact(meter, v_end - v_start, t, wall_of(scene).damping, regime, scene)
@@ -171,7 +169,7 @@ def measure_long_step(
         if not isinstance(base, RecordBase):
             raise_over_long_step(meter, t, before, regime, scene)
         elif regime.sticks:
-            # that of a slipping mass stays below the peak: the step was limited for this
+            # |u''| of a slipping mass stays below the peak, since the step was limited for this
             raise_acceleration_in_contact(meter, t, regime, scene)
 
 
@@ -228,7 +226,7 @@ def measure_vibration(
 
 
 class _Squares(NamedTuple):
-    """J, symmetric."""
+    """The elements of the symmetric matrix J."""
 
     first: float
     both: float

@@ -1,5 +1,5 @@
-"""u'' of the structure in a compliant wall, where it is finite: its polynomial, its largest value, also over a long
-step.
+"""u'' of the structure in contact with a compliant wall, where it is finite: its polynomial, and its largest value,
+also over a long step.
 """
 
 from damperlab.worker.jit import inlined, kernel
@@ -30,7 +30,7 @@ from damperlab.worker.solver.motion.vibration import (
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, Meter
 from damperlab.worker.solver.scene import Scene
 
-_DROWNED = 1e-16  # share of the peak: a vibration below it changes none of its digits
+_DROWNED = 1e-16  # share of the peak below which a vibration does not change its digits
 
 
 @inlined
@@ -54,7 +54,7 @@ def acceleration_at(
 
 @kernel
 def slip_acceleration_into(base: Excitation, buffers: Buffers, out: Floats) -> None:
-    """Coefficients of u'' of a slipping mass, from the forces on it: −(2ζw + x), minus the wall's, plus the
+    """Coefficients of u'' of a slipping mass, from the forces on it: −(2ζw + x), minus that of the wall, plus the
     excitation.
     """
     for n in range(ORDER):
@@ -116,11 +116,11 @@ def form_of_acceleration(regime: CompliantRegime, scene: Scene) -> LinearForm:
 def raise_over_long_step(
     meter: Meter, t: float, vibration: Vibration, regime: CompliantRegime, scene: Scene
 ) -> None:
-    """Raise the peak to the largest |u''| of a long step: of slow motion, which is expanded, and vibration together.
+    """Raise the peak to the largest |u''| of a long step, for the expanded slow motion and the vibration together.
 
-    The length of the step does not depend on u'', so that a point has the same bits with and without it. It is
-    divided into spans in which the vibration has a polynomial, until envelope and slow motion prove that nothing
-    higher follows.
+    The length of the step does not depend on u'', so that a point has the same bits with and without it. The step is
+    divided into spans in which a polynomial represents the vibration, until envelope and slow motion prove that no
+    higher value follows.
     """
     if regime.sticks:
         raise_acceleration_in_contact(meter, t, regime, scene)
@@ -151,7 +151,7 @@ def raise_over_long_step(
 
 @kernel
 def _add_vibration(slow: Floats, vibration: Vibration, form: LinearForm, rates: Floats, out: Floats) -> None:
-    """Coefficients of a polynomial and the linear form of exp(Λt) f together."""
+    """Coefficients of the sum of a polynomial and the linear form of exp(Λt) f."""
     first, second = vibration
     for n in range(TERMS):
         out[n] = slow[n] + (form.first * first + form.second * second)

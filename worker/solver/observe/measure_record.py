@@ -58,7 +58,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         square += GAUSS_WEIGHTS[i] * u * u
         relative_square += GAUSS_WEIGHTS[i] * v * v
         acceleration_square += GAUSS_WEIGHTS[i] * acceleration * acceleration
-    sums[WORK_IN] += t * work / motion.compliance  # the base moves the riding particle too
+    sums[WORK_IN] += t * work / motion.compliance  # the base moves the particle on its wall too
     measure_rubbing(meter, segment, scene)
     sums[VISCOUS_LOSS] += t * base.two_zeta * loss
     sums[SQUARE] += t * square
@@ -96,7 +96,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
     if not regime.sticks:
         most = u_derivative_bound(4, segment, base)
         if ends + bulge * most > peak:
-            # −κ(2ζ w + x) as a polynomial of the relative motion, which is zero where the base would dominate
+            # −κ(2ζ w + x) as a polynomial of the relative motion: it is zero where the base would dominate
             polynomial = of_base  # not used any more
             for n in range(ORDER):
                 polynomial[n] = -motion.compliance * (base.two_zeta * (n + 1) * relative[n + 1] + relative[n])

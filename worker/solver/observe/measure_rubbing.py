@@ -10,10 +10,10 @@ from damperlab.worker.solver.sliding import with_pull
 
 @inlined
 def measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
-    """Loss of a sliding particle on its way through the cavity.
+    """Add the loss of a particle that slides through the cavity.
 
-    The work of a shaken base is integrated with the offset of the spring centre, which includes the particle's pull
-    although the spring does not transmit it. Its part is restored here, since the work at rest lacks it.
+    The work of a shaken base is integrated with the offset of the spring centre. This includes the particle's pull,
+    which the spring does not transmit. Its part is restored here, and also in the work at rest, which lacks it.
     """
     if scene.particle is not None:
         if scene.particle.friction is not None:

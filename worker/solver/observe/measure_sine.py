@@ -41,7 +41,7 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
     at_ends = max(abs(u_start), abs(u_end))
     peak = max(sums[PEAK], at_ends)
     half = 0.5 * segment.time * segment.time
-    # the slope at one end exceeds its possible change over the span: no extremum between
+    # the slope at one end exceeds its possible change over the span, so there is no extremum between
     bulge = half * segment.bounds.u2
     if at_ends + 0.25 * bulge > peak and abs(u_end - u_start) <= bulge:
         return False
@@ -71,7 +71,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
         cosine = segment.phase.second
         if regime.sticks:
             v = start.v
-            if isinstance(base, SineForce):  # at rest: no work is done
+            if isinstance(base, SineForce):  # the base is at rest, so no work is done
                 sums[SQUARE] += v * v * base.window
                 return
             f = base.forms
@@ -109,7 +109,9 @@ def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
 
 @inlined
 def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
-    """Add a segment that is no complete panel: Lobatto's rule, whose ends are known; no peaks."""
+    """Add a segment that is not a complete panel, by Lobatto's rule, whose end values are known; peaks are not
+    examined.
+    """
     sums, base, regime, t = meter.sums, scene.base, segment.regime, segment.time
     measure_rubbing(meter, segment, scene)
     if regime.sticks:
@@ -216,7 +218,7 @@ def find_peaks(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> 
 def _highest(
     p: Floats, offset: float, rate_end: float, t: float, third_derivative: float, scratch: Floats
 ) -> float:
-    """Largest |p − offset| at an extremum inside a span; 0 where there is none.
+    """Largest |p − offset| at an extremum inside a span; 0 if there is none.
 
     Parameters
     ----------
@@ -229,11 +231,11 @@ def _highest(
     curve = 2.0 * p[2]
     if (
         abs(curve) > third_derivative * t
-    ):  # the slope is monotone: one extremum where it changes sign, else none
+    ):  # the slope is monotone, so there is one extremum if it changes sign, else none
         if rate * rate_end >= 0.0:
             return 0.0
-        # a parabola through slope and curvature here and the slope there, then Newton: the remaining error is its
-        # square, and that of the height the square of that
+        # a parabola through slope and curvature at the start and slope at the end, then one step of Newton, which
+        # squares its error; the error of the height is the square of that
         half = 0.5 * curve
         last = (rate_end - rate - curve * t) / (t * t)
         root = sqrt(max(half * half - last * rate, 0.0))

@@ -1,4 +1,6 @@
-"""Observables of u'' on one segment under a harmonic excitation, on request: its square and its largest value."""
+"""Observables of u'' on one segment under a harmonic excitation, on request: the integral of its square, and its
+largest value.
+"""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound
@@ -15,7 +17,7 @@ def measure_acceleration(meter: Meter, segment: Segment, scene: Scene, curves: C
     """Add ∫u''² over a segment and raise the peak to its largest |u''|; overwrites the polynomial of the excitation.
 
     u'' jumps where slip stops or reverses and where the particle meets, joins or leaves a wall. Each of the two
-    segments has its own end there, and neither includes an impulse between them.
+    segments that meet there uses its own end value, and neither includes an impulse between them.
     """
     sums, base, t = meter.sums, scene.base, segment.time
     acceleration, scratch = curves.excitation, curves.scratch

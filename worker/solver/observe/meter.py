@@ -1,4 +1,4 @@
-"""The meter of an integration: its sums, and their positions."""
+"""The meter of an integration: its sums, and their positions in the array."""
 
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ PARTICLE_LOSS = 9  # to the friction of the particle
 SLIDING = 10  # time in which it slides
 METERS = 11
 
-# Additional sums of a record's meter; the last two also of one with acceleration.
+# Additional sums of a record's meter; a meter with acceleration has the last two as well.
 RELATIVE_SQUARE = METERS  # ∫ v² dτ
 ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ
 ACCELERATION_PEAK = METERS + 2  # largest |u''|; under a harmonic excitation since the last reset
@@ -35,12 +35,12 @@ class Meter(NamedTuple):
     Attributes
     ----------
     sums : array, shape (METERS,) or (RECORD_METERS,)
-        Added to; the longer array under a record, and with the acceleration. If an integration ends early, up to
-        that time.
+        The sums, which grow; the longer array under a record and with the acceleration. If an integration ends early,
+        they are those up to that time.
     energies : True or None
-        None: the kernel integrates no energy and no square, and their entries are meaningless.
+        With None, the kernel integrates no energy and no square, and their entries are meaningless.
     acceleration : True or None
-        Whether u'' is measured too, as it always is under a record. None: the kernel contains nothing of it.
+        Whether u'' is measured too, as it always is under a record. With None, the kernel contains no code for it.
     """
 
     sums: NDArray[np.float64]
@@ -50,7 +50,7 @@ class Meter(NamedTuple):
 
 @inlined
 def make_meter(energies: bool | None, acceleration: bool | None) -> Meter:
-    """Meter of zeros for a harmonic excitation."""
+    """Make a meter of zeros for a harmonic excitation."""
     if acceleration is not None:
         return Meter(filled(RECORD_METERS, 0.0), energies, acceleration)
     return Meter(filled(METERS, 0.0), energies, None)
@@ -58,7 +58,7 @@ def make_meter(energies: bool | None, acceleration: bool | None) -> Meter:
 
 @inlined
 def clear_meter(meter: Meter) -> None:
-    """Zeros again."""
+    """Reset all sums to zero."""
     for i in range(METERS):
         meter.sums[i] = 0.0
     if meter.acceleration is not None:

@@ -1,4 +1,5 @@
-"""Stable orbits near a run: the one that the run tends to, and whether one exists near a run that does not repeat.
+"""Stable orbits near a run: the orbit that the run tends to, and whether an orbit exists near a run that does not
+repeat.
 
 An orbit is accepted as the response only if the run approaches it just as its linearisation predicts.
 """
@@ -26,27 +27,28 @@ from damperlab.worker.steady.stability.multipliers import spectral_radius
 
 Array = NDArray[np.float64]
 
-# Chosen, not derived: their error rate is measured by comparing answers with long integrations
+# The following values are chosen, not derived; their error rate is measured by comparing answers with long integrations
 # (`accuracy.steady_answers`).
 _TRIAL_PERIODS = 4  # least number of half cycles integrated for a candidate
-# Largest multiplier of an orbit that attracts: the margin is rounding of a multiplier of one.
+# Largest multiplier of an orbit that attracts; the margin covers the rounding of a multiplier of one.
 _ATTRACTS = 1.0 - 1e-9
 _REACH = 0.1  # relative distance within which an orbit may be the one that the run approaches
-_FAR_REACH = 0.5  # and within which one may lie near the run
-# A candidate is confirmed at this share of the run's first distance from it; at that one if the run has followed the
-# linearisation for `_LONG` half cycles, in which a passing run would have left.
+_FAR_REACH = 0.5  # relative distance within which an orbit may lie near the run
+# A candidate is confirmed when the run's distance from it has fallen to the share `_CLOSED_IN` of the first one.
+# `_CLOSED_IN_SLOWLY` suffices if the run has followed the linearisation for `_LONG` half cycles, in which a passing run
+# would have left.
 _CLOSED_IN = 0.3
 _CLOSED_IN_SLOWLY = 0.7
 _LONG = 256
 _AT_THE_ORBIT = 1e-8  # relative distance from an orbit at which the run has reached it, whatever the share
 # One stretch of the run, compared with the linearisation.
-_OFF_PREDICTION = 0.25  # of the remaining distance: a run that is off by more leaves the orbit
-_NEARER = 0.7  # of the distance before: a run that comes so much nearer approaches the orbit
-_NO_PREDICTION = 1e-4  # of the distance before: so near that no prediction is needed
+_OFF_PREDICTION = 0.25  # share of the remaining distance: a run that deviates by more leaves the orbit
+_NEARER = 0.7  # share of the distance before: a run that comes within it approaches the orbit
+_NO_PREDICTION = 1e-4  # share of the distance before: within it no prediction is needed
 _ROUNDING = 1e-10  # relative distance below which only rounding moves a run on the orbit
 
 LEAVES, FOLLOWS, APPROACHES = range(3)
-"""Behaviour of a run near an orbit."""
+"""Behaviours of a run near an orbit."""
 
 
 class Candidate(NamedTuple):
@@ -56,11 +58,11 @@ class Candidate(NamedTuple):
     ----------
     orbit : Orbit
     met : int
-        Half cycle of the run at its finding.
+        Half cycle of the run at which the orbit was found.
     since : int
-        Half cycle of the run's latest recorded departure from it.
+        Half cycle at which the run's distance from it was last recorded.
     share : float
-        Share of the first distance that was left then.
+        Share of the first distance that remained then.
     struck : int
         Impacts of the run by then.
     """
@@ -87,14 +89,14 @@ def stable_orbit_nearby(
     Parameters
     ----------
     spare : float
-        Half cycles allowed: Newton's method is not started if it would need more.
+        Half cycles allowed; Newton's method is not started if it would need more.
 
     Returns
     -------
     candidate : Candidate
-        Recorded for its confirmation; of period 0 if there is none.
+        The orbit, recorded for its confirmation; its period is 0 if there is none.
     confirmed : bool
-        Whether it needs no confirmation, since the run must tend to it.
+        Whether no confirmation is needed, since the run must tend to it.
     halves : int
         Half cycles used.
     """
@@ -138,7 +140,7 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
     """Whether the run must tend to a stable orbit.
 
     Without impacts v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance √(Δv² + Δw²) of any two motions never
-    grows. So a stable periodic one attracts them all, unless the mass may still reach a wall before.
+    grows. So a stable periodic motion attracts all others, unless the mass may still reach a wall before.
     """
     particle = scene.particle
     if particle is not None:
@@ -162,13 +164,14 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
 def closing_in(
     candidate: Candidate, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Candidate, bool]:
-    """A candidate after a further stretch of the run, of period 0 if the run leaves it; and whether it is confirmed.
+    """Update a candidate after a further stretch of the run, and say whether it is confirmed; its period is 0 if the
+    run leaves it.
 
     The run must approach the orbit just as its linearisation predicts, stretch after stretch, until its distance has
     fallen to the share `_CLOSED_IN` of the first one. After `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient.
-    The reason is that a run may seem for a while to approach an orbit whose basin ends close by. A stretch with more
-    or fewer impacts than the orbit confirms nothing: the linearisation does not apply to it. Without impacts the
-    orbit must attract every motion within reach; otherwise it is dropped.
+    This is needed because a run may seem for a while to approach an orbit whose basin ends close by. A stretch with
+    more or fewer impacts than the orbit confirms nothing, because the linearisation does not apply to it. Without
+    impacts the orbit must attract every motion within reach; otherwise it is dropped.
     """
     orbit = candidate.orbit
     nothing = no_candidate(orbit.state)
@@ -229,16 +232,15 @@ def _follows(
     size: int,
     scale: float,
 ) -> int:
-    """Whether the run approaches the orbit as its linearisation predicts, `periods` after a known departure from it.
+    """Whether the run approaches the orbit as its linearisation predicts, `periods` after a known distance from it.
 
     Parameters
     ----------
     ring_now : array, shape (SECTION_SIZE,)
-        Section coordinates of the run now.
+        Present section coordinates of the run.
     orbit_point : array, shape (SECTION_SIZE,)
-        Those of the orbit.
-    departure : array, shape (SECTION_SIZE,)
-        Run minus orbit, `periods` periods ago.
+        Section coordinates of the orbit. departure : array, shape (SECTION_SIZE,) Run minus orbit, `periods` periods
+        ago.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian over one period.
     periods, size : int
@@ -248,8 +250,8 @@ def _follows(
     Returns
     -------
     verdict : int
-        LEAVES, FOLLOWS (as predicted, but hardly nearer than before) or APPROACHES. The middle one is no proof: near
-        an orbit with a multiplier near the unit circle a run may wander permanently and seem for a while to settle.
+        LEAVES, FOLLOWS (as predicted, but hardly nearer than before) or APPROACHES. FOLLOWS proves nothing: if an orbit
+        has a multiplier near the unit circle, a run near it may wander permanently and seem for a while to settle.
     """
     predicted = departure.copy()
     for _ in range(periods):

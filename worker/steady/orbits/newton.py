@@ -74,7 +74,8 @@ def _newton_step(
 ) -> bool:
     """Solve (1 − M) step = residual in the free coordinates; False if it is singular.
 
-    A mass held by friction has w = 0, and a riding particle follows the wall: those coordinates are not free.
+    A mass held by friction has w = 0, and a particle in sustained contact follows the wall, so these coordinates are
+    not free.
     """
     held = zero_counts(SECTION_SIZE)
     if friction is not None:
@@ -83,7 +84,7 @@ def _newton_step(
     if particle is not None:
         if state.riding > 0.0 and not has_contact(state, state.dwell, particle.wall):
             held[2] = 1
-            # friction may hold it anywhere in the cavity
+            # friction may hold the particle anywhere in the cavity
             held[3] = 0 if particle.friction is not None and state.gap > 0.0 else 1
     index = np.empty(SECTION_SIZE, np.int64)
     n = 0
@@ -149,14 +150,14 @@ def find_orbit(
     scale : float
         Size of the motion.
     reach : float
-        Longest step believed.
+        Longest step that is accepted.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Filled with the Jacobian of the resulting orbit.
 
     Returns
     -------
     orbit : State
-        On the orbit; meaningless unless found.
+        State on the orbit; meaningless unless one was found.
     error : float
         Estimated distance from the exact orbit; inf if none was found.
     halves : int
@@ -183,7 +184,7 @@ def find_orbit(
         step_length = norm(step, size)
         is_closed = norm(residual, size) <= _CLOSED * scale
         if is_closed and (step_length <= _CLOSED * scale or step_length > 0.5 * previous_length):
-            return here, step_length, halves  # no step makes it better
+            return here, step_length, halves  # no step improves it
         if not step_length <= min(reach, 2.0 * previous_length):  # far from any orbit most tries end here
             return state, inf, halves
         previous_length = step_length
@@ -192,5 +193,5 @@ def find_orbit(
         here, possible = state_at(point, here, particle)
         if not possible:
             return state, inf, halves
-        coordinates(here, particle, point)  # a riding particle has moved with the mass
+        coordinates(here, particle, point)  # a particle in sustained contact has moved with the mass
     return state, inf, halves

@@ -1,4 +1,4 @@
-"""A periodic orbit of the run, by Newton's method from its present state, or from its repetition; and its
+"""A periodic orbit of the run, found by Newton's method from its present state or by its repetition, and the orbit's
 multiplier.
 """
 
@@ -30,7 +30,7 @@ class Orbit(NamedTuple):
     state : State
         On it, at phase 0.
     period_halves : int
-        Period in mirrored half cycles; 0: none.
+        Period in mirrored half cycles; 0 if there is no orbit.
     error : float
         Distance from periodicity.
     """
@@ -41,7 +41,7 @@ class Orbit(NamedTuple):
 
 
 class SectionLook(NamedTuple):
-    """Start of an examination of the section.
+    """Data for an examination of the section.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class SectionLook(NamedTuple):
     scale : float
         Size of the motion.
     size : int
-        Leading section coordinates that take part.
+        Number of leading section coordinates that are used.
     """
 
     half: int
@@ -60,7 +60,7 @@ class SectionLook(NamedTuple):
 
 @kernel
 def no_orbit(state: State) -> Orbit:
-    """No orbit."""
+    """The value that stands for no orbit."""
     return Orbit(state, 0, inf)
 
 
@@ -85,13 +85,13 @@ def newton_orbit(
     Returns
     -------
     orbit : Orbit
-        Its error is infinite if there is none; its Jacobian is in the notes. found : bool
+        Its error is infinite if there is no orbit; its Jacobian is in the notes. found : bool
     halves : int
         Half cycles that it took.
     """
     begin_probe(probe, scene, 12 * period_halves)
     size = look.size
-    if not rubs(scene.particle):  # a particle that was never struck so far may be struck later
+    if not rubs(scene.particle):  # a particle that has not met a wall so far may meet one later
         size = active_size(state, scene.particle, probe.counts)
     orbit, error, halves = find_orbit(
         state, period_halves, size, look.scale, reach, probe, notes.log, notes.monodromy
@@ -109,11 +109,11 @@ def repeated_orbit(
     notes: Notes,
     settings: Settings,
 ) -> Orbit:
-    """The orbit on which the run almost repeats; of period 0 if it does not, or if the orbit repels it.
+    """The orbit on which the run almost repeats; its period is 0 if the run does not repeat, or if the orbit repels it.
 
-    A repelling orbit was met by chance: where friction stops the mass, chaos has few dimensions and returns very
-    close to a point. If Newton's method fails, or leads elsewhere, the run's own state is the answer, once it has
-    repeated over the complete memory.
+    A run may come near a repelling orbit by chance: where friction stops the mass, chaos has few dimensions and returns
+    very close to earlier points. If Newton's method fails or leads elsewhere, the run's own state is taken once the run
+    has repeated over the complete memory.
     """
     tolerance = settings.periodic_tolerance
     period_halves, error = settled_period(

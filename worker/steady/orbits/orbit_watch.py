@@ -1,4 +1,4 @@
-"""Search of a run for stable orbits near it, and its findings."""
+"""Search for stable orbits near a run, and its findings."""
 
 from typing import NamedTuple
 
@@ -17,11 +17,11 @@ from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit
 from damperlab.worker.steady.run import Notes
 
 _BETWEEN_TRIES = 32  # half cycles of the run between two searches for a stable orbit
-# Half cycles spent on searching for nearby orbits, over those of the run: in its burn-in, and while metering.
+# Half cycles spent on searching for nearby orbits, relative to those of the run: in its burn-in, and while metering.
 _SHARE_IN_BURN_IN = 0.1
 _SHARE_METERED = 0.05
-# Half cycles between searches for a stable orbit farther off, while metering; and the periods tried in turn: the
-# shorter ones more often, because most chaos ends on them.
+# Half cycles between searches for a stable orbit farther off, while metering, and the periods tried in turn. Shorter
+# ones are tried more often, because most chaos ends on them.
 _FAR_EVERY = 64
 _FAR_PERIODS = (1, 2, 3, 1, 2, 4)
 
@@ -32,13 +32,13 @@ class Nearby(NamedTuple):
     Attributes
     ----------
     candidate : Candidate
-        The pending one; of period 0: none.
+        The candidate to be confirmed; its period is 0 if there is none.
     next_try : int
-        Half cycle of the run from which another is searched.
+        Half cycle of the run from which another orbit is searched.
     halves_spent : int
         Half cycles spent on searching.
     rival : bool
-        Whether a stable orbit is known that the run has not reached.
+        Whether a stable orbit is known which the run has not reached.
     """
 
     candidate: Candidate
@@ -57,11 +57,14 @@ def nothing_nearby(state: State, first_try: int) -> Nearby:
 def look_nearby(
     nearby: Nearby, state: State, look: SectionLook, burn_in: int, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Nearby, Orbit]:
-    """Follow the candidate, or search one; return the orbit that the run tends to, of period 0 if none is found."""
+    """Follow the candidate, or search for one. Return the orbit that the run tends to; its period is 0 if none is
+    found.
+    """
     candidate, next_try, halves_spent, rival = nearby
     confirmed = False
     waits = candidate.orbit.period_halves > 0
-    # without a particle no orbit is pending: a stable one attracts every motion, see `candidate.attracts_all`
+    # without a particle no candidate is pending, because a stable orbit attracts every motion, see
+    # `candidate.attracts_all`
     if scene.particle is not None:
         if waits:
             candidate, confirmed = closing_in(candidate, look, scene, probe, notes)
@@ -87,9 +90,10 @@ def look_farther(
     probe: Scene,
     notes: Notes,
 ) -> Nearby:
-    """Occasionally search a stable orbit farther off, on which a run that does not repeat may end.
+    """Occasionally search for a stable orbit farther off, on which a run that does not repeat may end.
 
-    Its cost is limited by its rarity: taken from the share of the searches nearby, it would leave them nothing.
+    Its cost is limited because it is rare. If it were taken from the share of the nearby searches, it would use all of
+    it.
     """
     if metered_halves < 0 or metered_halves % _FAR_EVERY != 0 or nearby.rival:
         return nearby
@@ -103,5 +107,5 @@ def look_farther(
 
 @kernel
 def _halves_to_spare(half: int, burn_in: int) -> float:
-    """Half cycles that may be spent on searching for orbits during a run of so many."""
+    """Half cycles that may be spent on searching for orbits, during a run of a given number of half cycles."""
     return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)

@@ -19,19 +19,19 @@ def linear_response(
     damping_ratio, frequency_ratio : ndarray, shape (N,)
         ζ and r.
     forced : bool
-        A force on the structure instead of a shaken base; lengths are over F₀/k.
+        Whether a force on the structure excites it instead of a shaken base; lengths are then over F₀/k.
 
     Returns
     -------
     dict of ndarray, shape (N,)
-        All variables but run_time and those of an ensemble. Status UNBOUNDED and NaN for ζ = 0 at r = 1.
+        All variables except run_time and those of an ensemble. Status UNBOUNDED and NaN for ζ = 0 at r = 1.
 
     Notes
     -----
-    With H = r²/(1 − r² + 2iζr) the relative motion is |H| and the absolute one |1 + H| = √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)].
-    Work in and viscous loss of a cycle, over k Z², are π r²·Im-part products: the residual compares the two as
-    computed. A force has 1 in the place of r², and the base is at rest. An amplitude from the closed form is exact
-    to a few roundings.
+    With H = r²/(1 − r² + 2iζr) the relative motion is |H| and the absolute one |1 + H| =
+    √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)]. Work in and viscous loss of a cycle, over k Z², are computed separately from these,
+    and the residual compares the two. For a force, 1 replaces r², and the base is at rest. An amplitude from the closed
+    form is exact to a few roundings.
     """
     r = frequency_ratio
     loss = 2.0 * damping_ratio * r

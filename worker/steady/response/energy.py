@@ -1,4 +1,4 @@
-"""The energy balance of a measured stretch: a check that any single error of the solver would violate."""
+"""The energy balance of a measured stretch, which any single error of the solver would violate."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,7 @@ def stored_energy(state: State, base_rate: float, particle: Particle | None) -> 
 
 @kernel
 def _height_energy(state: State, particle: Particle) -> float:
-    """Energy of a particle under gravity, relative to the spring that bears it: −βG (u − p)."""
+    """Energy of a particle under gravity, relative to the state in which the spring bears it: −βG (u − p)."""
     if particle.gravity is not None:
         apart = state.wall * (particle.clearance_ratio - state.gap)
         return particle.mass_ratio * fall_of(state.slide, particle) * apart
@@ -71,11 +71,11 @@ def energy_residual(sums: NDArray[np.float64], stored_before: float, stored_afte
 def unbalanced(work: float, losses: float, stored_before: float, stored_after: float, peak: float) -> float:
     """|work in − losses − change of stored energy| over the largest energy.
 
-    That is the largest of work in, losses, energy stored at either end, and ½ of the square of the peak. The last
-    one is the measure if almost no work goes in over the stretch. Without loss, or locked, the base recovers in one
-    half cycle what it supplied in the other.
+    The largest energy is that of work in, losses, energy stored at either end, and half the square of the peak. The
+    last one serves as the scale if almost no net work is done over the stretch: without loss, or with a locked mass,
+    the base recovers in one half cycle what it supplied in the other.
     """
     scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)
-    if scale == 0.0:  # a force that friction withstands moves nothing
+    if scale == 0.0:  # a force that friction withstands causes no motion
         return 0.0
     return abs(work - losses - (stored_after - stored_before)) / scale

@@ -39,14 +39,14 @@ INTEGRATED = frozenset(
         "dissipation_error",
     )
 )
-"""Measures that need integrals over the motion; a study that stores none of them is computed without these."""
+"""Measures that need integrals over the motion. If a study stores none of them, the integrals are not computed."""
 
 FEWEST_STUCK = 1.0 - 1e-6
-"""Share of time above which a mass counts as locked: at γ_F = r² it slips at single instants."""
+"""Share of time above which a mass counts as locked, because at γ_F = r² it slips at single instants."""
 
 
 ACCELERATION = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
-"""Measures of u''; a study that stores neither is computed without these."""
+"""Measures of u''. If a study stores neither, u'' is not measured."""
 
 
 class Response(NamedTuple):
@@ -160,7 +160,7 @@ def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bo
     `carried` says whether the particle's friction carries it along all the time.
     """
     period = period_halves if period_halves % 2 == 1 else period_halves // 2
-    if stuck >= FEWEST_STUCK:  # a particle may keep moving between walls that it does not move
+    if stuck >= FEWEST_STUCK:  # a particle may keep moving between walls that stay at rest
         return _LOCKED, 1 if impacts == 0 else period
     if carried:
         return _CARRIED, period
@@ -175,9 +175,9 @@ def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bo
 
 @kernel
 def mean_of_period(trace: NDArray[np.float64], period_halves: int, error: float) -> MeanPeaks:
-    """Means over one period of `period_halves` half cycles, for which the trace has the rows 1 … period_halves.
+    """Means over one period of `period_halves` half cycles, which are the rows 1 … period_halves of the trace.
 
-    Every half cycle starts one interval of a whole cycle, so that a motion and its mirror image have the same mean.
+    One interval of a whole cycle begins at every half cycle, so that a motion and its mirror image have the same mean.
     """
     amplitude = 0.0
     relative = 0.0
@@ -224,9 +224,9 @@ def mean_of_run(
 def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks) -> Largest:
     """Largest values in the last three quarters of the metered cycles of a run that does not repeat.
 
-    The remaining transient falls below the error of a mean before it falls below a largest peak. The particle, and
-    the mass with it, settle more slowly than the structure alone, which determines the burn-in. In a run cut short
-    the last cycles may all be below the mean, or without an impact.
+    The remaining transient falls below the error of a mean before it falls below a largest peak. The particle, and the
+    mass with it, settle more slowly than the structure alone, which determines the burn-in. If a run is short, its last
+    cycles may all be below the mean, or without an impact.
     """
     first = stretch.first + (stretch.last - stretch.first) // 8 * 2
     peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)
@@ -236,7 +236,7 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
 
 @kernel
 def _error_of_shares(trace: NDArray[np.float64], series: NDArray[np.float64], first: int, last: int) -> float:
-    """Largest standard error of the shares of dissipation: that of a ratio of means, linearised."""
+    """Largest standard error of the shares of dissipation, as that of a ratio of means, linearised."""
     total = 0.0
     for loss in LOSSES:
         total += trace[2 * last, loss] - trace[2 * first, loss]
@@ -295,7 +295,7 @@ def measured_response(
     per_cycle = nan
     if energies is not None:
         losses = stretch.viscous + stretch.friction + stretch.impact + stretch.rubbing
-        # a locked mass loses nothing: no shares of rounding
+        # a locked mass dissipates nothing, so shares would be those of rounding
         share = 1.0 / losses if losses > 1e-12 * stretch.stored_before else 0.0
         shares_error = mean.dissipation_error if share > 0.0 else 0.0
         per_cycle = losses / cycles if share > 0.0 else 0.0

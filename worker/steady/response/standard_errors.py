@@ -11,22 +11,23 @@ from damperlab.worker.jit import kernel
 FEWEST = 80
 """Samples below which correlation cannot be estimated."""
 
-# Number of adjacent batches. Without a common factor: batches of a whole number of periods would have no spread.
+# Numbers of adjacent batches. They have no common factor, because batches of a whole number of periods would have no
+# spread.
 _BATCHES = (61, 19)
-# Student's t at 97.5 % over 1.96, for the degrees of freedom of overlapping batches, one and a half of those of
-# adjacent ones.
+# Student's t at 97.5 % over 1.96, for the degrees of freedom of overlapping batches, which are one and a half times
+# those of adjacent ones.
 _STUDENT = (1.014, 1.047)
-_LONGER = 1.15  # ratio above which the error by longer batches replaces that by shorter; below is chance
+_LONGER = 1.15  # ratio above which the error by longer batches replaces that by shorter ones; less is chance
 
-_GROUP = 16  # samples in a group of the truncation rule: MSER on groups is less easily misled than on single samples
+_GROUP = 16  # samples in a group of the truncation rule; MSER is misled less by groups than by single samples
 _DIFFERENT = 3.0  # standard errors by which a beginning must differ from the rest to be left out
-_STEADY_TREND = 0.9  # ratio of a third's increase to the previous one above which no end is in sight
+_STEADY_TREND = 0.9  # ratio of a third's increase to the previous one above which there is no sign of an end
 _TREND_BATCHES = 19
 _ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
 _GROWN = 0.1  # share by which the last third of a series without a bound exceeds the first
-# Relative error of a constant: the differences of its samples are rounding, which has its own correlation and trend.
+# Relative error of a constant. The differences of its samples are rounding, which has its own correlation and trend.
 _ROUNDING = 1e-12
-_TREND = 86  # of 171 pairs of 19 batches, the excess of rising ones that chance exceeds three times in 1,000
+_TREND = 86  # of 171 pairs of 19 batches, the excess of rising pairs that chance exceeds three times in 1,000
 
 
 class Estimate(NamedTuple):
@@ -39,7 +40,7 @@ class Estimate(NamedTuple):
     mean, error : float
         The mean and its standard error.
     correlation : float
-        Integrated correlation time [samples]: the number of them equivalent to one independent one.
+        Integrated correlation time [samples]: the number of samples that are worth one independent sample.
     stationary : bool
         Whether the range shows no trend.
     """
@@ -66,15 +67,15 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
     Returns
     -------
     mean, error : float
-        The error is that from batches of 1/61 of the range, unless those of 1/19 give one that is significantly
-        larger. Batches shorter than the correlation time understate it, but fewer are less certain. 1.96 times it is
-        the half width of a 95 % interval. Fewer than 80 samples do not show their correlation: the complete spread
-        is used then.
+        The error comes from batches of 1/61 of the range, unless batches of 1/19 give a significantly larger one.
+        Batches shorter than the correlation time understate the error, but an error from few batches is less certain.
+        1.96 times the error is the half width of a 95 % interval. Fewer than 80 samples do not show their correlation,
+        so their complete spread is used.
 
     Notes
     -----
-    A batch begins at every sample (Meketon and Schmeiser 1984): overlapping batches are worth half as many again as
-    adjacent ones. So the error itself is more exact, and a run ends sooner with the same coverage.
+    A batch begins at every sample (Meketon and Schmeiser 1984). Such overlapping batches are worth one and a half times
+    as many adjacent ones, so the error itself is more exact, and a run ends sooner with the same coverage.
     """
     count = last - first
     total = 0.0
@@ -95,7 +96,9 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
 
 @kernel
 def _error_by_batches(samples: NDArray[np.float64], first: int, last: int, mean: float, length: int) -> float:
-    """Standard error of the mean of a range by the means of its batches of a length, one beginning at every sample."""
+    """Standard error of the mean of a range, by the means of batches of a given length, one of which begins at every
+    sample.
+    """
     total = 0.0
     for i in range(first, first + length):
         total += samples[i]
@@ -109,7 +112,7 @@ def _error_by_batches(samples: NDArray[np.float64], first: int, last: int, mean:
 
 @kernel
 def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
-    """Estimate of the mean of samples[first:last] without a transient at the beginning, if the data show one.
+    """Estimate the mean of samples[first:last], without the transient at the beginning if the data show one.
 
     Parameters
     ----------
@@ -124,12 +127,13 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
 
     Notes
     -----
-    The transient is that of the marginal standard error rule (MSER, White 1997). It is the beginning whose omission
-    minimises Σ(xᵢ − x̄)²/n² of the rest, in groups of 16, at most the first half. It is left out only if its mean
-    differs from that of the rest by three standard errors. The rule alone prefers a part of a correlated series with
-    little variation, and would understate the error. Afterwards batches may not rise or fall more often than by
-    chance (Mann 1945, Kendall 1975): batch means alone treat a trend as noise. The remainder of a trend, from the
-    geometric series through the means of its thirds, is added to the error.
+    The transient is that of the marginal standard error rule (MSER, White 1997). It is the beginning, in groups of 16
+    and at most the first half, whose omission minimises Σ(xᵢ − x̄)²/n² of the rest. It is left out only if its mean
+    differs from that of the rest by three standard errors. The rule alone would prefer a part of a correlated series
+    with little variation, and so understate the error. The mean counts as stationary if the remaining batches do not
+    rise or fall more often than by chance (Mann 1945, Kendall 1975), since batch means alone treat a trend as noise.
+    The remainder of a trend is added to the error; it follows from the geometric series through the means of its
+    thirds.
     """
     cut = _transient(samples, first, last)
     mean, error = mean_and_error(samples, cut, last)
@@ -159,7 +163,7 @@ def _mean(samples: NDArray[np.float64], first: int, last: int) -> float:
 
 @kernel
 def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
-    """Pairs of batches with a higher later one, minus those with a lower one."""
+    """Number of pairs of batches whose later one is higher, minus the number of pairs whose later one is lower."""
     length = (last - first) // _TREND_BATCHES
     means = np.empty(_TREND_BATCHES)
     for b in range(_TREND_BATCHES):
@@ -190,7 +194,7 @@ def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -
 @kernel
 def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
     """Whether samples[first:last] grow to their end and show no bound: every batch is higher than all before it, and
-    the last third's increase hardly smaller than the previous one. Fewer than 80 samples are inconclusive.
+    the increase of the last third is hardly smaller than the previous one. Fewer than 80 samples are inconclusive.
     """
     if last - first < FEWEST or _rises(samples, first, last) < _ALL_RISE:
         return False

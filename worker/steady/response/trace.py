@@ -1,4 +1,4 @@
-"""The trace of a metered run: one row per half cycle, and the evaluation of a stretch of rows."""
+"""The trace of a metered run, which has one row per half cycle, and the evaluation of a stretch of rows."""
 
 from typing import NamedTuple
 
@@ -23,11 +23,11 @@ from damperlab.worker.solver.observe.meter import (
     Meter,
 )
 
-# Columns of a trace: of the half cycle alone,
+# Columns of a trace: first those of the half cycle alone,
 HALF_PEAK = 0
 HALF_RELATIVE_PEAK = 1
 HALF_SPEED = 2
-# and totals since metering began, with the energy stored at the end of the half cycle.
+# then totals since metering began, and the energy stored at the end of the half cycle.
 IMPACTS_SO_FAR = 3
 STORED = 4
 _TOTALS = 5  # the first of the meter's totals, in the order of the meter
@@ -36,7 +36,7 @@ COLUMNS = _TOTALS + 8
 HALF_ACCELERATION = COLUMNS
 _ACCELERATION_SQUARE = COLUMNS + 1
 ACCELERATION_COLUMNS = COLUMNS + 2
-"""In a trace with acceleration: largest |u''| of the half cycle, and ∫u''² dτ so far."""
+"""Further columns of a trace with acceleration: largest |u''| of the half cycle, and ∫u''² dτ so far."""
 LOSSES = (_TOTALS + 1, _TOTALS + 2, _TOTALS + 3, _TOTALS + 6)
 """Columns of the losses: viscous, friction, impact, friction of the particle."""
 _METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK, PARTICLE_LOSS, SLIDING)
@@ -90,7 +90,7 @@ def make_trace(rows: int, acceleration: bool | None) -> NDArray[np.float64]:
 
 @inlined
 def clear_peaks(meter: Meter) -> None:
-    """Before a half cycle: reset peaks and speeds to it alone."""
+    """Reset peaks and speeds before a half cycle, so that they are those of the half cycle alone."""
     sums = meter.sums
     sums[PEAK] = 0.0
     sums[RELATIVE_PEAK] = 0.0
@@ -151,7 +151,7 @@ def largest_in(trace: NDArray[np.float64], first: int, last: int, column: int) -
 
 @kernel
 def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64]) -> None:
-    """Peaks per cycle that are equal for a motion and its mirror image, which is the same motion half a cycle later.
+    """Peaks per cycle. They are equal for a motion and its mirror image, which is the same motion half a cycle later.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
     rows : int
         Half cycles metered.
     peaks : array, shape (2, ≥ rows // 2)
-        Filled with the mean of the peaks over the two one-cycle intervals that begin in each cycle; for the last,
-        which may lack the next half cycle, over one.
+        Filled, for each cycle, with the mean of the peaks over the two one-cycle intervals that begin in it; for the
+        last cycle, which may lack the next half cycle, over one interval.
     """
     for column in range(2):
         for i in range(rows // 2):
@@ -170,7 +170,9 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
 
 @inlined
 def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -> float:
-    """Mean of the peaks in a column over the two one-cycle intervals that begin in cycle i, or over the metered one."""
+    """Mean of the peaks in a column over the two one-cycle intervals that begin in cycle i, or over the only metered
+    one.
+    """
     first = trace[2 * i + 1, column]
     second = trace[2 * i + 2, column]
     peak: float = max(first, second)

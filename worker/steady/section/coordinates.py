@@ -1,4 +1,6 @@
-"""Section coordinates: the part of a state that a periodic response repeats, and the state for given coordinates."""
+"""Section coordinates, which are the part of a state that repeats in a periodic response, and the state for given
+coordinates.
+"""
 
 from math import ceil, inf
 from typing import Any
@@ -20,7 +22,9 @@ SECTION_SIZE = 4
 
 @inlined
 def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> bool:
-    """Whether a contact has coordinates of its own: the particle is in compliant contact, or dwells on a rigid wall."""
+    """Whether the contact has its own coordinates, because the particle is in compliant contact or dwells on a rigid
+    wall.
+    """
     if wall is not None:
         return riding > 0.0
     return riding > 0.0 and speed > 0.0
@@ -28,10 +32,10 @@ def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> b
 
 @kernel
 def coordinates(state: State, particle: Particle | None, out: Array) -> None:
-    """Section coordinates of a state into `out`, shape (SECTION_SIZE,): v, w, p, p' at phase 0, where s = 0.
+    """Write the section coordinates of a state into `out`, shape (SECTION_SIZE,): v, w, p, p' at phase 0, where s = 0.
 
-    A particle with friction has p' before p: if it meets no wall, p does not affect the others, and is not part of
-    an orbit. In a contact that takes time the last two are its variables, with the sign of the wall. They are
+    For a particle with friction p' comes before p: if it meets no wall, p does not affect the others and is not part of
+    an orbit. In a contact that takes time the last two are its variables, with the sign of the wall. These are
     penetration and its rate, or the time until detachment and the approach speed.
     """
     out[0] = state.v
@@ -99,7 +103,7 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
             gap = particle.clearance_ratio - like.wall * (v - point[2])
             p_rate = point[3]
             least_gap = 0.0
-            if like.gap < 0.0:  # detached with residual penetration of a compliant wall
+            if like.gap < 0.0:  # the particle has detached but still penetrates a compliant wall
                 least_gap = -inf
             possible = possible and least_gap <= gap <= 2.0 * particle.clearance_ratio
     return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell, like.slide), possible
@@ -129,7 +133,7 @@ def _contact_at(
     contact_time: float | None,
     restitution: float,
 ) -> tuple[float, float, Any, bool]:
-    """Gap, particle velocity and dwell of a contact at section coordinates, and whether it exists."""
+    """Gap, particle velocity and dwell of a contact at section coordinates, and whether such a contact is possible."""
     gap = 0.0
     allowed = True
     if dwell is not None:
@@ -141,7 +145,7 @@ def _contact_at(
             dwell = Dwell(0.0, speed)
         if contact_time is not None:
             if dwell.speed > 0.0:
-                # beyond its ends is the previous or the next contact, about as in a chatter
+                # beyond the ends of this contact lies the previous or the next one, about as in a chatter
                 left = like.wall * point[2]
                 later = 1.0 - ceil(left / contact_time)
                 left += later * contact_time
@@ -153,7 +157,9 @@ def _contact_at(
 
 @kernel
 def active_size(state: State, particle: Particle | None, counts: NDArray[np.int64]) -> int:
-    """Leading coordinates in which an orbit closes: a particle at rest that was never struck is left out."""
+    """Number of leading coordinates in which an orbit closes; those of a particle at rest that was never struck are
+    left out.
+    """
     if particle is not None:
         if counts[IMPACTS] > 0 or state.p_rate != 0.0:
             return 4
@@ -162,7 +168,7 @@ def active_size(state: State, particle: Particle | None, counts: NDArray[np.int6
 
 @inlined
 def are_comparable(one: State, other: State, particle: Particle | None) -> bool:
-    """Whether the coordinates of two states mean the same."""
+    """Whether the section coordinates of two states have the same meaning."""
     same = one.riding == other.riding and one.slip == other.slip
     same = same and direction_of(one.slide) == direction_of(other.slide)
     same = same and down_of(one.slide) == down_of(other.slide)

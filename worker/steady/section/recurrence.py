@@ -14,15 +14,15 @@ RING = 128
 """Half cycles remembered, each by its section coordinates."""
 
 LONGEST = 64
-"""Longest period searched, in half cycles: 32 excitation periods of an asymmetric response."""
+"""Longest period searched, in half cycles; it is 32 excitation periods of an asymmetric response."""
 
 SAME = 1e-6
-"""Relative recurrence below which a settled response has this period, not a multiple of it."""
+"""Relative recurrence below which a settled response has this period instead of a multiple of it."""
 
-# Chosen like those of `orbits.candidate`.
+# These values are chosen in the same way as those of `orbits.candidate`.
 _ROUNDING = 1e-13  # recurrence of a settled response, relative
 _NEAR = 0.05  # relative recurrence below which Newton's method is tried
-# A multiple of a period is taken if its recurrence is better than this over the multiple.
+# The n-fold of a period is taken if its recurrence is below this share, over n, of that of the period.
 _FAR_BETTER = 0.4
 
 
@@ -41,8 +41,8 @@ def recurrence(ring: Array, now: int, period_halves: int) -> float:
 
 @kernel
 def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None:
-    """Write distances of a section point from those up to `LONGEST` half cycles ago into `apart`, and the last ones
-    into `before`.
+    """Write the distances of a section point from those up to `LONGEST` half cycles ago into `apart`; move the former
+    values to `before`.
     """
     for period_halves in range(1, min(LONGEST, now // 2) + 1):
         before[period_halves] = apart[period_halves]
@@ -62,10 +62,10 @@ def extent(ring: Array, now: int) -> float:
 def settled_period(
     ring: Array, now: int, apart: Array, before: Array, stretch: int, scale: float, tolerance: float
 ) -> tuple[int, float]:
-    """Shortest period [half cycles] to which the run has settled, 0 for none, and the distance from it.
+    """Shortest period [half cycles] to which the run has settled, or 0, and the remaining distance from it.
 
-    The recurrence of a settling response falls by λ a period, and the remaining distance is the sum of the geometric
-    series, d λ/(1 − λ). The recurrences `apart` now and `before`, `stretch` half cycles ago, give λ.
+    The recurrence of a settling response falls by the factor λ per period, and the remaining distance is the sum of the
+    geometric series, d λ/(1 − λ). The recurrences `apart` now and `before`, `stretch` half cycles ago, give λ.
     """
     found = 0
     way_left = inf
@@ -75,12 +75,12 @@ def settled_period(
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
             found, way_left = period_halves, d
         elif d < earlier and earlier <= 0.01 * scale:
-            # one of many periods may come near by chance: a fall faster than by half is not extrapolated
+            # one of many periods may come near by chance, so a fall faster than by half is not extrapolated
             rate = max((d / earlier) ** (period_halves / stretch), 0.5)
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, way_left = period_halves, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
-            # a slow base leaves more rounding than that: the criterion is that it stays so
+            # a slow base leaves more rounding than that; what counts is that the recurrence stays small
             if stays_closed(ring, now, period_halves, tolerance * scale):
                 found, way_left = period_halves, d
         if found > 0:
@@ -105,11 +105,11 @@ def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> 
 
 @kernel
 def near_period(apart: Array, longest: int, scale: float) -> int:
-    """Shortest period [half cycles] with which the run almost repeats, 0 for none.
+    """Shortest period [half cycles] with which the run almost repeats, or 0.
 
-    A multiple of it is taken if the run repeats that far better: near a period doubling the shorter orbit, by then
-    unstable, lies close by. The higher the multiple, the better it must be: a run that spirals into an orbit makes
-    about a whole number of turns after some of its periods.
+    A multiple of the period is taken if the run repeats far better with it. Near a period doubling, the shorter orbit
+    lies close by but is unstable. A higher multiple must be better still, because a run that spirals into an orbit
+    makes about a whole number of turns in some number of its periods.
     """
     found = 0
     nearest = _NEAR * scale

@@ -16,8 +16,9 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 from damperlab.worker.steady.stability.variational import propagate
 
 _BATCHES = 16
-# Cycles for following a tangent vector, and the growth per cycle that then counts as chaos: most of it shows soon.
-# The growths are chosen, not derived: the vector has then grown by e^6 and more, over the longest time by e^3.
+# Numbers of cycles for following a tangent vector, and the growth per cycle that counts as chaos after each; most chaos
+# shows soon. The growths are chosen, not derived. The vector has then grown by e^6 and more, over the longest time by
+# e^3.
 _RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
 
 HALVES_FOLLOWED = 2 * 320 * (_BATCHES + 1) // _BATCHES
@@ -32,21 +33,21 @@ def is_chaotic(
     log_: Transitions,
     size: int,
 ) -> bool:
-    """Whether a tangent vector grows: mean growth a cycle above zero by three standard errors and by a least growth.
+    """Whether a tangent vector grows: its mean growth per cycle exceeds three standard errors and a least growth.
 
     Parameters
     ----------
     state : State
         On the attractor.
     longest : int
-        Most excitation cycles for averaging the growth, if more than 16; one sixteenth more precede, to turn the
-        vector.
+        Most excitation cycles for averaging the growth, if more than 16. One sixteenth of them more come before, to
+        turn the vector.
 
     Notes
     -----
-    The exponent is the mean of ln |δz| gained per cycle (Benettin et al. 1980). A quasi-periodic response has
-    exponent 0: its mean then lies within its error, or below 0.01, which distinguishes slow beats from chaos over
-    320 cycles. The vector is followed only as long as needed.
+    The exponent is the mean increase of ln |δz| per cycle (Benettin et al. 1980). A quasi-periodic response has
+    exponent 0: its mean then lies within its error, or below 0.01, which distinguishes slow beats from chaos over 320
+    cycles. The vector is followed only as long as needed.
     """
     tangent = zero_matrix(SECTION_SIZE, 1)
     tangent[0, 0] = 1.0
@@ -81,7 +82,7 @@ def is_chaotic(
 
 @kernel
 def _mean_growth(growth: NDArray[np.float64], length: int) -> tuple[float, float]:
-    """Growth a cycle and its standard error, by batches of `length` cycles; the first one turns the vector."""
+    """Growth per cycle and its standard error, by batches of `length` cycles; the first batch only turns the vector."""
     total = 0.0
     square = 0.0
     for batch in range(1, _BATCHES + 1):

@@ -1,16 +1,16 @@
 """Effect of an event on tangent vectors: one saltation law for all contact models.
 
-Every event has one form (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, ch. 7). It occurs where one coordinate
-reaches its value, so its time moves by δt = −δz_i / f_i. It changes w by −q and the last coordinate to k of it, and
-the vector field from f⁻ to f⁺:
+Every event has one form (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, ch. 7). It occurs where a coordinate i
+reaches a given value, so its time moves by δt = −δz_i / f_i. It changes w by −q g, the last coordinate from g to k g,
+and the vector field from f⁻ to f⁺:
 
     δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt,    R: w → w − q g, g → k g.
 
-A reversal or a strike on a compliant wall has q = 0, k = 1. An impact has q = β(1+e)/(1+β), k = −e or, if it
-completes a chatter, q = β/(1+β), k = 0. The beginning of a dwell has q = β/(1+β), k = 1, because the speed is
-remembered; its end has q = βe/(1+β), k = −e. A particle with friction comes to rest in its cavity where y' is 0,
-with q = 0, k = 1. If the field does not jump there is no effect: the onset of slip, a contact force that falls to
-zero, clearance.
+A reversal or a strike on a compliant wall has q = 0, k = 1. An impact has q = β(1+e)/(1+β), k = −e or, if it completes
+a chatter, q = β/(1+β), k = 0. The beginning of a dwell has q = β/(1+β), k = 1, because the speed is remembered; its end
+has q = βe/(1+β), k = −e. A particle with friction comes to rest in its cavity where y' is 0, with q = 0, k = 1. If the
+field does not jump, the event has no effect: at the onset of slip, when a contact force falls to zero, and when a
+particle clears a wall.
 """
 
 from typing import Any, NamedTuple
@@ -45,7 +45,7 @@ from damperlab.worker.solver.transition_log import (
 
 Array = NDArray[np.float64]
 
-# Up to this length [1/ω_n] a flight's mean acceleration is that of its ends, to a relative 1e-11.
+# Up to this length [1/ω_n], the mean acceleration of a flight is that of its ends, to a relative 1e-11.
 _SHORT_FLIGHT = 1e-5
 
 
@@ -135,10 +135,10 @@ def leaving_speed(
 ) -> float:
     """Speed at which a particle leaves the wall at the end of its dwell.
 
-    It is e times the approach speed. The flights of a chatter become so short that this speed is rounding compared
-    with the velocities. Their length is then inconsistent with it, and the combination would lose all accuracy of
-    the next impact's motion. For a short flight that ends on the same wall the speed is therefore the one consistent
-    with its length and the speed of that impact.
+    It is e times the approach speed. The flights of a chatter become so short that this speed is rounding compared with
+    the velocities. The logged length of such a flight is then inconsistent with its speed, and using both would make
+    the motion of the next impact inaccurate. For a short flight that ends on the same wall, the speed is therefore
+    computed from its length and the speed of that impact.
     """
     known: float = particle.restitution * rows[at + BEFORE + SPEED]
     gained = 0.0
@@ -200,9 +200,10 @@ def pass_event(
     Parameters
     ----------
     reaches : int
-        Coordinate that reaches its value at the event: 1, 2 or 3.
+        Coordinate that reaches its given value at the event: 1, 2 or 3.
     rate : float
-        Its rate before. If its rate is zero the event is a touch without a linearisation, and nothing is changed.
+        Rate of this coordinate before the event. If it is zero, the event is a touch without a linearisation, and
+        nothing is changed.
     exchanged, kept : float
         q and k of the reset map.
     before, after : Field

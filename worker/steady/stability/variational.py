@@ -1,9 +1,10 @@
 """The variational equations of a half cycle: linear motion between events, one saltation law at all of them.
 
-A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p: δp would lose the small δy after a chatter.
-While a particle dwells on a rigid wall, y does not vary: (±δleft, ±δspeed) replace it, the time until detachment and
-the approach speed. They have the sign of the wall, so that they change sign with all others when half a cycle is
-mirrored. On the section, p and p' replace y and y' of a particle in flight (`section.coordinates.coordinates`).
+A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p, because δp would lose the small δy after a
+chatter. While a particle dwells on a rigid wall, y does not vary. Changes of the time until detachment and of the
+approach speed, (±δleft, ±δspeed), replace those of y and y'. They have the sign of the wall, so that they change sign
+with all others when half a cycle is mirrored. On the section, p and p' replace y and y' of a particle in flight
+(`section.coordinates.coordinates`).
 """
 
 from typing import Any, NamedTuple
@@ -63,8 +64,8 @@ def propagate(
 
     Notes
     -----
-    A mass held by friction forgets δw, a riding particle follows the wall: directions in which a perturbation
-    vanishes immediately have multiplier 0. A chatter is the product of its impacts up to its end.
+    A mass held by friction forgets δw, and a particle in sustained contact follows the wall. Directions in which a
+    perturbation vanishes immediately have multiplier 0. A chatter is the product of its impacts up to its end.
     """
     if particle is not None:
         _propagate(log, base, free, loaded, friction, particle, particle.wall, tangents)
@@ -83,7 +84,7 @@ def _propagate(
     wall: Wall | None,
     tangents: Array,
 ) -> None:
-    """`propagate`, with the wall also as a separate argument: its type shows the compiler which contact it is."""
+    """`propagate` with the wall as a separate argument, whose type shows the compiler which contact model is used."""
     log = log_on_addresses(log_arrays)
     rows = log.rows
     z = address(tangents, 0)
@@ -118,7 +119,7 @@ def _propagate(
             if kind == LET_GO:
                 if rows[at + AFTER + RIDING] > 0.0 and i + 1 < count:
                     if rows[at + WIDTH + SPAN] == 0.0 and rows[at + WIDTH + EVENT] == RELEASE:
-                        resume = i + 2  # it would ride on if the wall did not move away
+                        resume = i + 2  # it would stay in contact if the wall did not move away
                         to = at + WIDTH
         if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSHED_AGAIN, REST):
             before = field(rows, at, BEFORE, free, loaded, base, friction, particle, wall)
@@ -143,7 +144,7 @@ def _propagate(
 
 @inlined
 def _enter(rows: Array, friction: float | None, wall: Wall | None, z: Array, n: int) -> None:
-    """From section coordinates."""
+    """Convert from section coordinates."""
     riding = rows[BEFORE + RIDING]
     contact = has_contact_coordinates(riding, rows[BEFORE + SPEED], wall)
     held = False
@@ -159,7 +160,7 @@ def _enter(rows: Array, friction: float | None, wall: Wall | None, z: Array, n: 
 
 @inlined
 def _leave(rows: Array, last: int, wall: Wall | None, z: Array, n: int) -> None:
-    """To section coordinates."""
+    """Convert to section coordinates."""
     if not has_contact_coordinates(rows[last + AFTER + RIDING], rows[last + AFTER + SPEED], wall):
         for j in range(n):
             z[2 * n + j] = z[j] - z[2 * n + j]
@@ -168,7 +169,7 @@ def _leave(rows: Array, last: int, wall: Wall | None, z: Array, n: int) -> None:
 
 @inlined
 def _enter_rubbing(rows: Array, friction: float | None, z: Array, n: int) -> None:
-    """From the section coordinates of a particle with friction, in which p' comes before p."""
+    """Convert from the section coordinates of a particle with friction, in which p' comes before p."""
     carried = rows[BEFORE + RIDING] > 0.0
     on_wall = carried and rows[BEFORE + GAP] == 0.0
     held = False
@@ -185,7 +186,7 @@ def _enter_rubbing(rows: Array, friction: float | None, z: Array, n: int) -> Non
 
 @inlined
 def _leave_rubbing(z: Array, n: int) -> None:
-    """To the section coordinates of a particle with friction."""
+    """Convert to the section coordinates of a particle with friction."""
     for j in range(n):
         p_rate = z[n + j] - z[3 * n + j]
         z[3 * n + j] = z[j] - z[2 * n + j]
@@ -238,7 +239,7 @@ def _flow(
     z: Array,
     n: int,
 ) -> None:
-    """A span without an event, with the particle in flight or moving with the mass."""
+    """Propagate through a span without an event, with the particle in flight or moving with the mass."""
     if held:
         for j in range(n):
             z[n + j] = 0.0
@@ -248,7 +249,7 @@ def _flow(
         return
     windows = int(span / window)
     rest = span - windows * window
-    vv_change = change(motion.of_v, rest)  # of the matrix minus that of free flight: accurate for a short one
+    vv_change = change(motion.of_v, rest)  # change of the matrix from free flight, accurate for short spans
     vw_change = beyond_tangent(motion.of_w, rest)
     wv = slope(motion.of_v, rest)
     ww = slope(motion.of_w, rest)

@@ -36,19 +36,19 @@ Array = NDArray[np.float64]
 def flow_in_contact(
     span: float, held: bool, arrays: Contact, wall: Wall | None, tangents: Array, n: int
 ) -> None:
-    """A span in contact; one longer than `motion.step` uses polynomials for the slow motion and an exponential for
-    the vibration.
+    """Propagate through a span in contact. A span longer than `motion.step` uses polynomials for the slow motion and an
+    exponential for the vibration.
 
     Parameters
     ----------
     span : float
-        No longer than a contact segment.
+        Length, at most that of a contact segment.
     held : bool
         Whether friction holds the mass.
     arrays : Contact
         The motion in contact.
     wall : Wall or None
-        None for rigid walls: nothing is done.
+        None for rigid walls, for which nothing is done.
     tangents : array, shape (4 · n,)
         n tangent vectors (δv, δw, δy, δy') in columns, changed in place.
     """

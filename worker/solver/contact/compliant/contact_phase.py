@@ -1,14 +1,14 @@
 """A compliant wall: from the first touch until the particle is clear of it.
 
-The contact phase is integrated in one of four ways. Before the contact's own vibration has decayed, in spans of half
-of one over its fastest rate, as polynomials of all six coordinates. Once y' alone follows the other coordinates, in
-spans that the rate of y allows (`CompliantRegime.between`). If an envelope of the vibration proves that it cannot
-cause an event, in one long step: the slow motion as polynomials, the vibration by its exponential. And once it has
-decayed below rounding, as polynomials of the slow motion, in complete panels if y and y' are both fast. So resting
-on the stiffest wall costs no more than on a rigid one.
+The contact phase is integrated in one of four ways. First, before the contact's own vibration has decayed: in spans of
+half the inverse of its fastest rate, as polynomials of all six coordinates. Second, once y' alone follows the other
+coordinates: in spans that the rate of y allows (`CompliantRegime.between`). Third, if an envelope of the vibration
+proves that it cannot cause an event: in one long step, with the slow motion as polynomials and the vibration by its
+exponential. Fourth, once the vibration has decayed below rounding: as polynomials of the slow motion, in complete
+panels if y and y' are both fast. So rest on the stiffest wall costs no more than rest on a rigid wall.
 
-The wall detaches where its force falls to zero, with some energy left in the spring. The particle still penetrates
-the wall then: it flies until it is clear of it, or until spring and dashpot would push again.
+The wall detaches where its force falls to zero, with some energy left in the spring. The particle still penetrates the
+wall then. It flies until it is clear of the wall, or until spring and dashpot would push again.
 """
 
 from damperlab.worker.jit import kernel
@@ -51,12 +51,12 @@ from damperlab.worker.solver.segment_log import Log
 from damperlab.worker.solver.state import Dwell, State, in_contact
 from damperlab.worker.solver.transition_log import Transitions, note_segment, note_transition
 
-_SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding
+_SPEED_ROUNDING = 1e-13  # relative size below which a leaving speed is rounding
 
 
 @kernel
 def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter | None) -> State:
-    """The particle meets a compliant wall: nothing jumps, but the dashpot resists immediately."""
+    """The particle meets a compliant wall. No velocity jumps, but the dashpot resists immediately."""
     wall = wall_of(scene)
     u_rate = state.w + phase.rate
     approach = max(side * (u_rate - state.p_rate), 0.0)
@@ -96,7 +96,7 @@ def _slip_from_rest(v: float, wall_force: float, phase: Phase, scene: Scene, fri
 def while_in_contact(
     state: State, span: Span, k: int, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, Span, int]:
-    """Integrate a particle in a wall until it is clear of it, or to the end of the panel.
+    """Integrate a particle in contact with a wall until it is clear of the wall, or to the end of the panel.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def _in_contact(
             t = longest_step(state, phase, t, vibration, regime, scene, meter)
             if t > 0.0:
                 return after_long_step(state, t, vibration, regime, scene, meter)
-            coordinates_into(state, regime, phase, start)  # they were made slow
+            coordinates_into(state, regime, phase, start)  # these coordinates are slow now
         scene.counts[SEGMENTS] += 1
     expand(start, DIM, motion.rows, phase, scene)
     return to_event(state, phase, min(remaining, motion.step), regime, scene, meter)
@@ -178,7 +178,7 @@ def _in_contact(
 
 @kernel
 def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Meter | None) -> State:
-    """Transition at an event in the wall."""
+    """Transition at an event during contact."""
     wall = wall_of(scene)
     slip = state.slip
     slip_order = state.slip_order
@@ -220,7 +220,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
     elif kind == CLEARANCE:
         order = 1 if leaving > 0.0 else 2
     elif kind == PUSHED_AGAIN:
-        if leaving < 0.0:  # by rounding the particle penetrates the wall slightly before it strikes
+        if leaving < 0.0:  # because of rounding, the particle penetrates the wall slightly before it strikes
             return strike(state, state.wall, phase, scene, meter)
         if wall.damping == 0.0:
             gap = 0.0

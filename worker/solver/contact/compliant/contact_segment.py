@@ -1,4 +1,4 @@
-"""A span in contact with a compliant wall, on expanded polynomials: to its first event, or to its end."""
+"""A span in contact with a compliant wall, on expanded polynomials, up to its first event or its end."""
 
 from math import inf
 
@@ -80,7 +80,7 @@ def to_event(
         elif regime.sticks:
             meter.sums[STUCK] += t
         raise_peaks(meter, t, regime, scene)
-    order = order if t == 0.0 else 0  # two simultaneous events
+    order = order if t == 0.0 else 0  # two events are simultaneous
     p_rate = slope(buffers.absolute, t) - y_rate
     end = advanced(state, v, w, -state.wall * y, p_rate, Dwell(0.0, state.wall * y_rate), order)
     return end, t, kind

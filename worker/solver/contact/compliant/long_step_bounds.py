@@ -22,7 +22,7 @@ from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, PEAK, RELAT
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 
-FEWEST_STEPS = 8.0  # a long step of fewer than this many steps is not worth its proof
+FEWEST_STEPS = 8.0  # a long step that replaces fewer steps than this is not worth its proof
 _SHORTER = 0.125
 
 
@@ -43,11 +43,11 @@ def longest_step(
     scene: Scene,
     meter: Meter | None,
 ) -> float:
-    """Longest span over which slow motion and vibration together provably cause no event; 0 if it is too short to be
+    """Longest span in which slow motion and vibration together provably cause no event; 0 if it is too short to be
     useful.
 
-    With a meter also no displacement may have a peak between the ends that exceeds the meter's; under a record the
-    same applies to u'' of a slipping mass. The slow motion must be expanded.
+    With a meter, no displacement may have a peak inside the span that exceeds the meter's largest so far. Under a
+    record the same applies to u'' of a slipping mass. The slow motion must be expanded.
     """
     base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
     wall, buffers = wall_of(scene), buffers_of(scene)
@@ -80,7 +80,7 @@ def longest_step(
             else:
                 clear = clear and _lower_bound(scratch, state.slip, t) > w_most
         if meter is not None and clear:
-            # with energies or without, so that a point has the same bits
+            # computed with or without energies, so that a point has the same bits
             clear = abs(motion.rates[0] + motion.rates[3]) * t >= LEAST_DECAY
             if isinstance(base, RecordBase):
                 if not regime.sticks:

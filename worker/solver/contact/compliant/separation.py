@@ -32,7 +32,7 @@ from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
 
-_NEAR = 1e-6  # share of a span in which a root is searched first, and the factor by which it then grows
+_NEAR = 1e-6  # share of a span in which a root is searched first, and the factor by which it grows
 _WIDER = 16.0
 
 
@@ -40,7 +40,7 @@ _WIDER = 16.0
 def separate(
     state: State, phase: Phase, time_left: float, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
-    """One segment of a particle with residual penetration after detachment: nothing pulls it."""
+    """One segment of a particle that still penetrates the wall after detachment; the wall does not pull it."""
     base, wall, buffers = scene.base, wall_of(scene), buffers_of(scene)
     relative, absolute, scratch = buffers.relative, buffers.absolute, buffers.scratch
     pen = buffers.y  # wall · y here: the penetration of the particle
@@ -64,8 +64,7 @@ def separate(
     found = _crossing_from(pen, near, t)
     if found < inf:
         t, kind = found, CLEARANCE
-    # spring and dashpot push again where K pen + C pen' rises through zero; at the start it may be zero after the
-    # detachment
+    # spring and dashpot push again where K pen + C pen' rises through zero; right after the detachment it may be zero
     order = state.gap_order
     lead = wall.damping / wall.stiffness
     for i in range(TERMS - order):
@@ -100,8 +99,8 @@ def separate(
 def _crossing_from(polynomial: Floats, near: float, span: float) -> float:
     """First fall through zero, searched in spans that grow from `near`.
 
-    A bound on the curvature over the complete span would hide a nearby root: a stiff wall is penetrated by so little
-    that the particle is soon clear of it.
+    A bound on the curvature over the complete span would hide a nearby root, because the particle is soon clear of a
+    stiff wall, which it penetrates only slightly.
     """
     start = 0.0
     end = min(max(near, 1e-15 * span), span)
