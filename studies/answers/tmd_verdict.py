@@ -120,7 +120,7 @@ def brief_of(
     so_far = sentence_of(notes["incomplete"], phrases) if "incomplete" in notes else ""
     rows = _rows(answer, varied, (ours, theirs), phrases)
     if _strikes(answer) and (cavity := left_open(definition_of(cube))):
-        rows += (("assumed", ", ".join(cavity), "cavity of the study's damper"),)
+        rows += (("assumed", "", f"{', '.join(cavity)} cavity of the study's damper"),)
     return Brief(damper, (so_far, told, hides), rows, following)
 
 
