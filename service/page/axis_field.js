@@ -31,11 +31,12 @@ export function modeOf(spec) {
  * @template {Given} T
  * @param {T} spec
  * @param {number} factor
+ * @param {number} [digits]
  * @returns {T}
  */
-export function scaled(spec, factor) {
+export function scaled(spec, factor, digits = 14) {
   const value = (/** @type {unknown} */ one) =>
-    typeof one !== "number" || factor === 1 ? one : Number((one * factor).toPrecision(14));
+    typeof one !== "number" || factor === 1 ? one : Number((one * factor).toPrecision(digits));
   if (Array.isArray(spec)) return /** @type {T} */ (spec.map(value));
   if (!isRange(spec)) return /** @type {T} */ (value(spec));
   return /** @type {T} */ ({

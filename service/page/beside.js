@@ -12,7 +12,7 @@ import { measures, unitOf } from "./measures.js";
 import { pythonLine } from "./python_line.js";
 import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
 import { sliders } from "./sliders.js";
-import { orderOf } from "./vocabulary.js";
+import { isComparable, orderOf } from "./vocabulary.js";
 
 const MOST = 160;
 /** Number of newest studies that are offered. */
@@ -105,15 +105,13 @@ class BesideTab {
     );
   }
 
-  /** Offer the studies with the same axes. */
+  /** Find the other studies, of which those are offered that the service can compare. */
   async offer() {
     const { record } = this.session;
     const { view } = this;
     try {
       const { studies } = await ask("studies", { limit: OFFERED });
-      this.others = studies.filter(
-        (one) => one.id !== record.id && one.dimensions.join() === record.dimensions.join(),
-      );
+      this.others = studies.filter((one) => one.id !== record.id);
       const meant = (/** @type {StudyRecord} */ one) =>
         view.minus && (one.id.startsWith(view.minus) || one.name === view.minus);
       view.minus = this.others.find(meant)?.id ?? view.minus;
@@ -124,11 +122,19 @@ class BesideTab {
     this.look();
   }
 
+  /** Those with as many values along the axes of the map and what is reduced as this study. */
+  get offered() {
+    const { record, selection } = this.session;
+    const { x, y } = this.axes;
+    const along = [x, y, RECORD, AMPLITUDE, ...(selection.worst ? [FREQUENCY] : [])];
+    return this.others.filter((one) => isComparable(record, one, along));
+  }
+
   drawControls() {
     const { view, metrics } = this;
     const { shown } = this.session;
-    const offered = this.others.map((one) => [one.id, `${one.name || "(no name)"} · ${one.id}`]);
-    const known = !view.minus || this.others.some((one) => one.id === view.minus);
+    const offered = this.offered.map((one) => [one.id, `${one.name || "(no name)"} · ${one.id}`]);
+    const known = !view.minus || this.offered.some((one) => one.id === view.minus);
     const options = [["", "choose a study"], ...(known ? [] : [[view.minus, view.minus]]), ...offered];
     fill(
       this.controls,
@@ -175,7 +181,7 @@ class BesideTab {
     const mine = ++this.asked;
     const { record, shown } = this.session;
     this.maps.hidden = !this.view.minus;
-    if (!this.view.minus) return fill(this.note, this.others.length ? CHOOSE : NONE);
+    if (!this.view.minus) return fill(this.note, this.offered.length ? CHOOSE : NONE);
     try {
       const question = { ...this.question(), most: MOST };
       const path = studyPath(record.id, "resonance-map");

@@ -3,7 +3,7 @@
 
 import { ask, designPath } from "./api.js";
 import { documentForm } from "./document_form.js";
-import { el, picker, say } from "./dom.js";
+import { el, picker, prose, say } from "./dom.js";
 import { excitationFields, measuresOf, shakenBy } from "./excitation_fields.js";
 import { field } from "./faults.js";
 import { help } from "./help.js";
@@ -56,8 +56,10 @@ export async function designForm(root, { query }) {
     beside: el("section", { class: "box", "aria-label": "The model" }, modelSketch()),
     fields: (held) => fieldsOf(held, records),
     estimated: ({ chosen, budget_points: budget, understood }) =>
-      `To be chosen: ${chosen.map(labelOf).join("; ")}. ` +
-      [`At most ${count(budget)} points.`, ...understood].join(" "),
+      prose(
+        `To be chosen: ${chosen.map(labelOf).join("; ")}. ` +
+          [`At most ${count(budget)} points.`, ...understood].join(" "),
+      ),
   });
 }
 

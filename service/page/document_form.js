@@ -190,7 +190,11 @@ class DocumentForm {
     this.submit.disabled = this.submitted = true;
     try {
       this.form.waits?.();
-      this.form.done(/** @type {Answer} */ (await send(this.form.path, this.document)));
+      const { name } = /** @type {{name?: unknown}} */ (this.document);
+      const stored = /** @type {Answer} */ (await send(this.form.path, this.document));
+      const already = storedAlready(this.form.path, /** @type {Stored} */ (stored), name);
+      if (already) fill(this.elsewhere, already);
+      else this.form.done(stored);
     } catch (error) {
       if (error instanceof Refusal && error.faults.length) this.refused(error);
       else fill(this.elsewhere, refusalBox(error));
@@ -198,6 +202,29 @@ class DocumentForm {
       this.submit.disabled = false;
     }
   }
+}
+
+/** @typedef {{id: string, name: string}} Stored */
+
+/**
+ * The message if the same content is stored under another name; null otherwise.
+ *
+ * @param {string} path of its list
+ * @param {Stored} stored
+ * @param {unknown} name that was asked for
+ */
+function storedAlready(path, stored, name) {
+  if (!isStoredAlready(stored.name, name)) return null;
+  const was = stored.name ? `under the name “${stored.name}”` : "without a name";
+  return [
+    `The same content is stored already ${was}, so the name “${name}” was not taken. `,
+    el("a", { href: `#/${path}/${stored.id}` }, "Open it"),
+  ];
+}
+
+/** Whether a name that was asked for is not the stored one. @param {string} stored @param {unknown} name */
+export function isStoredAlready(stored, name) {
+  return typeof name === "string" && name.trim() !== "" && name.trim() !== stored.trim();
 }
 
 /** The name of a field, with its group. @param {Element | null} field */

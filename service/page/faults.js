@@ -12,6 +12,9 @@ import { short } from "./numbers.js";
 
 /** A number as the service writes it, not a part of a word. */
 const NUMBER = /(?<![\w.,])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.,]*\w)/g;
+/** A key of a range, not a part of a path. */
+const KEY = /(?<![\w.`])`?(start|stop|num)`?(?![\w`]|\.\w)/g;
+const TITLES = { start: "“from”", stop: "“to”", num: "“values”" };
 /** Counts have no unit. */
 const COUNTED = /list|values|points/;
 
@@ -60,7 +63,8 @@ export function showFaults(fields, faults, elsewhere, all = true) {
     if (untouched && !all) continue;
     for (const input of inputs) input.setAttribute("aria-invalid", "true");
     const place = field?.querySelector(".faults:not(.upload)") ?? elsewhere;
-    place.append(el("p", {}, prose(worded(fault, /** @type {HTMLElement | null} */ (field)?.dataset ?? {}))));
+    const told = el("p", {}, prose(worded(fault, /** @type {HTMLElement | null} */ (field)?.dataset ?? {})));
+    if (![...place.children].some((each) => each.textContent === told.textContent)) place.append(told);
   }
   return { wrong: faults.length - missing, missing };
 }
@@ -80,15 +84,21 @@ function clearFaults(fields) {
 export function worded(fault, { label, unit, scale }) {
   const factor = Number(scale ?? 1);
   if (factor === 1) {
-    const message = label ? fault.message.replace(`\`${fault.field}\``, label) : fault.message;
-    return sentences(capital(message), fault.advice);
+    if (!label) return sentences(capital(fault.message), fault.advice);
+    const message = fault.message.replace(`\`${fault.field}\``, label);
+    return asTitled(sentences(capital(message), fault.advice));
   }
   const inUnit = (/** @type {string} */ text) =>
     COUNTED.test(text) ? text : text.replace(NUMBER, (value) => short(Number(value) * factor));
   const found = fault.found === "nothing" ? "" : `, not ${inUnit(fault.found)}`;
   const message = `${capital(label ?? fault.field)} [${unit}]: allowed is ${inUnit(fault.allowed)}${found}.`;
   // the unit of the service does not matter to a user who types another one
-  return sentences(message, fault.advice.startsWith("give it in") ? "" : fault.advice);
+  return asTitled(sentences(message, fault.advice.startsWith("give it in") ? "" : fault.advice));
+}
+
+/** A sentence with the titles of the fields of a range instead of its keys. @param {string} text */
+function asTitled(text) {
+  return text.replace(KEY, (_, key) => /** @type {Record<string, string>} */ (TITLES)[key]);
 }
 
 /**

@@ -93,6 +93,7 @@ export function unitFactor(ratio, physical) {
   return factor && Number.isFinite(factor) && factor > 0 ? factor : null;
 }
 
+const BEGINNING_DIGITS = 3;
 /** g [m/s²]. */
 const STANDARD_GRAVITY = 9.80665;
 
@@ -123,7 +124,7 @@ function weightOf(physical) {
 }
 
 /**
- * The study with its ratios converted to units.
+ * The study with its ratios converted to units; rounded if the structure is not given yet.
  *
  * @param {Definition} study
  * @returns {Definition}
@@ -135,7 +136,7 @@ export function inUnits(study) {
   for (const [ratio, name] of Object.entries(STANDS_FOR)) {
     const factor = unitFactor(ratio, physical);
     if (axes[ratio] === undefined || factor === null) continue;
-    physical[name] = scaled(axes[ratio], factor);
+    physical[name] = scaled(axes[ratio], factor, study.physical ? undefined : BEGINNING_DIGITS);
     delete axes[ratio];
   }
   return { ...study, axes, physical };

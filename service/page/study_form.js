@@ -1,11 +1,11 @@
 /** The form of a new study: its fields, and the expected cost. */
-/** @import { Definition, Estimate, View } from "./types.js" */
+/** @import { Child, Definition, Estimate, View } from "./types.js" */
 
 import { ask, studyPath } from "./api.js";
 import { axisField } from "./axis_field.js";
 import { field } from "./faults.js";
 import { documentForm } from "./document_form.js";
-import { checkbox, el, facts, picker, say } from "./dom.js";
+import { checkbox, el, facts, picker, prose, say } from "./dom.js";
 import { help } from "./help.js";
 import { count, duration, size } from "./numbers.js";
 import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
@@ -165,6 +165,6 @@ function estimated(cost) {
     ["Time on one core", time],
     ["At most", size(cost.bytes)],
     ["Blocks", count(cost.blocks)],
-    .../** @type {[string, string][]} */ (understood ? [["Understood as", understood]] : []),
+    .../** @type {[string, Child][]} */ (understood ? [["Understood as", prose(understood)]] : []),
   ]);
 }

@@ -1,5 +1,5 @@
 /** The parts of studies and the meaning of their results, requested once. */
-/** @import { Catalogue, Definition } from "./types.js" */
+/** @import { Catalogue, Definition, StudyRecord } from "./types.js" */
 
 import { ask } from "./api.js";
 import { el } from "./dom.js";
@@ -100,3 +100,20 @@ export const CLASS_LOOKS = {
   7: { colour: "#d55e00", shape: "x" },
   8: { colour: "#444444", shape: "square-open" },
 };
+
+/**
+ * Whether the service can subtract the maps of two studies, as far as a list of studies tells: it compares
+ * the values along the axes too. A study without friction of the particle, or without gravity, has the
+ * value 0.
+ *
+ * @param {Pick<StudyRecord, "dimensions" | "shape">} one
+ * @param {Pick<StudyRecord, "dimensions" | "shape">} other
+ * @param {string[]} along the axes of the map and the dimensions that are reduced
+ */
+export function isComparable(one, other, along) {
+  const kind = (/** @type {typeof one} */ { dimensions }) =>
+    dimensions.filter((name) => !(name in WORDS.before)).join();
+  const size = (/** @type {typeof one} */ { dimensions, shape }, /** @type {string} */ name) =>
+    shape[dimensions.indexOf(name)] ?? 1;
+  return kind(one) === kind(other) && along.every((name) => size(one, name) === size(other, name));
+}

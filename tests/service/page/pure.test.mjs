@@ -18,6 +18,8 @@ const { Selection } = await module("selection");
 const { cavityOf, inRatios, inUnits } = await module("quantities");
 const { worded } = await module("faults");
 const { compiling } = await module("patience");
+const { isComparable } = await module("vocabulary");
+const { isStoredAlready } = await module("document_form");
 
 test("numbers have the digits that matter, times and sizes the unit that is read", () => {
   const shown = [[1.23456789, "1.2346"], [0, "0"], [12345678, "1.23e7"], [0.000012, "1.20e-5"], [null, "–"], [NaN, "–"]];
@@ -113,6 +115,27 @@ test("a fault is said in the words and the unit of its field", () => {
   assert.equal(worded(ratio, {}), "`axes.mass_ratio` must be a number from 0 to 1, not -1.");
 });
 
+test("a fault of a range is told by the titles of its fields", () => {
+  const swapped = { field: "axes.frequency_ratio.stop", found: "7", allowed: "greater than start (11)", advice: "exchange start and stop", message: "`axes.frequency_ratio.stop` must be greater than start (11), not 7." };
+  assert.equal(worded(swapped, { label: "Frequency r" }), "Frequency r must be greater than “from” (11), not 7. Exchange “from” and “to”.");
+  const left = { field: "axes.mass_ratio.num", found: "nothing", allowed: "a number", advice: "add `num`", message: "`start.n` stays." };
+  assert.equal(worded(left, { label: "Mass ratio" }), "`start.n` stays. Add “values”.");
+});
+
+test("studies that the service can compare are offered", () => {
+  const plain = { dimensions: ["damping_ratio", "clearance_ratio", "frequency_ratio"], shape: [1, 9, 41] };
+  const rubbing = { dimensions: ["particle_friction_ratio", ...plain.dimensions], shape: [1, ...plain.shape] };
+  assert.equal(isComparable(plain, rubbing, ["clearance_ratio", "damping_ratio", "frequency_ratio"]), true);
+  const fewer = { ...rubbing, shape: [1, 1, 9, 21] };
+  assert.equal(isComparable(plain, fewer, ["clearance_ratio", "frequency_ratio"]), false);
+  assert.equal(isComparable(plain, fewer, ["clearance_ratio", "damping_ratio"]), true);
+  assert.equal(isComparable(plain, { dimensions: ["record", "scale"], shape: [9, 41] }, []), false);
+});
+
+test("a name that is not kept is told", () => {
+  assert.deepEqual([["own", "own"], ["own", " own "], ["own", ""], ["own", undefined], ["own", "new"], ["", "new"]].map((each) => isStoredAlready(...each)), [false, false, false, false, true, true]);
+});
+
 test("contour lines lie within the values of a map, few of them, and none where values are equal but for rounding", () => {
   let state = 5; // of a generator of Lehmer's
   const random = () => (state = (16807 * state) % 2147483647) / 2147483647;
@@ -146,6 +169,7 @@ test("ratios turned into units and back, and a cavity that stands", () => {
   const sized = inUnits({ ...study, physical: structure });
   assert.deepEqual([sized.physical.clearance_m, sized.axes], [{ start: 0.0015, stop: 0.0375, num: 49 }, { restitution: 0.47 }]);
   assert.deepEqual(inRatios(sized), study);
+  assert.equal(inUnits({ axes: { friction_ratio: 0.8 } }).physical.friction_force_n, 0.475); // of the first structure
   const standing = inRatios({ ...study, physical: { ...structure, particle_friction_coefficient: 0.02, tilt_deg: 90 } });
   assert.equal(standing.particle_friction_ratio, 0); // a particle that stands on its wall rubs on nothing
   near(standing.gravity_ratio, 9.80665 / ((2 * Math.PI * 2.5) ** 2 * 0.0015));

@@ -107,7 +107,7 @@ def test_every_fault_stands_at_its_field(open_page: Callable[..., Any], helpers:
     page, _ = form_of(open_page, helpers.SPECIFICATION | wrong)
     expect(page.locator(".estimate")).to_contain_text("faults to fix")
     expect(page.locator('[data-field="restitution"] .faults').first).to_contain_text("0 to 1")
-    expect(page.locator('[data-field="choose.friction_force_n"] .faults')).to_contain_text("start")
+    expect(page.locator('[data-field="choose.friction_force_n"] .faults')).to_contain_text("from")
     # 6 mm of 5 mm, in the unit of the field
     tolerance = page.locator('[data-field="tolerances.clearance_m"] .faults')
     expect(tolerance).to_contain_text("at most 2.5, not 6")
