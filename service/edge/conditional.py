@@ -107,8 +107,8 @@ def part_asked(request: Request, size: int, tag: str) -> tuple[int, int] | None:
     Returns
     -------
     tuple of int, optional
-        The two are equal if the part lies outside. None if the complete answer is to be sent: without Range, with
-        several parts, or with another unit.
+        Start and end of the part; they are equal if it lies outside the content. None if the complete answer is to be
+        sent: without Range, with several parts, or with another unit.
     """
     wanted = request.headers.get("range")
     if wanted is None or request.headers.get("if-range", tag) != tag:

@@ -101,7 +101,8 @@ def figure_10(solve: Solve, quick: bool) -> Section:
     levels = {f"Δs = {compression[name].value:g} mm": peak.value for name, peak in peaks.items()}
     section.figures["figure-10.png"] = draw_friction_law(axis, curves, levels)
     section.verdict = (
-        f"They disagree: by the spring's law the friction of 4 mm is {law:.3g} times that of 3 mm, by the measured peaks "
+        f"They disagree: by the spring's law the friction of 4 mm is {law:.3g} times that of 3 mm, by the "
+        "measured peaks "
         + listing(f"{one['hybrid'] / one['compared']:.3g}" for one in found.values())
         + " times."
     )

@@ -124,7 +124,7 @@ def compared_response(
             words += f" At {counted(int(unknown.sum()), 'frequency ratio')} an error is unknown, so nothing is compared there."
         if not both.all():
             lacking = counted(int((~both).sum()), "frequency ratio")
-            words += f" At {lacking} one of the two has no value, so there is no comparison there."
+            words += f" At {lacking} one of the two has no value, so nothing is compared there."
         return words
 
     def words(phrases: Phrases) -> dict[str, Any]:

@@ -91,7 +91,7 @@ class Search:
         Raises
         ------
         BudgetSpent
-            If it did not cover the first look.
+            If these points do not cover the first steps of the search.
         """
         self.most = self.book.budget if most is None else most
         reserve = self.effort.reserve * (self.most - self.book.spent)

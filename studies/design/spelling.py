@@ -32,7 +32,7 @@ NOUNS = {
 }
 """Singular and plural of each kind of record."""
 OVER = {"1": "", "m": " Z", "m/s": " ω_n·Z", "m/s²": " ω_n²·Z", "N": " k·Z", "kg": " M"}
-"""By the unit of a limit, the reference of its ratio in a specification without units."""
+"""The reference of a limit's ratio in a specification without units, by the unit of the limit."""
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 
 

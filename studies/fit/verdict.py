@@ -180,7 +180,8 @@ def _rows(fitted: Fitted) -> Iterator[str]:
         frequencies = listing(f"{fitted.question.measured.frequency[row]:.4g}" for row in named)
         unit = " Hz" if fitted.question.measured.in_hertz else ""
         yield (
-            f"At {counted(unsure.size, 'row')} the model itself is less certain than the measurement: the response is "
+            f"At {counted(unsure.size, 'row')} the model itself is less certain than the measurement: the "
+            "response is "
             f"chaotic or jumps within the intervals. So {'it counts' if unsure.size == 1 else 'they count'} "
             f"less (frequencies {frequencies}{unit})."
         )

@@ -55,7 +55,7 @@ class Structure:
     damping_ratio : float
         ζ.
     stiffness_given, dashpot_given : bool
-        Whether k and c were given instead of ω_n and ζ: a tolerance of the mass then leaves them unchanged.
+        Whether k and c were given instead of ω_n and ζ: a tolerance of the mass then leaves k and c unchanged.
     """
 
     mass_kg: float

@@ -330,8 +330,8 @@ def _headers(shelf: Shelf, described: Description, identity: str, found: Rebuilt
 
 def _taken(study_id: str, number: int, other: str) -> str:
     return (
-        f"its number, {number}, is study {other}'s; rename its folder to {study_id}-N.zarr, N being a number that no cube "
-        "has, and run `damperlab store rebuild` again"
+        f"its number, {number}, belongs to study {other}: rename its folder to {study_id}-N.zarr with a "
+        "number N that no cube has, and run `damperlab store rebuild` again"
     )
 
 

@@ -35,7 +35,7 @@ def slabs(
 
 
 def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -> Iterator[tuple[slice, ...]]:
-    """Split so that slab after slab the points come in C order, last dimension fastest.
+    """Split so that the slabs, one after another, give the points in C order, last dimension fastest.
 
     A chunk that is longer than a slab along a leading dimension is read once for each slab that it meets.
 
