@@ -92,7 +92,8 @@ export function worded(fault, { label, unit, scale }) {
 }
 
 /**
- * The element of a field: that of the longest known beginning of its path, or of the quantity whose range or tolerance
+ * The element of a field: that of the longest known beginning of its path, or of the quantity whose range
+ * or tolerance
  * it is.
  *
  * @param {Element} fields
