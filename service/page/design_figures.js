@@ -1,5 +1,6 @@
 /**
- * The figures of a design's answer: responses over the band, under other amplitudes, and over the mass of the particle.
+ * The figures of a design's answer: responses over the band, under other amplitudes, and over the mass of
+ * the particle.
  */
 /** @import { AtAmplitude, DesignAnswer, Frequency, OfMass, OtherName, OverBand, Worst } from "./types.js" */
 
@@ -151,7 +152,8 @@ function between(share) {
  */
 export function againstMass(id, rows, { metres, unit, measure }) {
   const chart = new Figure({
-    label: "The best response found for every mass, as drawn, and the response with a tuned mass damper of that mass",
+    label: "The best response found for every mass, as drawn, and the response with a tuned mass " +
+      "damper of that mass",
     name: `masses-${id}`,
     height: 420,
   });

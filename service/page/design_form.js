@@ -28,7 +28,8 @@ const WAYS = /** @type {[string, string][]} */ ([
 const EMPTY = {
   name: "your own machine",
   about: [
-    "The structure, its excitation and the ranges of the damper, in the units of a drawing. The others are examples.",
+    "The structure, its excitation and the ranges of the damper, in the units of a drawing. The " +
+    "others are examples.",
   ],
   definition: { name: "", structure: {}, excitation: {}, choose: { clearance_m: {}, friction_force_n: {} } },
   empty: true,

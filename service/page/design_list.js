@@ -1,5 +1,6 @@
 /**
- * The list of designs, and the view for each address below it: the list, the form of a new design, or one design.
+ * The list of designs, and the view for each address below it: the list, the form of a new design, or one
+ * design.
  */
 /** @import { DesignSummary, View } from "./types.js" */
 

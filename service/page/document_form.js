@@ -1,5 +1,6 @@
 /**
- * A form whose fields and JSON are two views of one document. Either can be edited, and the service reports faults.
+ * A form whose fields and JSON are two views of one document. Either can be edited, and the service reports
+ * faults.
  */
 /** @import { Child } from "./types.js" */
 
@@ -12,7 +13,8 @@ import { counted } from "./numbers.js";
  * @typedef {{name: string, about: string[], definition: object, empty?: boolean}} Start a document with which
  *   a form may begin
  * @typedef {{document: unknown, get: <T>(path: string) => T | undefined, set: (path: string, value: unknown)
- * => void, again: () => void, put: (document: unknown) => void}} Held access to the document by the paths of its
+ * => void, again: () => void, put: (document: unknown) => void}} Held access to the document by the paths
+ * of its
  * fields; undefined removes a field. `again` draws the fields anew, `put` replaces the document
  */
 /**

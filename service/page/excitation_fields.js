@@ -1,5 +1,6 @@
 /**
- * The fields of the excitation: a single one, several that act one at a time, or records, stored or generated.
+ * The fields of the excitation: a single one, several that act one at a time, or records, stored or
+ * generated.
  */
 /** @import { GroundRecord, Held, SpecifiedField } from "./types.js" */
 

@@ -102,7 +102,8 @@ function asTitled(text) {
 }
 
 /**
- * The element of a field: that of the longest known beginning of its path, or of the quantity whose range or tolerance
+ * The element of a field: that of the longest known beginning of its path, or of the quantity whose range
+ * or tolerance
  * it is.
  *
  * @param {Element} fields

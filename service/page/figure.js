@@ -1,5 +1,6 @@
 /**
- * Figures in the colours of the page, with downloads. The plotting library is loaded when the first one is drawn.
+ * Figures in the colours of the page, with downloads. The plotting library is loaded when the first one is
+ * drawn.
  *
  * @typedef {Record<string, unknown>} Trace an object that the plotting library draws; each kind has its own
  *   keys
@@ -11,8 +12,10 @@
  * @typedef {{react: (plot: Plot, traces: Trace[], layout: Layout, settings: object) => Promise<Plot>,
  *   downloadImage: (plot: Plot, options: object) => Promise<string>}} Library
  * @typedef {{label: string, name: string, height?: number, keyboard?: string, python?: () => string,
- * clicked?: (point: Point) => void, zoomed?: (change: Record<string, unknown>) => void}} Options `label` is for screen
- * readers, `name` is the stem of downloads. With `keyboard`, a text about the keys, the figure can be focused. `python`
+ * clicked?: (point: Point) => void, zoomed?: (change: Record<string, unknown>) => void}} Options `label` is
+ * for screen
+ * readers, `name` is the stem of downloads. With `keyboard`, a text about the keys, the figure can be
+ * focused. `python`
  * gives equivalent Python code
  */
 /** @import { Drawn, Titles } from "./types.js" */
@@ -25,7 +28,8 @@ import { short } from "./numbers.js";
 let loading;
 
 /**
- * The library would insert the style rules of its maps, which are not used here, into the page; if this id exists, it
+ * The library would insert the style rules of its maps, which are not used here, into the page; if this id
+ * exists, it
  * does not.
  */
 const RULES_OF_MAPS = "9f215cf04c5486422605d13261cb87401f4e7763b6296af81e98efbc0130da53";
@@ -80,7 +84,9 @@ export function thisPoint(size, width = 2.5) {
 /** Whether the page is shown on a phone. */
 export const NARROW = window.matchMedia("(max-width: 40rem)");
 
-/** 1, 2 and 5 in every decade of a logarithmic axis, as complete numbers: the library would write 2 for 20. */
+/**
+ * 1, 2 and 5 in every decade of a logarithmic axis, as complete numbers: the library would write 2 for 20.
+ */
 const PLACES = Array.from({ length: 13 }, (_, i) => i - 6).flatMap((power) =>
   [1, 2, 5].map((first) => Number(`${first}e${power}`)),
 );

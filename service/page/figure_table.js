@@ -35,7 +35,8 @@ function line(row) {
 }
 
 /**
- * One row per point: for a map its two coordinates and the value; for curves the curve's name and both coordinates.
+ * One row per point: for a map its two coordinates and the value; for curves the curve's name and both
+ * coordinates.
  *
  * @param {Drawn[]} traces as they were drawn
  * @param {Titles} layout

@@ -22,7 +22,8 @@ const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
  * the best.
  *
  * @param {Pick<Ranking, "designs" | "best_with_impacts" | "clamped">} ranked the service's ranking
- * @returns {{best: Ranked | null, other: Ranked | null}} `other` is the best with impacts, or without, where the
+ * @returns {{best: Ranked | null, other: Ranked | null}} `other` is the best with impacts, or without,
+ *   where the
  *   recommended one is not; null where there is none
  */
 export function leading(ranked) {
@@ -49,7 +50,8 @@ export function headline({ record, selection, shown }, ranked) {
   const value = shown.withError(VALUE, best.value, best.error) + shown.unit(VALUE);
   const next = ranked.next_frequencies;
   const judged = shown.has(VALUE) ? WORDS.objectives_in_units[ranked.objective] : ranked.long_name;
-  // while points are missing, a better design may follow; over a band only the computed frequencies are judged
+  // while points are missing, a better design may follow; over a band only the computed frequencies are
+  // judged
   const soFar = record.points_done < record.points_total ? " so far" : "";
   const few = record.points_done < FRAGMENT * record.points_total;
   const doubts = shown
@@ -85,7 +87,8 @@ export function headline({ record, selection, shown }, ranked) {
     other &&
       quiet(
         clamps
-          ? `A smaller value, ${shown.value(VALUE, other.value)}, belongs to designs whose friction clamps the ` +
+          ? `A smaller value, ${shown.value(VALUE, other.value)}, belongs to designs whose friction ` +
+            `clamps the ` +
               "structure to its base."
           : `Its particle strikes no wall. The best with impacts has ${shown.value(VALUE, other.value)}.`,
       ),
@@ -96,7 +99,8 @@ export function headline({ record, selection, shown }, ranked) {
 /**
  * If only one frequency was computed, a link to the form of a new study: this one over a band.
  *
- * @param {string} id @param {Shown} shown @param {Frequencies | null | undefined} next none if there is a band
+ * @param {string} id @param {Shown} shown @param {Frequencies | null | undefined} next none if there is a
+ *   band
  */
 export function judgedOver(id, shown, next) {
   if (!next) return null;

@@ -1,4 +1,7 @@
-/** The choices of a view, kept in its address, so that a link leads to the same view and Back goes back one step. */
+/**
+ * The choices of a view, kept in its address, so that a link leads to the same view and Back goes back one
+ * step.
+ */
 
 import { nearest } from "./numbers.js";
 

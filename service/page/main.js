@@ -1,5 +1,6 @@
 /**
- * The view of each address. Addresses are fragments, so each can be linked to and the server has only one page.
+ * The view of each address. Addresses are fragments, so each can be linked to and the server has only one
+ * page.
  *
  * @typedef {(() => void) | void} Leave
  * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave>} View

@@ -138,7 +138,8 @@ class MapTab {
   }
 
   /**
-   * The request for the map: the other dimensions are fixed at the point; the frequency is left open if the worst is
+   * The request for the map: the other dimensions are fixed at the point; the frequency is left open if the
+   * worst is
    * judged.
    */
   whole() {
@@ -258,7 +259,10 @@ function usualAxes(varied) {
   return [x, y];
 }
 
-/** Limit calls to one per interval, with a last one at the end. @param {number} milliseconds @param {() => void} run */
+/**
+ * Limit calls to one per interval, with a last one at the end. @param {number} milliseconds @param {() =>
+ * void} run
+ */
 function throttled(milliseconds, run) {
   let waiting = false;
   let again = false;

@@ -1,4 +1,7 @@
-/** All designs together: parallel coordinates that can be brushed with the pointer on an axis or with sliders. */
+/**
+ * All designs together: parallel coordinates that can be brushed with the pointer on an axis or with
+ * sliders.
+ */
 /** @import { Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -127,7 +130,10 @@ export class ParallelPanel {
     );
   }
 
-  /** An axis with its ends, its brush, and the area that takes the pointer. @param {Axis} axis @param {number} i */
+  /**
+   * An axis with its ends, its brush, and the area that takes the pointer. @param {Axis} axis @param
+   * {number} i
+   */
   head(axis, i) {
     const x = xOf(i);
     const brush = svg("rect", { x: x - 6, width: 12, class: "brush" });

@@ -1,5 +1,6 @@
 /**
- * A search around the best design: it submits follow-up studies and waits for them, until the best design is known well
+ * A search around the best design: it submits follow-up studies and waits for them, until the best design
+ * is known well
  * enough.
  */
 /** @import { Refinement, Session } from "./types.js" */

@@ -55,7 +55,8 @@ export class Selection extends EventTarget {
   }
 
   /**
-   * Choose indices, and notify listeners: by `moved` if a map must be requested again, by `chosen` in any case.
+   * Choose indices, and notify listeners: by `moved` if a map must be requested again, by `chosen` in any
+   * case.
    *
    * @param {Record<string, number>} places index by dimension
    */

@@ -1,4 +1,6 @@
-/** Whether quantities are shown as ratios or in units; the choice is remembered, and the same on every view. */
+/**
+ * Whether quantities are shown as ratios or in units; the choice is remembered, and the same on every view.
+ */
 /** @import { MapAnswer, MapDifference, Row, Worded, Words } from "./types.js" */
 
 import { el } from "./dom.js";

@@ -1,5 +1,6 @@
 /**
- * Signing in with a key, if the service requires one. The key is exchanged for a cookie that no script can read.
+ * Signing in with a key, if the service requires one. The key is exchanged for a cookie that no script can
+ * read.
  */
 
 import { ask, refusalBox, send } from "./api.js";

@@ -1,5 +1,6 @@
 /**
- * An animated sketch of the damper's computed motion: base, spring and dashpot, friction pad, cavity and particle.
+ * An animated sketch of the damper's computed motion: base, spring and dashpot, friction pad, cavity and
+ * particle.
  */
 /** @import { History } from "./types.js" */
 

@@ -200,7 +200,7 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
         ("r, X/Z, clearance (mm), clearance ratio\n1, 2, 3, 4", "both clearance_m and clearance_ratio"),
         ("frq (Hz), peak (µm)\n9, 1", "Did you mean `frequency (Hz)`?"),
         ("f (Hz), peak (µm)\n9, 1", "Did you mean `amplitude (µm)`?"),
-        ("f (Hz), amplitude\n9, 1", "State the unit that the numbers are in, as in `amplitude (m)` or"),
+        ("f (Hz), amplitude\n9, 1", "State the unit of the numbers, as in `amplitude (m)` or"),
         ("Run 4\nf (Hz), amplitude (mm)\n9, 1", "Remove the lines above line 2, or write # before them."),
         (
             "Run 4\ntime (s), displacement (mm)\n9, 1",
