@@ -60,8 +60,8 @@ MUTANTS = (
     ),
     Mutant(
         "studies/answers/largest_acceleration.py",
-        "relative_amplitude + friction_ratio)",
-        "relative_amplitude)",
+        " + acting.friction_ratio\n",
+        "\n",
         "tests/worker/test_acceleration.py::test_the_largest_acceleration_is_that_where_the_structure_turns",
     ),
     Mutant(
@@ -117,7 +117,7 @@ MUTANTS = (
     ),
     Mutant(
         "service/page/headline.js",
-        "OF_EVERY_DESIGN.includes(kind) || !(next || idle || few)",
+        "OF_EVERY_DESIGN.includes(kind) || !(next || clamps || few)",
         'kind !== "hidden_peak"',
         "tests/service/page/test_first_look_browser.py",
     ),

@@ -84,5 +84,5 @@ def test_a_time_of_day_is_the_next_one() -> None:
         assert f"{found:%H:%M:%S}" == text
         # a day may have 23 or 25 hours
         assert timedelta(0) < found - now < timedelta(hours=25)
-    with pytest.raises(typer.BadParameter, match="a time to come"):
+    with pytest.raises(typer.BadParameter, match="a time in the future"):
         read_time("soon")
