@@ -167,7 +167,7 @@ def test_study_goes_on_without_the_stale_the_wrong_and_the_blind(
     }
     assert not reasons.pop("good")
     assert "sources" in reasons["stale"][0]
-    assert "have other bits there" in reasons["wrong"][0]
+    assert "different bits there" in reasons["wrong"][0]
     assert "cannot begin" in reasons["blind"][0]
     assert record.message is not None
     assert all(at[name] in record.message for name in reasons)
