@@ -28,6 +28,7 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.design import designing
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score
+from damperlab.studies.design.verdict import called_of
 from damperlab.studies.ground.paper import CLEARANCES_M, friction_force_n
 from damperlab.studies.named import named_specifications
 from damperlab.studies.plan import Block
@@ -189,12 +190,13 @@ def main() -> None:
     """Design those that are named, or all, and write the page."""
     for name in sys.argv[1:] or named_specifications():
         found = designed(specification(name))
-        answer, called = kept(found), answer_document(found)["called"]
+        answer = kept(found)
         if name == "prototype":
             answer["paper"] = beside_the_paper(found)
         answer_path(name).write_text(json.dumps(answer, indent=1, ensure_ascii=False) + "\n")
         path = FIGURES / f"design-{name}.svg"
         with styled(ALONE):
+            called = called_of(found, answer["verdict"]["damper"])
             draw_alternatives(found, called).savefig(path, metadata={"Date": None}, facecolor="white")
         path.write_text(rounded(path.read_text()))
         record([answer_path(name).relative_to(ROOT).as_posix()])

@@ -44,12 +44,12 @@ def draw_alternatives(found: Found, called: str) -> Figure:
         if found.absorber is not None:
             beside = absorber_curve(asked, largest, found.absorber.absorber, r)
             _line(axes, asked, r, beside, VERMILION, "tuned mass damper")
-        for name, colour, called in (
+        for name, colour, label in (
             ("friction_alone", GREEN, "friction alone"),
             ("particle_alone", "#cc79a7", "particle alone"),
         ):
             if name in found.others:
-                _line(axes, asked, *_known(found, found.others[name].build), colour, called)
+                _line(axes, asked, *_known(found, found.others[name].build), colour, label)
         _line(axes, asked, *_known(found, found.build), BLUE, called, marker="o", ms=2.2)
         axes.set_yscale("log")
         ticks_1_2_5(axes.yaxis)

@@ -14,6 +14,7 @@ from tests.studies.design.test_design import DAMPED, pursued
 from tests.studies.solving import solved
 
 from damperlab.service.design_report import design_report
+from damperlab.service.figures.design import draw_alternatives
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.book import Book, Wanted
 from damperlab.studies.design.build import Build
@@ -207,6 +208,8 @@ def test_only_the_damper_of_the_verdict_is_called_recommended(limited: Found) ->
         answer = answer_document(found)
         assert answer["called"] == called
         assert ("recommended" in design_report(found)) is not beaten
+        labels = draw_alternatives(found, called).axes[0].get_legend_handles_labels()[1]
+        assert (labels[-1], len(labels)) == (called, len(set(labels)))
         assert ("damping ratio" in [name for name, *_ in answer["drawing"]]) is beaten
         assert answer["words"][0].startswith("Drawing: tuned mass damper, " if beaten else "Drawing: 400 g")
     lines = {name: value for name, value, *_ in answer_document(replace(limited, absorber=beside))["drawing"]}
