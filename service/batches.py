@@ -50,7 +50,9 @@ def submit_list(
     service : Service
         The service.
     documents : list
-        The studies as read from JSON or YAML. reuse : bool Whether points of earlier studies may be reused.
+        The studies as read from JSON or YAML.
+    reuse : bool
+        Whether points of earlier studies may be reused.
     key : str, optional
         It is refused, because a list is identified by its definitions.
     priority : int

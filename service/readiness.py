@@ -37,7 +37,9 @@ class Readiness:
     Parameters
     ----------
     store : Store
-        Store of the service. backgrounds : sequence of Background Threads that must be running.
+        Store of the service.
+    backgrounds : sequence of Background
+        Threads that must be running.
     """
 
     def __init__(self, store: Store, backgrounds: Sequence[Background]) -> None:

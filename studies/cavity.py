@@ -18,7 +18,9 @@ class Cavity:
     Parameters
     ----------
     particle_friction_coefficient : float
-        μ_i of sliding friction between particle and cavity. tilt_deg : float α: 0 lies, 90 stands.
+        μ_i of sliding friction between particle and cavity.
+    tilt_deg : float
+        α: 0 lies, 90 stands.
     """
 
     particle_friction_coefficient: float = 0.0

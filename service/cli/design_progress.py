@@ -56,7 +56,9 @@ class DesignProgress:
         Parameters
         ----------
         points : int
-            Number of points known so far. stage : str The activity.
+            Number of points known so far.
+        stage : str
+            The activity.
         best : str
             The best damper so far; empty if there is none yet.
         """

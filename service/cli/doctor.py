@@ -90,7 +90,7 @@ def doctor(
 def _check(name: str, attempt: Callable[[], str]) -> Check:
     try:
         return Check(name, True, attempt())
-    except Exception as error:  # whatever exception is raised is reported as the finding
+    except Exception as error:  # every exception is a finding
         return Check(name, False, f"{type(error).__name__}: {error}")
 
 

@@ -103,7 +103,9 @@ class StudyProgress:
         rate : float, optional
             Points per second.
         seconds_left : float, optional
-            Expected time to the end [s]. preparation : str, optional Activity before the first block (`preparation`).
+            Expected time to the end [s].
+        preparation : str, optional
+            Activity before the first block (`preparation`).
         """
         phrases = [f"{failed} failed"]
         if preparation is not None:

@@ -113,9 +113,8 @@ def _stored(study: str, data_dir: Path | None) -> "Record | None":
         try:
             return store.find(study)
         except StudyNotFound as error:
-            if (
-                "damperlab studies" not in error.fault.advice
-            ):  # the name is similar to one, or several begin with it
+            # the name is similar to one, or several begin with it
+            if "damperlab studies" not in error.fault.advice:
                 raise
     return None
 

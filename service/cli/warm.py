@@ -83,8 +83,10 @@ def have_ready(wanted: "Iterable[Scene]", apart: bool = False) -> None:
     Parameters
     ----------
     wanted : iterable of Scene
-        Scenes that the command needs. apart : bool Whether to use separate processes on every core, which is faster for
-        many scenes. One process costs less in total.
+        Scenes that the command needs.
+    apart : bool
+        Whether to use separate processes on every core, which is faster for many scenes. One process costs less in
+        total.
     """
     from damperlab.worker.warm import compile_apart, missing
     from damperlab.worker.warm import warm as compile_here

@@ -41,8 +41,11 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
     answer : Dataset
         Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
     metric : str
-        The variable. phrases : Phrases Phrases of the study. variable : str, optional The variable listed instead of
-        the metric, in its unit.
+        The variable.
+    phrases : Phrases
+        Phrases of the study.
+    variable : str, optional
+        The variable listed instead of the metric, in its unit.
     """
     y, x = (str(name) for name in answer[metric].dims)
     step = -(-answer.sizes[x] // MAP_COLUMNS)
@@ -220,7 +223,9 @@ def rows_table(
     Parameters
     ----------
     answer : Dataset
-        Answer about one study. phrases : Phrases Of the study.
+        Answer about one study.
+    phrases : Phrases
+        Of the study.
     meant : mapping of str, optional
         The quantity for an answer's own name.
     varied : collection of str, optional

@@ -68,8 +68,9 @@ class Refinement:
     points, fine_points : int
         Points of the follow-ups, and of a grid that would give the same answer; 0 if none is known.
     note : str
-        The result in sentences. follow_up : Study, optional The first submitted study; None if everything is known, or
-        for a dry run.
+        The result in sentences.
+    follow_up : Study, optional
+        The first submitted study; None if everything is known, or for a dry run.
     follow_ups : tuple of Study
         All submitted studies.
     spent : dict

@@ -84,7 +84,9 @@ def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Fi
     answer : Dataset
         Of `damperlab.studies.answers.compared_response`.
     metric : str
-        The compared variable. names : (str, str) Names of the studies.
+        The compared variable.
+    names : (str, str)
+        Names of the studies.
     """
     answer = drawn(answer)
     x = answer["frequency_ratio"]

@@ -33,7 +33,9 @@ def draw_difference(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> 
     answer : Dataset
         From `damperlab.studies.answers.map_difference`, dimensions (y, x).
     metric : str
-        The mapped variable. names : (str, str) Names of the studies.
+        The mapped variable.
+    names : (str, str)
+        Names of the studies.
     """
     elsewhere = answer.attrs.get("other_at", {})
     units = {name: str(answer[name].attrs.get("units", "1")) for name in elsewhere}

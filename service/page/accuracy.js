@@ -35,8 +35,8 @@ export async function accuracyView(root) {
     ),
     el("h2", {}, "Error against run time"),
     quiet(
-      "Farther left is faster, farther down is more exact. The error is that of the state after " +
-      "some cycles " +
+      "Farther left is faster, farther down is more exact. The error is that of the state after some " +
+      "cycles " +
         "from rest, against a reference computed with 40 digits. The event-driven solver has no step " +
         "size, so it is one point.",
     ),

@@ -342,7 +342,7 @@ export type DesignAnswer = Known & {
   probability: number | null;
   /** Not in an answer that was kept before there was one. */
   verdict?: { damper: string | null; sentences: string[]; rows: string[][]; next: string };
-  /** What the damper found is called, and the verdict's drawing: not in an answer that was kept before. */
+  /** The name of the damper found, and the drawing of the verdict; earlier answers lack them. */
   called?: string;
   drawing?: string[][];
   words: string[];

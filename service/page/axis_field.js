@@ -5,10 +5,8 @@
  * @typedef {Spec | null | undefined} Given as typed
  * @typedef {{field: string, label: string, unit?: string, scale?: number, low: number, high: number, step:
  * number, usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` converts the
- * stored value to
- * the shown one (1000 for metres in mm); `low`, `high` and `step` belong to the slider and are not the
- * limits of the
- * quantity
+ * stored value to the shown one (1000 for metres in mm); `low`, `high` and `step` belong to the slider and
+ * are not the limits of the quantity
  */
 /** @import { Spec } from "./types.js" */
 

@@ -1,7 +1,6 @@
 /**
  * Dampers judged by their worst case over the records of a suite or over base amplitudes: a map of a
- * measure over two
- * dimensions, and the best dampers.
+ * measure over two dimensions, and the best dampers.
  */
 /** @import { MapAnswer, Ranked, Ranking, Session, Tab } from "./types.js" */
 

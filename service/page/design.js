@@ -1,7 +1,6 @@
 /**
  * One design: while it is searched, its progress and the best damper so far; then its answer in drawing
- * values, its
- * figures and its report.
+ * values, its figures and its report.
  */
 /** @import { Answered, Built, Design, DesignAnswer, Known, OfMass, OtherName, Scale } from "./types.js" */
 /** @import { View, Worst } from "./types.js" */

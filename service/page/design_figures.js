@@ -195,7 +195,7 @@ export function given(answer) {
 }
 
 /**
- * What the damper found is called; an answer that was kept before it had a name recommends it.
+ * The name of the damper that the search found. Answers kept by earlier versions have none.
  *
  * @param {DesignAnswer} answer
  */

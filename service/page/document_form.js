@@ -14,8 +14,7 @@ import { counted } from "./numbers.js";
  *   a form may begin
  * @typedef {{document: unknown, get: <T>(path: string) => T | undefined, set: (path: string, value: unknown)
  * => void, again: () => void, put: (document: unknown) => void}} Held access to the document by the paths
- * of its
- * fields; undefined removes a field. `again` draws the fields anew, `put` replaces the document
+ * of its fields; undefined removes a field. `again` draws the fields anew, `put` replaces the document
  */
 /**
  * @template Cost, Answer

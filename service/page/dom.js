@@ -199,8 +199,7 @@ export function debounced(milliseconds, run) {
 
 /**
  * Parse JSON while it is typed. As long as it is not an object, the result is null, the fault is shown, and
- * the button
- * is disabled.
+ * the button is disabled.
  *
  * @param {HTMLTextAreaElement} text
  * @param {HTMLElement} wrong where the fault is shown

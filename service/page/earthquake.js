@@ -1,7 +1,6 @@
 /**
  * Dampers under an earthquake: the damper at the study's point compared with no damper, a tuned mass
- * damper, and each
- * of its parts alone.
+ * damper, and each of its parts alone.
  */
 /** @import { Earthquake, EarthquakeCase, EarthquakeHistory, Session, Tab, Trace, View } from "./types.js" */
 

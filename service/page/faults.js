@@ -103,8 +103,7 @@ function asTitled(text) {
 
 /**
  * The element of a field: that of the longest known beginning of its path, or of the quantity whose range
- * or tolerance
- * it is.
+ * or tolerance it is.
  *
  * @param {Element} fields
  * @param {string} name

@@ -13,10 +13,8 @@
  *   downloadImage: (plot: Plot, options: object) => Promise<string>}} Library
  * @typedef {{label: string, name: string, height?: number, keyboard?: string, python?: () => string,
  * clicked?: (point: Point) => void, zoomed?: (change: Record<string, unknown>) => void}} Options `label` is
- * for screen
- * readers, `name` is the stem of downloads. With `keyboard`, a text about the keys, the figure can be
- * focused. `python`
- * gives equivalent Python code
+ * for screen readers, `name` is the stem of downloads. With `keyboard`, a text about the keys, the figure
+ * can be focused. `python` gives equivalent Python code
  */
 /** @import { Drawn, Titles } from "./types.js" */
 
@@ -29,8 +27,7 @@ let loading;
 
 /**
  * The library would insert the style rules of its maps, which are not used here, into the page; if this id
- * exists, it
- * does not.
+ * exists, it does not.
  */
 const RULES_OF_MAPS = "9f215cf04c5486422605d13261cb87401f4e7763b6296af81e98efbc0130da53";
 

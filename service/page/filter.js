@@ -1,7 +1,6 @@
 /**
  * The filter of a list, kept in the address: part of a name and a state, or the trash. Studies also have a
- * tag and a
- * range of a parameter.
+ * tag and a range of a parameter.
  */
 /** @import { Child, Kept } from "./types.js" */
 

@@ -1,6 +1,4 @@
-/**
- * The result of a study's ranking, shown first: the recommended design, or why there is none yet.
- */
+/** The first thing shown of a study: the recommended design, or why there is none yet. */
 /** @import { Frequencies, Ranked, Ranking, Session, Shown } from "./types.js" */
 
 import { capital, el, prose, quiet } from "./dom.js";
@@ -18,13 +16,12 @@ const FRAGMENT = 0.5;
 const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
 
 /**
- * The recommended design of a study: the best, or the best with impacts if friction clamps the structure with
- * the best.
+ * The recommended design of a study. That is the best one, unless its friction clamps the structure: then it
+ * is the best with impacts.
  *
  * @param {Pick<Ranking, "designs" | "best_with_impacts" | "clamped">} ranked the service's ranking
- * @returns {{best: Ranked | null, other: Ranked | null}} `other` is the best with impacts, or without,
- *   where the
- *   recommended one is not; null where there is none
+ * @returns {{best: Ranked | null, other: Ranked | null}} The recommended design; and the best of the other
+ *   kind, with impacts or without them.
  */
 export function leading(ranked) {
   const first = ranked.designs[0] ?? null;
@@ -50,8 +47,7 @@ export function headline({ record, selection, shown }, ranked) {
   const value = shown.withError(VALUE, best.value, best.error) + shown.unit(VALUE);
   const next = ranked.next_frequencies;
   const judged = shown.has(VALUE) ? WORDS.objectives_in_units[ranked.objective] : ranked.long_name;
-  // while points are missing, a better design may follow; over a band only the computed frequencies are
-  // judged
+  // while points are missing, a better design may follow; a band is judged at the frequencies so far
   const soFar = record.points_done < record.points_total ? " so far" : "";
   const few = record.points_done < FRAGMENT * record.points_total;
   const doubts = shown
@@ -87,9 +83,8 @@ export function headline({ record, selection, shown }, ranked) {
     other &&
       quiet(
         clamps
-          ? `A smaller value, ${shown.value(VALUE, other.value)}, belongs to designs whose friction ` +
-            `clamps the ` +
-              "structure to its base."
+          ? `A smaller value, ${shown.value(VALUE, other.value)}, belongs to designs whose friction clamps ` +
+              "the structure to its base."
           : `Its particle strikes no wall. The best with impacts has ${shown.value(VALUE, other.value)}.`,
       ),
     judgedOver(record.id, shown, next),
@@ -99,8 +94,9 @@ export function headline({ record, selection, shown }, ranked) {
 /**
  * If only one frequency was computed, a link to the form of a new study: this one over a band.
  *
- * @param {string} id @param {Shown} shown @param {Frequencies | null | undefined} next none if there is a
- *   band
+ * @param {string} id
+ * @param {Shown} shown
+ * @param {Frequencies | null | undefined} next none if there is a band
  */
 export function judgedOver(id, shown, next) {
   if (!next) return null;

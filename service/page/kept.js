@@ -1,7 +1,4 @@
-/**
- * The choices of a view, kept in its address, so that a link leads to the same view and Back goes back one
- * step.
- */
+/** The choices of a view, kept in its address: a link leads to the same view, and Back one step back. */
 
 import { nearest } from "./numbers.js";
 

@@ -1,7 +1,6 @@
 /**
  * The traces of a resonance map: the values, their contour lines, marks of locked, failed or missing
- * points, and the
- * best designs.
+ * points, and the best designs.
  */
 /** @import { Catalogue, Figure, Layout, MapAnswer, Row, Trace } from "./types.js" */
 
@@ -33,8 +32,8 @@ const ROUNDING = 1e-9;
  * @typedef {{x: number, y: number, text: string}} Mark
  * @typedef {{best: (Mark & {acts: boolean, name?: string}) | null, other: (Mark & {acts: boolean}) | null,
  *   pareto: Mark[], point: {x: number, y: number} | null}} Marks
- *   `other` is the best without impacts where the recommended one acts by them, or with impacts where it
- *   does not
+ *   `other` is the best of the other kind: without impacts if the recommended design has them, else with
+ *   impacts.
  */
 
 /**
@@ -103,8 +102,8 @@ export function mapTraces(map, overlays, marks, words, beside) {
 
 /**
  * Round levels within the values, at most `CONTOUR_LINES`; none if the values are equal up to rounding, for
- * example if
- * all points so far are locked. The library's own levels would then leave no line to draw, and it would fail.
+ * example if all points so far are locked. The library's own levels would then leave no line to draw, and
+ * it would fail.
  *
  * @param {(number | null)[][]} z
  */

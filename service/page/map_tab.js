@@ -139,8 +139,7 @@ class MapTab {
 
   /**
    * The request for the map: the other dimensions are fixed at the point; the frequency is left open if the
-   * worst is
-   * judged.
+   * worst is judged.
    */
   whole() {
     const { selection } = this.session;
@@ -260,8 +259,10 @@ function usualAxes(varied) {
 }
 
 /**
- * Limit calls to one per interval, with a last one at the end. @param {number} milliseconds @param {() =>
- * void} run
+ * Limit calls to one per interval, with a last one at the end.
+ *
+ * @param {number} milliseconds
+ * @param {() => void} run
  */
 function throttled(milliseconds, run) {
   let waiting = false;

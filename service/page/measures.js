@@ -8,8 +8,7 @@ import { WORDS } from "./words.js";
 
 /**
  * Results of a study. Those of a suite are in units; those over base amplitudes are in units if the study
- * is shown so,
- * else ratios.
+ * is shown so, else ratios.
  *
  * @param {Session} session @returns {Variable[]}
  */

@@ -244,8 +244,11 @@ function design({ selection, record }, r, cycles) {
 }
 
 /**
- * The caption of the figures. @param {StudyRecord} record @param {Simulated} answer @param {History}
- * history
+ * The caption of the figures.
+ *
+ * @param {StudyRecord} record
+ * @param {Simulated} answer
+ * @param {History} history
  */
 function shownNote(record, answer, history) {
   const period = answer.metrics.period ?? 0;

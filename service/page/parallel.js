@@ -1,7 +1,4 @@
-/**
- * All designs together: parallel coordinates that can be brushed with the pointer on an axis or with
- * sliders.
- */
+/** All designs together: parallel coordinates, brushed with the pointer on an axis or with sliders. */
 /** @import { Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -131,8 +128,10 @@ export class ParallelPanel {
   }
 
   /**
-   * An axis with its ends, its brush, and the area that takes the pointer. @param {Axis} axis @param
-   * {number} i
+   * An axis with its ends, its brush, and the area that takes the pointer.
+   *
+   * @param {Axis} axis
+   * @param {number} i
    */
   head(axis, i) {
     const x = xOf(i);

@@ -1,7 +1,6 @@
 /**
  * A search around the best design: it submits follow-up studies and waits for them, until the best design
- * is known well
- * enough.
+ * is known well enough.
  */
 /** @import { Refinement, Session } from "./types.js" */
 

@@ -198,8 +198,7 @@ export class SurveyPoint {
 
   /**
    * Draw the fragility for the request with this number; by now another result may be shown, to which this
-   * limit does
-   * not apply.
+   * limit does not apply.
    *
    * @param {number} mine
    */

@@ -31,7 +31,9 @@ class Caller:
     scopes : tuple of str
         Scope.
     how : {"open", "key", "session", "proxy"}
-        How the caller was identified. key_id : str Id of the key, if there is one.
+        How the caller was identified.
+    key_id : str
+        Id of the key, if there is one.
     """
 
     owner: str

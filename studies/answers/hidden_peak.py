@@ -183,7 +183,9 @@ def hidden_note(
     Parameters
     ----------
     r, where : ndarray, (n,) and (designs, n − 1)
-        Of `hidden`. damping_ratio : ndarray, (designs,) ζ of each.
+        Of `hidden`.
+    damping_ratio : ndarray, (designs,)
+        ζ of each.
     whose : mapping
         The value that may be higher, in the words of `notes.sentence_of`.
     """

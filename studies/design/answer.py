@@ -293,9 +293,8 @@ def _where(asked: Specification, score: Score) -> Where:
     if not asked.measure.mean:  # an rms over the band has no frequency
         known["frequency_ratio"] = score.frequency_ratio
         known["frequency_hz"] = hertz(asked, score.frequency_ratio)
-    if not (
-        asked.measure.mean and bound.motion.order
-    ):  # under a constant velocity no single amplitude of the displacement exists
+    # under a constant velocity the displacement has no single amplitude
+    if not (asked.measure.mean and bound.motion.order):
         known["ratio"] = score.value / (score.amplitude_m * _rate(asked) ** asked.measure.order)
         known["base_amplitude_m"] = score.amplitude_m if asked.in_units else None
     return known

@@ -88,7 +88,9 @@ def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, .
     Parameters
     ----------
     search : Search
-        At its end. best : tuple of float Its recommendation.
+        At its end.
+    best : tuple of float
+        Its recommendation.
     most : int
         Points that the book may hold afterwards.
 

@@ -71,7 +71,9 @@ class Several:
     frequency_hz : float or None
         The same in hertz; None without units.
     attractors : int
-        How many responses. highest : float The largest displacement of any, in the unit of lengths.
+        How many responses.
+    highest : float
+        The largest displacement of any, in the unit of lengths.
     responses : tuple of Reached
         Up to three, the most frequent first.
     share_left : float

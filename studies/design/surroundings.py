@@ -24,7 +24,9 @@ class Surroundings:
     search : Search
         At its end.
     best : tuple of float
-        What it recommends. stated : Score Its worst case.
+        What it recommends.
+    stated : Score
+        Its worst case.
     shown : tuple of Amplitude
         Amplitudes that are shown.
     """

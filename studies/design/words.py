@@ -222,9 +222,8 @@ def _starts(found: Found) -> Iterator[str]:
 
 def _margins(found: Found) -> Iterator[str]:
     asked = found.asked
-    if not found.margins or isinf(
-        found.stated.most
-    ):  # if the stated value is unbounded, no start can exceed it
+    # nothing exceeds a stated value without bound
+    if not found.margins or isinf(found.stated.most):
         return
     holds = ["every limit holds"] if asked.limited_at_all else []
     if found.stated.violation > 0.0:

@@ -46,7 +46,9 @@ class Estimate:
     name : str
         Name in a study.
     value : float
-        The best value. low, high : float Its interval, with every other parameter free.
+        The best value.
+    low, high : float
+        Its interval, with every other parameter free.
     spread : float
         Standard deviation.
     lowest, highest : float

@@ -78,7 +78,9 @@ def each_of(entry: object) -> tuple[list[object], list[Fault]]:
     Returns
     -------
     entries : list
-        Entries with one seed each. faults : list of Fault If `seeds` is not a count.
+        Entries with one seed each.
+    faults : list of Fault
+        If `seeds` is not a count.
     """
     way = recipe_in(entry) if isinstance(entry, dict) else ""
     if not isinstance(entry, dict) or way not in SEEDED or not isinstance(entry[way], dict):

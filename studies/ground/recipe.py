@@ -34,7 +34,9 @@ def read_numbers(
     Parameters
     ----------
     document : object
-        As written. place : str The method; every fault begins with it.
+        As written.
+    place : str
+        The method; every fault begins with it.
     numbers : Numbers
         The numbers.
     others : tuple of str
@@ -45,7 +47,9 @@ def read_numbers(
     Returns
     -------
     document : mapping
-        The document as a mapping. found : dict of float The numbers that are given and valid, and defaults.
+        The document as a mapping.
+    found : dict of float
+        The numbers that are given and valid, and defaults.
     faults : list of Fault
         Their faults.
 

@@ -189,7 +189,9 @@ class Shelf:
         Returns
         -------
         record_id : str
-            The id by which it is found. new : bool False if it existed already.
+            The id by which it is found.
+        new : bool
+            False if it existed already.
 
         Raises
         ------

@@ -13,7 +13,9 @@ class Fields:
     Parameters
     ----------
     document : dict
-        The document, after `guard`. faults : list of Fault Those found so far.
+        The document, after `guard`.
+    faults : list of Fault
+        Those found so far.
     """
 
     def __init__(self, document: dict[str, Any], faults: list[Fault]) -> None:

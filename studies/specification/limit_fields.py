@@ -111,7 +111,9 @@ class LimitFields(ToleranceFields):
         Parameters
         ----------
         choices : dict of Choice
-            Changed in place. limits : dict of float In units.
+            Changed in place.
+        limits : dict of float
+            In units.
         tolerances : dict of Tolerance
             By quantity.
         units : mapping of float

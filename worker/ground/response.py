@@ -95,7 +95,9 @@ class GroundResponse:
     energy_residual : float
         Residual of the energy balance, over the largest of work, losses, stored energy and that of the peak.
     duration_s : float
-        Duration of record and tail. end_relative_displacement_m, end_relative_velocity_m_s : float State at the end.
+        Duration of record and tail.
+    end_relative_displacement_m, end_relative_velocity_m_s : float
+        State at the end.
     status : int
         `damperlab.studies.variables.Status`; 0 if the integration arrived.
     loss_particle_j : float or None

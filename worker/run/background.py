@@ -23,8 +23,9 @@ class Background:
     work : callable
         One round.
     seconds : float
-        Pause between two rounds. wanted : callable, optional Returns whether the rounds continue; if not, the thread
-        ends.
+        Pause between two rounds.
+    wanted : callable, optional
+        Returns whether the rounds continue; if not, the thread ends.
     """
 
     def __init__(

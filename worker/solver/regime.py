@@ -63,7 +63,9 @@ class Segment(NamedTuple):
     start, end : State
         States at its ends; before events are searched, `end` is the state that would result without an event.
     phase, phase_end : Phase
-        The base at the two ends. regime : Regime Length of the segment.
+        The base at the two ends.
+    regime : Regime
+        Length of the segment.
     time : float
         Length [1/ω_n].
     bounds : MotionBounds

@@ -37,9 +37,10 @@ def drawn_starts(
     Parameters
     ----------
     n, seed : int
-        Number of starts, and the study's seed. coordinates : sequence of float The six coordinates of the point. The
-        draw depends only on them and the seed, so it is the same in every block, order and study. A longer ensemble
-        begins with the starts of a shorter one.
+        Number of starts, and the study's seed.
+    coordinates : sequence of float
+        The six coordinates of the point. The draw depends only on them and the seed, so it is the same in every block,
+        order and study. A longer ensemble begins with the starts of a shorter one.
     damping_ratio, excitation, friction, particle
         As for `settle`; the second is its `frequency_ratio`.
 

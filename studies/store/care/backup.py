@@ -77,8 +77,9 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     Parameters
     ----------
     source : Store
-        May be in use. target : Store Holds no study yet, or is an earlier backup of `source`, to which nothing was
-        submitted.
+        May be in use.
+    target : Store
+        Holds no study yet, or is an earlier backup of `source`, to which nothing was submitted.
     for_good : bool
         Whether the copy becomes independent and is not updated as a backup.
 

@@ -32,7 +32,9 @@ class Place:
     Parameters
     ----------
     shares : ndarray, shape (parameters,)
-        As fractions of the ranges. squares : float Sum of the squared residuals; infinite if the integration failed.
+        As fractions of the ranges.
+    squares : float
+        Sum of the squared residuals; infinite if the integration failed.
     """
 
     shares: Matrix

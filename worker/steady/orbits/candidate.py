@@ -239,8 +239,9 @@ def _follows(
     ring_now : array, shape (SECTION_SIZE,)
         Present section coordinates of the run.
     orbit_point : array, shape (SECTION_SIZE,)
-        Section coordinates of the orbit. departure : array, shape (SECTION_SIZE,) Run minus orbit, `periods` periods
-        ago.
+        Section coordinates of the orbit.
+    departure : array, shape (SECTION_SIZE,)
+        Run minus orbit, `periods` periods ago.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian over one period.
     periods, size : int
