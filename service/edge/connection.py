@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 LINGER_SECONDS = 3.0
 """Time for which a connection that ends with an error still reads, so that the client receives the answer."""
 LEAVE_SECONDS = 5.0
-"""Time for which a client that has closed its half of the connection is still answered; most such clients have left."""
+"""A client that has closed its half of the connection is answered for this time only: most such clients have left."""
 STUCK_SECONDS = 60.0
 """Longest time that a client may leave an answer unread."""
 

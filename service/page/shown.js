@@ -229,7 +229,7 @@ export function inBrackets(units) {
  * The switch between ratios and units, if the study has both.
  *
  * @param {Shown} shown
- * @param {() => void} again shows the view anew
+ * @param {() => void} again redraws the view
  */
 export function unitSwitch(shown, again) {
   if (!shown.possible) return null;

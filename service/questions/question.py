@@ -112,7 +112,7 @@ class Question(Generic[A]):
     first : bool
         Whether it is common: the help of the command line lists it first.
     draws_units : bool
-        Whether its figure shows the quantities in units that are beside the ratios.
+        Whether its figure shows the quantities in units next to the ratios.
     details : bool
         Whether the command has a short answer and details.
     operation : str

@@ -198,9 +198,9 @@ def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[flo
         f"{factor * ranges['base_amplitude_m'][1]:g} mm, ζ of {ranges['damping_ratio'][0]:g} to "
         f"{ranges['damping_ratio'][1]:g} and μ_i up to {ranges['particle_friction'][1]:g}. The deviation is "
         "the root mean square of the logarithms of our values over the paper's.",
-        f"With friction of the particle the fit has, at {CONFIDENCE:.0%}, Z of {factor * z[0]:.3g} to {factor * z[1]:.3g} mm, "
-        f"ζ of {zeta[0]:.3g} to {zeta[1]:.3g} and μ_i of {mu[0]:.2g} to {mu[1]:.2g}. The last table has the best Z "
-        "and ζ for given values of μ_i.",
+        f"The {CONFIDENCE:.0%} intervals of the fit with friction of the particle are {factor * z[0]:.3g} to "
+        f"{factor * z[1]:.3g} mm for Z, {zeta[0]:.3g} to {zeta[1]:.3g} for ζ and {mu[0]:.3f} to {mu[1]:.3f} for μ_i. "
+        "The last table lists the best Z and ζ for given values of μ_i.",
         f"The hybrids of the two longer cavities are printed as {known['hybrid_2'].value:g} and "
         f"{known['hybrid_3'].value:g}, almost equal. With friction of the particle they come out as "
         f"{peaks['hybrid_2']:.3g} and {peaks['hybrid_3']:.3g}. Equal numbers mean that the particle reaches "

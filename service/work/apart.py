@@ -58,8 +58,8 @@ async def written(
     *more
         Further arguments.
     export : bool
-        Whether it is an export, with time in proportion to its points, whose file may be too large for the temporary
-        folder.
+        Whether the call writes an export. The processor time that it may take grows with its points, and its file may
+        be too large for the temporary folder.
 
     Returns
     -------

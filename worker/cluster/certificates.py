@@ -23,7 +23,7 @@ DAYS = 3650
 
 
 def security(folder: Path | None = None, address: str = "") -> Security:
-    """Give the certificate that a client, a worker or a scheduler shows, and those that it accepts.
+    """Give the TLS settings of a client, worker or scheduler: its own certificate, and which ones it accepts.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ class Found(NamedTuple):
         State on the orbit, or at the end of the run. It is the latter also for a moving particle whose limit is a
         locked state.
     outcome : int
-        ARRIVED, the reason of an early end, or that its peaks grow without a visible bound.
+        ARRIVED, or why the run ended early, for example because its peaks grow without a visible bound.
     look : SectionLook
         At the end of the run.
     orbit : Orbit

@@ -1,8 +1,8 @@
 """Computes a block in a separate process, so that its effect on that process is visible and harmless.
 
 A lost worker may have been killed by its block, switched off with its machine, or asked to leave: all three look alike
-from outside. If a process ends by a signal while its parent survives, its computation ended it, or the system ended it
-for its memory.
+from outside. If a process ends by a signal and its parent survives, either its computation crashed, or the system
+ended it to free memory.
 """
 
 import os

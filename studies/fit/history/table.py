@@ -20,7 +20,8 @@ shaking begins.
 """
 BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
 """A struck structure stays above `HELD` for about the time in which it then swings to `BEYOND`. One that is held aside
-stays longer, by the factor `LONGER`. A release within the phase `AT_ONCE_RAD` after the first row counts as immediate.
+stays there for at least `LONGER` times that. A release within the phase `AT_ONCE_RAD` after the first row counts as
+immediate.
 """
 FALL, WINDOW = (0.8, 0.3), 5
 """The fall after a release is measured between the shares of `FALL`, because an impact may change it further down.

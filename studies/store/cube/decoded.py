@@ -129,7 +129,7 @@ def _found(
     chunk: Callable[[tuple[int, ...]], np.ndarray | None],
     readers: int,
 ) -> Iterator[tuple[Any, Any, np.ndarray | None]]:
-    """Give for every touched chunk where it goes, the part that is taken, and its content."""
+    """Give three things for each touched chunk: its place in the result, the part to take, and its content."""
     turned = (tuple(zip(*box, strict=True)) for box in boxes)
     if readers == 1:
         yield from ((into, taken, chunk(place)) for place, into, taken in turned)

@@ -7,7 +7,7 @@ from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 
 # A chatter is completed before its last impact: the bodies join with their common momentum, which the omitted impacts
-# would not change. The error is of the order of (remaining time)³. Times are shares of a panel.
+# would not change. The error is of the order of (remaining time)³. Times are fractions of a panel.
 _CHATTER_LEFT = (
     5e-6  # remaining time at which it is completed if the wall pushes all the while and nothing else happens
 )
