@@ -33,6 +33,7 @@ class Estimate(TypedDict):
 
     digest: str
     points: Count
+    points_stored: Count
     blocks: Count
     bytes: Count
     seconds: Measured
@@ -66,20 +67,23 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
     Returns
     -------
     dict
-        ``points``, ``blocks``, ``bytes`` (before compression); ``seconds`` (on one core, including compiling) and
-        its likely range ``seconds_low`` to ``seconds_high``. ``compiling_seconds`` is its part for compiling, and
-        ``kernels_missing`` the number of scenes to compile on this machine. Also ``digest``, ``definition``, and
-        ``understood``: assumptions, derived ratios, and unusual values, in sentences.
+        ``points``; ``points_stored``, those computed already if this study was submitted before; ``blocks``; ``bytes``
+        (before compression); ``seconds`` (on one core, including compiling) and its likely range ``seconds_low`` to
+        ``seconds_high``. ``compiling_seconds`` is its part for compiling, and ``kernels_missing`` the number of scenes
+        to compile on this machine. Also ``digest``, ``definition``, and ``understood``: assumptions, derived ratios,
+        and unusual values, in sentences.
     """
     lacking = missing(scenes(study))
     compiling = sum(scene.seconds for scene in lacking)
     earlier = [] if store is None else done_of_family(store, family_digest(study, provenance()))
+    known = None if store is None else store.newest(study.digest)
     factor = family_factor(earlier)
     seconds = plan.seconds * (factor or 1.0)
     doubt = DOUBT if factor is None else DOUBT_KNOWING
     return {
         "digest": study.digest,
         "points": study.points,
+        "points_stored": 0 if known is None else known.points_done,
         "blocks": plan.count,
         "bytes": study.points * bytes_per_point(study),
         "seconds": seconds + compiling,

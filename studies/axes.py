@@ -226,6 +226,7 @@ def _unknown_of_range(field: str, key: object, raw: dict[Any, Any]) -> Fault:
     fault = unknown_key(field, key, known, raw)
     if key not in _COUNTS:
         return fault
+    fault = replace(fault, meant="num")  # not the key of the nearest spelling, which may be missing too
     if "num" in raw:
         return replace(fault, advice="remove it: `num` is the number of values, both ends included")
     advice = "write `num`, the number of values, both ends included, in its place"

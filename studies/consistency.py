@@ -275,7 +275,7 @@ def _required(name: str) -> Fault:
     advice = f"add it, or give `physical.{source}`"
     if name == "clearance_ratio":
         advice += ", or write `particle: false`"
-    return Fault(f"axes.{name}", "nothing", RATIOS[name].allowed, advice)
+    return Fault(f"axes.{name}", "nothing", RATIOS[name].allowed, advice, meant=source)
 
 
 def _size(raw: object) -> int:

@@ -48,6 +48,9 @@ class Fault:
     message : str
         The error and the allowed values as a sentence; if empty, formed from the three before. ``{field}`` stands for
         the field, since a larger document may contain this one later.
+    meant : str
+        Of an unknown key, the key that it probably stands for; of a missing one, another that would give it. Empty
+        if there is none.
     """
 
     field: str
@@ -55,6 +58,7 @@ class Fault:
     allowed: str
     advice: str
     message: str = ""
+    meant: str = ""
 
     def __post_init__(self) -> None:
         """Shorten a name from the document, which may have keys of megabytes."""
@@ -94,7 +98,7 @@ class StudyFaults(UserError, ValueError):
     """
 
     def __init__(self, faults: Iterable[Fault]) -> None:
-        listed = list(faults)
+        listed = _once(list(faults))
         if len(listed) > MAX_FAULTS:
             more = len(listed) - MAX_FAULTS
             listed = listed[:MAX_FAULTS]
@@ -113,6 +117,16 @@ class StudyFaults(UserError, ValueError):
     def __reduce__(self) -> tuple[type["StudyFaults"], tuple[tuple[Fault, ...]]]:
         """Make faults pickleable between processes."""
         return StudyFaults, (self.faults,)
+
+
+def _once(faults: list[Fault]) -> list[Fault]:
+    """Leave out a missing key if an unknown key probably stands for it, because this is one mistake."""
+    meant = {fault.meant for fault in faults if fault.meant and fault.found != NOTHING}
+    return [
+        fault
+        for fault in faults
+        if fault.found != NOTHING or meant.isdisjoint((fault.field.rpartition(".")[2], fault.meant))
+    ]
 
 
 def attempt(reading: Callable[[], T], otherwise: U, faults: list[Fault]) -> T | U:
@@ -235,6 +249,5 @@ def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Contain
         advice = f"write `{near}`, with its value in {UNITS[unit]}"
     found = f"the unknown key {printable(key)}" if isinstance(key, str) else f"{describe(key)} as a key"
     allowed = f"the keys {', '.join(known)}"
-    return Fault(
-        field, found, allowed, advice, f"{{field}} is not a known key; allowed are {listing(known)}."
-    )
+    told = f"{{field}} is not a known key; allowed are {listing(known)}."
+    return Fault(field, found, allowed, advice, told, near or "")

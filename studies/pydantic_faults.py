@@ -128,4 +128,4 @@ def _unknown(
     if not homes:
         return fault
     advice = f"write it inside `{homes[0]}`" if homes[0] else "write it at the top of the document, outside"
-    return replace(fault, advice=advice)
+    return replace(fault, advice=advice, meant=str(key))

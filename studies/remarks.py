@@ -67,7 +67,7 @@ def read_remarks(document: object, known: Sequence[str] = KNOWN) -> Remarks:
     tags, note, called = document.get("tags"), document.get("note"), document.get("name")
     faults += [] if tags is None else _faults_of_tags(tags)
     faults += [] if note is None else _faults_of_text("note", note, MOST_NOTE, "\n\t")
-    faults += [] if called is None else _faults_of_text("name", called, MAX_NAME)
+    faults += [] if called is None else _faults_of_name(called)
     if faults:
         raise StudyFaults(faults)
     sorted_tags = None if tags is None else tuple(sorted(set(tags)))
@@ -94,6 +94,17 @@ def faults_of_tag(field: str, tag: object) -> list[Fault]:
     if isinstance(tag, str) and TAG.fullmatch(tag):
         return []
     return [Fault(field, describe(tag), TAG_WORDS, "write it as in rig-2")]
+
+
+def _faults_of_name(name: Any) -> list[Fault]:
+    if isinstance(name, str) and not name.strip():
+        allowed = f"a printable text of 1 to {MAX_NAME:,} characters"
+        return [
+            Fault(
+                "name", "an empty text", allowed, "write a name, or leave `name` out to keep the present one"
+            )
+        ]
+    return _faults_of_text("name", name, MAX_NAME)
 
 
 def _faults_of_text(field: str, text: Any, most: int, also: str = "") -> list[Fault]:

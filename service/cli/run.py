@@ -224,5 +224,7 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
             f"{asked.name or 'The study'}: {counted(size['points'], 'point')} in {counted(size['blocks'], 'block')}, "
             f"{size['bytes'] / BYTES_PER_MEGABYTE:.3g} MB before compression, {taken}. Nothing was stored."
         )
+        if size["points_stored"]:
+            say(f"Already stored: {size['points_stored']:,} of {counted(size['points'], 'point')}.")
         for line in size["understood"]:
             say(line)

@@ -27,6 +27,7 @@ _PROPERTIES: dict[str, dict[str, Any]] = {
     "note": {"type": "string", "maxLength": MOST_NOTE, "description": "Empty for none."},
     "name": {
         "type": "string",
+        "minLength": 1,
         "maxLength": MAX_NAME,
         "description": "The new name; the definition is unchanged.",
     },

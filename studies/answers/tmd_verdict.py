@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damperlab.studies.amplitudes import RATIOS_OF
 from damperlab.studies.answers.band import FREQUENCY
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
 from damperlab.studies.answers.hidden_peak import hidden, hidden_note, may_hide
@@ -17,6 +18,7 @@ from damperlab.studies.answers.verdict import say_next
 from damperlab.studies.brief import Brief, Damper, Note, command, damper_of
 from damperlab.studies.cavity import left_open
 from damperlab.studies.variables import Status
+from damperlab.studies.vocabulary import OF_PARTICLE
 
 
 def is_judged(answer: xr.Dataset) -> bool:
@@ -105,8 +107,7 @@ def brief_of(
     else:
         lower = abs(1 - found["ratio"]) if found["ratio"] < 1 else 1 - 1 / found["ratio"]
         apart = f"{100 * lower:.2g} % lower"
-        friction = answer["friction_ratio" if "friction_ratio" in answer.coords else "friction_force_n"]
-        own = damper_of(_strikes(answer), float(friction) > 0)
+        own = damper_of(_strikes(answer), float(_friction_of(answer)) > 0)
         damper = own if found["ratio"] < 1 else "tuned_mass_damper"
         better, other = (ours, theirs) if found["ratio"] < 1 else (theirs, ours)
         least = "at least " if missing else ""
@@ -130,11 +131,22 @@ def _strikes(answer: xr.Dataset) -> bool:
     return float(answer["mass_ratio"]) > 0 and (kinds is None or bool(may_strike(kinds.values).any()))
 
 
+def _friction_of(answer: xr.Dataset) -> xr.DataArray:
+    return answer["friction_ratio" if "friction_ratio" in answer.coords else "friction_force_n"]
+
+
 def _rows(
     answer: xr.Dataset, varied: Mapping[str, float], peaks: tuple[str, str], phrases: Phrases
 ) -> tuple[tuple[str, str, str], ...]:
     found: dict[str, Any] = answer.attrs
-    design = ", ".join(phrases.equal(name, value, ".3g") for name, value in varied.items())
+    named = dict(varied)
+    if not _strikes(answer):  # only the friction of such a damper matters
+        named = {
+            name: value for name, value in varied.items() if RATIOS_OF.get(name, name) not in OF_PARTICLE
+        }
+        friction = _friction_of(answer)
+        named[str(friction.name)] = float(friction)
+    design = ", ".join(phrases.equal(name, value, ".3g") for name, value in named.items())
     bare = phrases.value(AMPLITUDE, float(answer["no_damper"].max()), ".3g")
     rows = [
         ("study's damper", peaks[0], design),

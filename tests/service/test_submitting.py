@@ -55,6 +55,7 @@ def test_dry_run_tells_the_cost_and_stores_nothing(client: httpx.Client) -> None
     estimate = answer.json()
     # One double and one byte for each of the two points.
     assert (estimate["points"], estimate["bytes"]) == (2, 2 * (8 + 1))
+    assert estimate["points_stored"] == 0
     assert estimate["blocks"] >= 1
     assert estimate["seconds"] > 0
     assert _count(client) == before

@@ -180,3 +180,20 @@ def test_a_start_without_its_kind_is_told_so_and_what_of_it_is_unknown() -> None
     assert "kind, n, seed, direction" in unknown.allowed
     (alone,) = faults(SCENE | {"start": {"n": 4}})
     assert (alone.field, alone.found) == ("start.kind", "nothing")
+
+
+@pytest.mark.parametrize(
+    ("document", "field"),
+    [
+        (frame(clearance_m=None, clearence_m=0.001), "physical.clearence_m"),
+        (frame(clearance_m=None, clearance_mm=1), "physical.clearance_mm"),
+        (frame(base_amplitude_m=None, base_amplitud_m=8e-5), "physical.base_amplitud_m"),
+        ({"axes": {"clearance_ratioo": 5, "frequency_ratio": 1}}, "axes.clearance_ratioo"),
+        ({"clearance_ratio": 5, "axes": {"frequency_ratio": 1}}, "clearance_ratio"),
+    ],
+)
+def test_an_unknown_key_that_stands_for_a_missing_one_is_one_mistake(
+    document: dict[str, Any], field: str
+) -> None:
+    (fault,) = faults(document)
+    assert fault.field == field

@@ -30,6 +30,8 @@ def test_tags_are_sorted_and_each_is_there_once_and_what_is_left_out_stays() -> 
         ({"note": "a\x00b"}, ["note"]),
         ({"note": 3}, ["note"]),
         ({"name": "two\nlines"}, ["name"]),
+        ({"name": ""}, ["name"]),
+        ({"name": "  "}, ["name"]),
     ],
 )
 def test_what_cannot_be_kept_is_refused(document: Any, fields: list[str]) -> None:

@@ -119,6 +119,14 @@ def test_a_dry_run_says_the_size_and_stores_nothing(tmp_path: Path, linear_study
     assert not data_dir.exists()
 
 
+def test_a_dry_run_says_what_is_stored(stored: tuple[Path, dict[str, Any]], linear_study: Path) -> None:
+    data_dir, record = stored
+    size = json.loads(run("run", linear_study, "--dry-run", "--data-dir", data_dir, "--json").stdout)
+    assert size["points_stored"] == record["points_done"] == 22
+    said = run("run", linear_study, "--dry-run", "--data-dir", data_dir).stdout
+    assert "Already stored: 22 of 22 points." in said
+
+
 def test_a_design_is_named_in_two_ways_with_one_meaning(stored: tuple[Path, dict[str, Any]]) -> None:
     data_dir, record = stored
     long = run("response", record["id"], "--data-dir", data_dir, "--at", "friction_ratio=2", "--json")
