@@ -205,7 +205,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             ratios["mass_ratio"],
             contact_time_of(contact),
             wall_of(contact, ratios["restitution"], ratios["mass_ratio"]),
-            *acting(*before.values()),
+            *acting(before),
         )
     design = Design(
         ratios["damping_ratio"],

@@ -1,6 +1,6 @@
 """Names of the quantities in SI units that accompany ratios; loads no arrays, so that interfaces may use them early."""
 
-from damperlab.studies.variables import VARIABLES
+from damperlab.studies.variables import MADE_BY, VARIABLES
 
 
 def _length(long_name: str) -> str:
@@ -34,21 +34,24 @@ OVER: dict[str, str] = {
 }
 """The reference of each result that is a ratio; all others are counts, shares, codes and the like."""
 
+CAVITY_NAMES = {
+    "particle_friction_coefficient": ("friction coefficient of the particle", "μ_i"),
+    "tilt_deg": ("tilt of the cavity", "α"),
+}
+"""Words and symbol of each quantity in `MADE_BY`; every other name of it follows."""
 COORDINATE_NAMES = {
     "clearance_m": "clearance d on either side",
     "friction_force_n": "friction force",
     "particle_mass_kg": "mass of the particle m",
     "frequency_hz": "excitation frequency",
-    "particle_friction_coefficient": "friction coefficient of the particle μ_i",
-    "tilt_deg": "tilt of the cavity α",
+    **{name: f"{words} {symbol}" for name, (words, symbol) in CAVITY_NAMES.items()},
 }
 COORDINATE_SOURCES = {
     "clearance_m": "clearance_ratio",
     "friction_force_n": "friction_ratio",
     "particle_mass_kg": "mass_ratio",
     "frequency_hz": "frequency_ratio",
-    "particle_friction_coefficient": "particle_friction_ratio",
-    "tilt_deg": "gravity_ratio",
+    **{name: ratio for ratio, name in MADE_BY.items()},
 }
 """The ratio that corresponds to each coordinate in units."""
 ALIASES = {"excitation_frequency_hz": "frequency_hz"}

@@ -1,6 +1,6 @@
 """From a study's block to kernel arguments: the kernel for each point. Absent elements are None."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
-from damperlab.studies.variables import BEFORE, dimensions_of
+from damperlab.studies.variables import BEFORE, GRAVITY, PARTICLE_FRICTION, dimensions_of
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
@@ -77,9 +77,15 @@ def wall_of(contact: Contact | None, restitution: float, mass_ratio: float) -> W
     return Wall(*wall_constants(float(restitution), contact.contact_time, float(mass_ratio)))
 
 
-def acting(friction: float, gravity: float) -> tuple[float | None, float | None]:
-    """Return κ and G for the solver; None if neither acts. A particle under gravity alone has a friction of 0."""
-    rubs, falls = float(friction), float(gravity)
+def acting(before: Mapping[str, float]) -> tuple[float | None, float | None]:
+    """Return κ and G for the solver; None if neither acts. A particle under gravity alone has a friction of 0.
+
+    Parameters
+    ----------
+    before : mapping of float
+        Ratios by the names of `BEFORE`; a missing one is 0.
+    """
+    rubs, falls = (float(before.get(name, 0.0)) for name in (PARTICLE_FRICTION, GRAVITY))
     return (rubs if rubs > 0.0 or falls > 0.0 else None), (falls if falls > 0.0 else None)
 
 
@@ -91,7 +97,7 @@ def kernel_arguments(
     contact_time = contact_time_of(contact)
     rubs = has_friction(points)
     rattles = has_particle(points, study.particle)
-    drags, falls = (points.get(name, np.zeros(rubs.size)) for name in BEFORE)
+    before = [name for name in BEFORE if name in points]
     for i in chosen:
         yield (
             int(i),
@@ -104,7 +110,7 @@ def kernel_arguments(
                 float(points["mass_ratio"][i]),
                 contact_time,
                 wall_of(contact, float(points["restitution"][i]), float(points["mass_ratio"][i])),
-                *acting(drags[i], falls[i]),
+                *acting({name: float(points[name][i]) for name in before}),
             )
             if rattles[i]
             else None,

@@ -1,6 +1,5 @@
 """Scenes for which kernels are compiled: the acting forces and the requested results."""
 
-from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -10,7 +9,7 @@ from damperlab.studies.choices import Contact, Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
-from damperlab.studies.variables import BEFORE, MADE_BY
+from damperlab.studies.variables import GRAVITY, MADE_BY, PARTICLE_FRICTION
 from damperlab.studies.vocabulary import CONTACT_MODELS
 from damperlab.worker.kernel_arguments import wants_acceleration, wants_energies
 from damperlab.worker.solver.particle import FALLING, RUBBING, Particle
@@ -145,7 +144,7 @@ def scenes(study: AnyStudy) -> list[Scene]:
     purpose: Purpose = "steady" if wants_energies(study) else "peaks"
     if wants_acceleration(study):
         purpose = "acceleration"
-    drags, falls = _beside(study)
+    drags, falls = (_acting(study, name) for name in (PARTICLE_FRICTION, GRAVITY))
     contacts = {FALLING if f else RUBBING if d else study.contact.model for d in drags for f in falls}
     return sorted(
         Scene(purpose, f, contact, study.forced)
@@ -156,12 +155,11 @@ def scenes(study: AnyStudy) -> list[Scene]:
     )
 
 
-def _beside(study: Study) -> Iterator[set[bool]]:
-    """Whether the particle has friction, and whether gravity acts: at some points, at all, or at none."""
+def _acting(study: Study, ratio: str) -> set[bool]:
+    """Whether a force of `BEFORE` acts: at some points, at all, or at none."""
     if study.over_amplitudes and study.physical is not None:
-        given = study.physical.values()
-        return (_signs(given.get(name, np.zeros(1))) for name in MADE_BY.values())
-    return (_signs(study.coordinates.get(name, np.zeros(1))) for name in BEFORE)
+        return _signs(study.physical.values().get(MADE_BY[ratio], np.zeros(1)))
+    return _signs(study.coordinates.get(ratio, np.zeros(1)))
 
 
 def _signs(values: np.ndarray) -> set[bool]:

@@ -19,6 +19,7 @@ from damperlab.service.figures.style import (
 )
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
+from damperlab.studies.unit_names import CAVITY_NAMES
 from damperlab.studies.vocabulary import OF_PARTICLE
 from damperlab.worker.fit.model import FittedCurve
 
@@ -36,8 +37,7 @@ UNITS = {
 _ALSO = {
     "mass_kg": "$M$",
     "damping_n_s_per_m": "$c$",
-    "particle_friction_coefficient": "$μ_i$",
-    "tilt_deg": "$α$",
+    **{name: f"${symbol}$" for name, (_, symbol) in CAVITY_NAMES.items()},
 }
 """Symbols of quantities that no study varies."""
 MOST_NAMED = 8

@@ -39,8 +39,10 @@ const FIELDS = /** @type {[string, string, number][]} */ ([
   ["clearance_m", "Clearance d [mm]", 1000],
   ["restitution", "Restitution e", 1],
   ["friction_force_n", "Friction force [N]", 1],
-  ["particle_friction_coefficient", "Friction coefficient of the particle μ_i", 1],
-  ["tilt_deg", "Tilt of the cavity [°]", 1],
+  ...Object.entries(WORDS.before).map(([ratio, key]) => {
+    const [, label, unit, scale] = WORDS.in_units[ratio];
+    return [key, unit ? `${label} [${unit}]` : label, scale];
+  }),
   ["scale", "Factor on the record", 1],
 ]);
 

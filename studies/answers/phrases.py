@@ -15,9 +15,12 @@ from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.rounding import is_rounding
+from damperlab.studies.spelling import unit_of
 from damperlab.studies.unit_names import (
     ACCELERATIONS,
     AMPLITUDES,
+    CAVITY_NAMES,
+    COORDINATE_NAMES,
     ENERGY,
     OVER,
     RESULT_NAMES,
@@ -26,7 +29,7 @@ from damperlab.studies.unit_names import (
     with_what_it_is_over,
 )
 from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
-from damperlab.studies.variables import DIMENSION_NAMES, GRAVITY, PARTICLE_FRICTION, SYMBOLS, VARIABLES
+from damperlab.studies.variables import DIMENSION_NAMES, MADE_BY, SYMBOLS, VARIABLES
 
 AMPLITUDE = "amplitude_ratio"
 FREQUENCY = "frequency_ratio"
@@ -47,8 +50,10 @@ PRINTED: dict[str, Printed] = {
     "friction_ratio": Printed("F_f", "friction force F_f", "N", 1.0),
     "mass_ratio": Printed("m", "mass of the particle m", "kg", 1.0),
     FREQUENCY: Printed("f", "excitation frequency f", "Hz", 1.0),
-    PARTICLE_FRICTION: Printed("μ_i", "friction coefficient of the particle μ_i", "", 1.0),
-    GRAVITY: Printed("α", "tilt of the cavity α", "°", 1.0),
+    **{
+        ratio: Printed(CAVITY_NAMES[name][1], COORDINATE_NAMES[name], unit_of(name), 1.0)
+        for ratio, name in MADE_BY.items()
+    },
     "impact_speed_max": Printed("v", "largest impact speed", "m/s", 1.0),
     "dissipation_per_cycle": Printed("ΔE", "energy dissipated per cycle", "J", 1.0),
     **{name: Printed("X", "amplitude X", "mm", 1e3) for name in AMPLITUDES},
@@ -68,8 +73,7 @@ PRINTED_OF_SI: dict[str, Printed] = {
     **{name: PRINTED[ratio] for name, ratio in RATIOS_OF.items()},
     BASE_AMPLITUDE: Printed("Z", "base amplitude Z", "mm", 1e3),
     "particle_mass_kg": PRINTED["mass_ratio"],
-    "particle_friction_coefficient": PRINTED[PARTICLE_FRICTION],
-    "tilt_deg": PRINTED[GRAVITY],
+    **{name: PRINTED[ratio] for ratio, name in MADE_BY.items()},
     "frequency_hz": PRINTED[FREQUENCY],
     **{name: PRINTED[source] for source, name in (AMPLITUDES | ACCELERATIONS).items()},
     SPEED: PRINTED["impact_speed_max"],

@@ -20,6 +20,9 @@ from damperlab.studies.design.found import Found, at_ends, locked
 from damperlab.studies.design.margins import MOVED
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (
+    CALLED as NAMES_IN_FULL,
+)
+from damperlab.studies.design.spelling import (
     OVER,
     damper_words,
     frequency,
@@ -38,7 +41,8 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled, unit_of
 from damperlab.studies.tmd.absorber import NO_DAMPER
 from damperlab.studies.understood import unusual_specification
-from damperlab.studies.variables import MADE_BY, ResponseClass
+from damperlab.studies.variables import BEFORE, MADE_BY, ResponseClass
+from damperlab.studies.variables import PARTICLE_FRICTION as PARTICLE_FRICTION_RATIO
 
 GROWS = 1.5
 """A response whose growth exceeds that of its excitation by this share depends on the amplitude."""
@@ -51,10 +55,8 @@ CALLED: dict[Damper, str] = {
 }
 CAVITY = {*MADE_BY.values()}
 """Optional keys of a specification for the cavity; by default it is level and frictionless."""
-NAMES = {
-    "clearance_m": "clearance",
+NAMES = NAMES_IN_FULL | {
     "friction_force_n": "friction",
-    "particle_mass_kg": "particle mass",
     "restitution": "restitution",
     "particle_friction_coefficient": "μ_i",
     "tilt_deg": "tilt",
@@ -379,12 +381,14 @@ def acceleration_g(found: Found) -> float | None:
 def _accelerations(asked: Specification, build: Build, curve: Curve) -> NDArray[np.float64]:
     """Give the largest acceleration of the structure at each frequency, (n,) [g]."""
     scale, structure = curve.rate**2 * curve.base_m, asked.structure
-    at_one_metre, _ = build.cavity.ratios(structure.natural_frequency_hz, 1.0)
+    ratios_at_one_metre = dict(
+        zip(BEFORE, build.cavity.ratios(structure.natural_frequency_hz, 1.0), strict=True)
+    )
     acting = Acting(
         structure.damping_ratio,
         build.friction_force_n / structure.mass_kg / scale,
         build.particle_mass_kg / structure.mass_kg,
-        at_one_metre / curve.base_m,
+        ratios_at_one_metre[PARTICLE_FRICTION_RATIO] / curve.base_m,
     )
     ratios = accelerations(curve["relative_amplitude_ratio"], curve.r, curve["response_class"], acting)
     found: NDArray[np.float64] = scale * ratios / STANDARD_GRAVITY

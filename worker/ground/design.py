@@ -6,6 +6,7 @@ from math import pi
 from damperlab.studies.cavity import LEVEL, Cavity
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.variables import BEFORE
 from damperlab.worker.kernel_arguments import acting, contact_time_of, rebound_of, wall_of
 from damperlab.worker.solver.particle import Particle
 
@@ -121,12 +122,12 @@ def particle_of(damper: Damper, scale: Scale) -> Particle | None:
         return None
     restitution, mass_ratio = float(damper.restitution), damper.particle_mass_kg / scale.mass_kg
     cavity = damper.cavity
-    ratios = cavity.ratios(scale.omega / (2.0 * pi), scale.length_m) if cavity.acts else (0.0, 0.0)
+    ratios = cavity.ratios(scale.omega / (2.0 * pi), scale.length_m) if cavity.acts else (0.0,) * len(BEFORE)
     return Particle(
         damper.clearance_m / scale.length_m,
         rebound_of(restitution),
         mass_ratio,
         contact_time_of(damper.contact),
         wall_of(damper.contact, restitution, mass_ratio),
-        *acting(*ratios),
+        *acting(dict(zip(BEFORE, ratios, strict=True))),
     )
