@@ -123,7 +123,7 @@ AMPLITUDES = Kind(
         "restitution",
         "damping_ratio",
     ),
-    ranking=frozenset({"metric", "ranges", "top", "exclude_locked"}),
+    ranking=frozenset({"metric", "ranges", "top", "exclude_locked", "with_"}),
     instead="leave it out: dampers are ranked by `metric`, in their worst case over base amplitudes and frequencies",
 )
 KINDS: tuple[Kind, ...] = (HARMONIC, SUITE, AMPLITUDES)

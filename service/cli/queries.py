@@ -1,8 +1,11 @@
 """The commands of all questions to a stored study: words and a table, a JSON document, or a file."""
 
+from dataclasses import replace
 from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from damperlab.service.cli.asked import Command, asks, parameter
 from damperlab.service.cli.options import AsJson, DataDir, Details, Output, StudyId, check_file
@@ -32,6 +35,10 @@ def command_of(question: Question[Any]) -> Command:
         subject = Subject(store.find(study), store, question.command)
         with working("Reading the cube"):
             answer = question.of(subject, *values)
+        if question.further and asked[question.further.option]:
+            values = _with_further(question, subject, answer, values)
+            with working("Reading the cubes"):
+                answer = question.of(subject, *values)
         if output is not None:
             _write(question, subject, answer, output, in_units=not _in_ratios(values))
         if as_json:
@@ -41,6 +48,9 @@ def command_of(question: Question[Any]) -> Command:
 
     options: dict[str, tuple[Any, Any]] = {"output": (Output, None), "data_dir": (DataDir, None)}
     options |= {"details": (Details, False)} if question.details else {}
+    if further := question.further:
+        offered = Annotated[bool, typer.Option(f"--{further.option}", help=further.help)]
+        options |= {further.option: (offered, False)}
     options |= {"as_json": (AsJson, False)}
     command.__signature__ = Signature(  # type: ignore[attr-defined]
         [
@@ -51,6 +61,22 @@ def command_of(question: Question[Any]) -> Command:
     )
     command.__name__, command.__doc__ = question.command, question.help
     return asks(command)
+
+
+def _with_further(
+    question: Question[Any], subject: Subject, answer: "xr.Dataset", values: list[Any]
+) -> list[Any]:
+    """Compute the studies that complete an answer, and name them in its inputs."""
+    from damperlab.service.cli.computing import Computer, Means
+    from damperlab.service.cli.searches import compute_follow_up
+
+    assert question.further is not None
+    with Computer(subject.store, Means()) as computer:
+        found = [
+            compute_follow_up(computer, each, subject.record).id
+            for each in question.further.studies(subject, answer, *values)
+        ]
+    return [replace(each, with_=(*each.with_, *found)) if hasattr(each, "with_") else each for each in values]
 
 
 def _in_ratios(asked: list[Any]) -> bool:

@@ -119,7 +119,7 @@ class Pursuit:
             if not found.studies or dry_run:
                 break
             for each in found.studies:
-                follow_up = self._compute(each, record)
+                follow_up = compute_follow_up(self.computer, each, record)
                 if follow_up.id in ids:
                     raise typer.Exit(FAILED)
                 ids.append(follow_up.id)
@@ -133,17 +133,18 @@ class Pursuit:
         details_told += [f"Follow-up studies: {', '.join(ids[1:])}."] if ids[1:] else []
         print_brief(brief.document(), details_told, details)
 
-    def _compute(self, asked: "Study", parent: "Record") -> "Record":
-        """Run a follow-up to its end; if it stops early, its finished blocks are kept."""
-        from damperlab.service.cli.run import find_or_submit
-        from damperlab.studies.store.provenance import REFINES
 
-        record = find_or_submit(self.computer.store, asked, True, {REFINES: parent.id})
-        if record.state != "done":
-            record = self.computer.compute(record)
-        if record.state != "done":
-            note(
-                f"damperlab: the follow-up {record.id} is {record.state}. Run the same command again to continue."
-            )
-            raise typer.Exit(FAILED)
-        return record
+def compute_follow_up(computer: Computer, asked: "Study", parent: "Record") -> "Record":
+    """Run a follow-up to its end; if it stops early, its finished blocks are kept."""
+    from damperlab.service.cli.run import find_or_submit
+    from damperlab.studies.store.provenance import REFINES
+
+    record = find_or_submit(computer.store, asked, True, {REFINES: parent.id})
+    if record.state != "done":
+        record = computer.compute(record)
+    if record.state != "done":
+        note(
+            f"damperlab: the follow-up {record.id} is {record.state}. Run the same command again to continue."
+        )
+        raise typer.Exit(FAILED)
+    return record

@@ -62,6 +62,26 @@ class Searches(Asked, ABC):
         """
         return self._search("/refine-boundary", (Boundary, Step, FollowUps), locals())
 
+    @explained(Judging, FollowUps)
+    def particle_friction(
+        self,
+        objective: Objective | None = None,
+        band: Range | None = None,
+        exclude_locked: bool = False,
+        max_impact_speed: float | None = None,
+        with_: Iterable[Asked | str] = (),
+        dry_run: bool = False,
+        **ranges: Range,
+    ) -> Refinement:
+        """Submit the best damper with friction of its particle.
+
+        Returns
+        -------
+        Refinement
+            It holds the follow-ups; wait for them, then pass them to `optimal_designs` as ``with_``.
+        """
+        return self._search("/particle-friction", (Judging, FollowUps), locals())
+
     def _search(self, path: str, asks: Iterable[type], given: Mapping[str, Any]) -> Refinement:
         answer = self._ask("POST", path, params=parameters(*values_of(asks, given)))
         names = ("known", "found", "steps", "points", "fine_points", "note")

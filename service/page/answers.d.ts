@@ -22,6 +22,7 @@ export type OfStudy = {
   "frequency-response": Curve;
   "optimal-designs": Ranking;
   refine: Refinement;
+  "particle-friction": Refinement;
   "resonance-map": MapAnswer;
   "tmd-comparison": Comparison;
 };
@@ -247,6 +248,7 @@ export type Refinement = {
   known: boolean;
   steps: Record<string, number>;
   note: string;
+  notes: { kind: string }[];
   follow_ups?: StudyRecord[];
 };
 

@@ -1,6 +1,6 @@
 /**
- * A search around the best design: it submits follow-up studies and waits for them, until the best design
- * is known well enough.
+ * Searches with follow-up studies: around the best design until it is known well enough, and for the
+ * friction of its particle up to which it holds.
  */
 /** @import { Refinement, Session } from "./types.js" */
 
@@ -13,6 +13,8 @@ import { FREQUENCY } from "./selection.js";
 import { WORDS } from "./words.js";
 
 const LOOK_MILLISECONDS = 500;
+/** Kind of a note whose sentence is the same in units and in ratios. */
+const FRICTION = "particle_friction";
 
 export class RefinePanel {
   told = el("div", { role: "status" });
@@ -28,7 +30,10 @@ export class RefinePanel {
     this.session = session;
     this.judged = judged;
     const stop = () => (this.stop.disabled = this.stopped = true);
-    this.button = button("Search around the best design", () => this.search());
+    this.buttons = [
+      button("Search around the best design", () => this.search("refine")),
+      button("Find the particle friction it bears", () => this.search("particle-friction")),
+    ];
     this.stop = button("Stop", stop);
     this.stop.disabled = true;
     this.element = el(
@@ -37,10 +42,10 @@ export class RefinePanel {
       el("summary", {}, "Refine: is a better design nearby?"),
       quiet(
         "Computes further designs between those of the grid, in separate studies, until none can be " +
-          "better by 1 % or 20,000 points are spent. Computed points are kept, so a stopped search " +
-          "continues from there.",
+          "better by 1 % or 20,000 points are spent. The friction of the particle is found by computing the " +
+          "best design with it. Computed points are kept, so a stopped search continues from there.",
       ),
-      el("div", { class: "row" }, this.button, this.stop),
+      el("div", { class: "row" }, this.buttons, this.stop),
       this.told,
     );
   }
@@ -49,34 +54,39 @@ export class RefinePanel {
     return this.stopped || !this.element.isConnected;
   }
 
-  async search() {
-    this.button.disabled = true;
+  /** @param {"refine" | "particle-friction"} what */
+  async search(what) {
+    for (const one of this.buttons) one.disabled = true;
     this.stop.disabled = this.stopped = false;
     this.rounds = [];
     try {
-      let further = await this.ask();
+      let further = await this.ask(what);
       while (further.length) {
         for (const study of further) {
           await this.ended(study);
           if (this.over) return;
           this.rounds.push(study);
         }
-        further = await this.ask();
+        further = await this.ask(what);
       }
-      say("The search around the best design has ended.");
+      say("The search has ended.");
     } catch (error) {
       this.told.append(refusalBox(error));
     } finally {
-      this.button.disabled = false;
+      for (const one of this.buttons) one.disabled = false;
       this.stop.disabled = true;
     }
   }
 
-  /** Show what is known, and give the studies that remain to be computed. */
-  async ask() {
+  /**
+   * Show what is known, and give the studies that remain to be computed.
+   *
+   * @param {"refine" | "particle-friction"} what
+   */
+  async ask(what) {
     const { rounds } = this;
     const known = rounds.map(({ id }) => id);
-    const path = studyPath(this.session.record.id, "refine");
+    const path = studyPath(this.session.record.id, what);
     const answer = await send(path, {}, { ...this.judged(), with: known.join(",") });
     fill(this.told, this.outcome(answer));
     return (answer.follow_ups ?? []).filter(({ id }) => !known.includes(id));
@@ -99,7 +109,7 @@ export class RefinePanel {
   }
 
   /** @param {Refinement} answer */
-  outcome({ found, known, steps, note }) {
+  outcome({ found, known, steps, note, notes }) {
     const { selection, shown } = this.session;
     const named = selection.varied.filter((name) => name !== FREQUENCY);
     const step = (/** @type {string} */ name) =>
@@ -113,7 +123,7 @@ export class RefinePanel {
     const { id } = this.rounds[length - 1] ?? {};
     return [
       el("p", {}, known ? "Known: " : "So far: ", best, " at ", at, "."),
-      !shown.inUnits && quiet(prose(note)),
+      (!shown.inUnits || notes.every(({ kind }) => kind === FRICTION)) && quiet(prose(note)),
       id &&
         quiet(
           `${length} follow-up ${length === 1 ? "study" : "studies"} computed; the last is `,

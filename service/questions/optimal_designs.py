@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NotRequired
 from typing_extensions import TypedDict
 
 from damperlab.service.questions.forms import RANKING
-from damperlab.service.questions.question import Question, Subject, Words
+from damperlab.service.questions.question import Further, Question, Subject, Words
 from damperlab.studies.brief import MOST_ROWS, DoubtKind, InShort, Notes
-from damperlab.studies.kinds import EVERY_DIMENSION
+from damperlab.studies.kinds import AMPLITUDES, EVERY_DIMENSION, kind_of
 from damperlab.studies.questions import Judging, Ranking
 from damperlab.studies.shapes import Count, OfCube, Range, Says, Sentences
 from damperlab.studies.vocabulary import RESPECTS, Objective
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from damperlab.service.client import answers
     from damperlab.studies.answers.phrases import Phrases
+    from damperlab.studies.definition import Study
 
 RANKED = {
     "value": "amplitude_ratio",
@@ -88,13 +89,20 @@ def answer(study: Subject, judging: Judging, ranking: Ranking) -> "xr.Dataset":
     return ranked_designs(study.cube, judging, ranking, lambda others: with_follow_ups(study, others))
 
 
+def _missing(study: Subject, found: "xr.Dataset", judging: Judging, _: Ranking) -> "tuple[Study, ...]":
+    from damperlab.studies.answers.particle_friction import find_friction
+
+    return find_friction(study.cube, found, judging).studies
+
+
 def with_follow_ups(study: Subject, follow_ups: Iterable[str]) -> "dict[str, xr.Dataset]":
     """Open a study's cube and those of its follow-ups, by id."""
     from damperlab.studies.answers.suite import require_harmonic
 
     opened = [study, *map(study.beside, follow_ups)]
+    over_amplitudes = kind_of(study.record.dimensions) is AMPLITUDES
     for each in opened:
-        require_harmonic(each.record.dimensions, "follow-ups")
+        require_harmonic(each.record.dimensions, "follow-ups", over_amplitudes)
     return {each.record.id: each.cube for each in opened}
 
 
@@ -140,4 +148,5 @@ OPTIMAL_DESIGNS: "Question[answers.Designs]" = Question(
     draw=_draw,
     tell=_tell,
     operation="ask_designs",
+    further=Further("friction", "Find up to which friction of its particle the best damper holds.", _missing),
 )

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from damperlab.service.questions.forms import Form
+    from damperlab.studies.definition import Study
     from damperlab.studies.store.record import Record
     from damperlab.studies.store.store import Store
 
@@ -82,6 +83,24 @@ class Words(NamedTuple):
     after: tuple[str, ...] = ()
 
 
+class Further(NamedTuple):
+    """Something that an answer can say once further studies are computed.
+
+    Parameters
+    ----------
+    option : str
+        Its name on the command line.
+    help : str
+        Its description.
+    studies : callable
+        Called with the `Subject`, the Dataset and the inputs; gives the studies. The input ``with_`` then names them.
+    """
+
+    option: str
+    help: str
+    studies: "Callable[..., tuple[Study, ...]]"
+
+
 @dataclass(frozen=True, kw_only=True)
 class Question(Generic[A]):
     """A question.
@@ -117,6 +136,8 @@ class Question(Generic[A]):
         Whether the command has a short answer and details.
     operation : str
         Its name in the OpenAPI document; by default ``ask_`` and the command.
+    further : Further, optional
+        What the command can compute to complete the answer.
     """
 
     route: str
@@ -134,6 +155,7 @@ class Question(Generic[A]):
     draws_units: bool = False
     details: bool = True
     operation: str = ""
+    further: Further | None = None
 
     @property
     def method(self) -> str:

@@ -13,7 +13,7 @@ from damperlab.service.answer_types import gives
 from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
 from damperlab.service.problems import documented, lacking
-from damperlab.service.questions.optimal_designs import with_follow_ups
+from damperlab.service.questions.optimal_designs import OPTIMAL_DESIGNS, with_follow_ups
 from damperlab.service.questions.question import Subject
 from damperlab.service.questions.refinement import (
     FollowUpsDocument,
@@ -27,11 +27,12 @@ from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.service.work.apart import store_of
 from damperlab.studies.answers.follow_up import Refinement
+from damperlab.studies.answers.particle_friction import find_friction
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.selection import dimensions_of
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.plan import make_plan
-from damperlab.studies.questions import Boundary, FollowUps, Judging, Search, Step
+from damperlab.studies.questions import Boundary, FollowUps, Judging, Ranking, Search, Step
 from damperlab.studies.store.provenance import REFINES
 from damperlab.studies.store.record import Record
 from damperlab.studies.variables import BEFORE, DIMENSIONS
@@ -70,6 +71,16 @@ def refine_class(
     return refine_boundary(definition, cubes, boundary.along, boundary.at, step.tolerance)
 
 
+def particle_friction(settings: Settings, study: Record, known: FollowUps, judging: Judging) -> Refinement:
+    """Compute the best damper with friction of its particle; completed follow-ups are named by `with`.
+
+    The best designs, asked `with` the follow-ups, say up to which coefficient the damper holds.
+    """
+    subject = Subject(study, store_of(settings), "friction")
+    ranked = OPTIMAL_DESIGNS.of(subject, judging, Ranking(with_=known.with_))
+    return find_friction(subject.cube, ranked, judging)
+
+
 def _cubes(settings: Settings, study: Record, known: FollowUps) -> Mapping[str, xr.Dataset]:
     return with_follow_ups(Subject(study, store_of(settings), "refine"), known.with_)
 
@@ -103,6 +114,14 @@ _add(
     "A follow-up study around a change of response class",
     refine_class,
     *(FollowUps, Boundary, Step),
+)
+
+
+_add(
+    "/particle-friction",
+    "The best damper with friction of its particle",
+    particle_friction,
+    *(FollowUps, Judging),
 )
 
 

@@ -72,12 +72,17 @@ def follow_up(study: Study, axes: Mapping[str, Any], kind: str) -> Study:
     structure = {name: physical[name] for name in STRUCTURE if isinstance(physical.get(name), int | float)}
     if structure:
         document["physical"] = structure
-    document["name"] = f"{study.name[: MAX_NAME - 10]}, {kind}" if study.name else kind
+    document["name"] = named(study, kind)
     kept = [name for name in DIMENSIONS if study.particle or name not in OF_PARTICLE]
     document["damping_ratio"] = axes["damping_ratio"]
     document |= {name: axes[name] for name in BEFORE if name in axes}
     document["axes"] = {name: axes[name] for name in kept if name != "damping_ratio"}
     return parse_harmonic(document)
+
+
+def named(study: Study, kind: str) -> str:
+    """Name a follow-up of a study."""
+    return f"{study.name[: MAX_NAME - 15]}, {kind}" if study.name else kind
 
 
 def cover(designs: np.ndarray, most: int = 8) -> list[list[np.ndarray]]:

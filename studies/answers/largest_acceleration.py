@@ -19,7 +19,7 @@ from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.cavity import FRICTIONLESS, cavity_of
+from damperlab.studies.cavity import cavity_of
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import OF_CAVITY
 from damperlab.studies.units import base_of, quantities_of
@@ -27,6 +27,8 @@ from damperlab.studies.variables import PARTICLE_FRICTION, ResponseClass
 
 _MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 Floats = NDArray[np.float64]
+ACCELERATION = "acceleration"
+"""Name of the row of a short answer that states it."""
 LARGEST = "largest of the structure"
 """Description of an acceleration of the structure with the recommended damper."""
 
@@ -141,9 +143,7 @@ def _unit(cube: xr.Dataset) -> xr.DataArray | float:
     return factors.get(_MEASURED, nan)
 
 
-def acceleration_row(
-    g: float, cavity: Sequence[str] = (), more: str = "", whose: str = LARGEST
-) -> tuple[str, str, str]:
+def acceleration_row(g: float, cavity: Sequence[str] = (), whose: str = LARGEST) -> tuple[str, str, str]:
     """Spell the largest acceleration of the structure as a row.
 
     Parameters
@@ -152,10 +152,8 @@ def acceleration_row(
         The acceleration in g.
     cavity : sequence of str
         Assumptions on the cavity, of `cavity.left_open`; empty without an acting particle.
-    more : str
-        Further words if the particle is assumed frictionless.
     whose : str
         What is accelerated, and with which damper.
     """
     assumed = f"; assumed {', '.join(cavity)}" if cavity else ""
-    return "acceleration", f"{g:.2g} g", f"{whose}{assumed}{more if FRICTIONLESS in cavity else ''}"
+    return ACCELERATION, f"{g:.2g} g", whose + assumed

@@ -89,6 +89,15 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
     raise KeyError(note.kind)
 
 
+def friction_words(note: Note) -> str:
+    """Write the largest particle friction at which a damper keeps its value, as part of a sentence."""
+    up_to, fails = note.values["up_to"], note.values["fails"]
+    if not up_to:
+        return f"the value rises by more than a tenth from μ_i = {fails:g} on"
+    beyond = "" if fails is None else f", not at {fails:g}"
+    return f"at most a tenth is lost up to μ_i = {up_to:g}{beyond}"
+
+
 def friction_row(note: Note) -> tuple[str, str, str]:
     """Write the largest particle friction at which a design keeps its value, as a row of a short answer."""
     up_to, fails = note.values["up_to"], note.values["fails"]

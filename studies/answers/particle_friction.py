@@ -2,26 +2,104 @@
 friction.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import takewhile
-from math import isfinite, nan
+from math import inf, isfinite, nan
+from typing import Any
 
+import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
-from damperlab.studies.answers.follow_up import follow_up
+from damperlab.studies.amplitudes import AMPLITUDE, DAMPER, RATIOS_OF
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, axes_within
+from damperlab.studies.answers.excited import definition_of
+from damperlab.studies.answers.follow_up import Refinement, follow_up, named
+from damperlab.studies.answers.largest_acceleration import ACCELERATION
+from damperlab.studies.answers.leading import leading
+from damperlab.studies.answers.notes import friction_words
 from damperlab.studies.answers.optimal_designs import optimal_designs
-from damperlab.studies.brief import Note
+from damperlab.studies.answers.query_fault import refused
+from damperlab.studies.answers.suite import worst_case_designs
+from damperlab.studies.brief import Note, notes_document
+from damperlab.studies.cavity import FRICTIONLESS, left_open
 from damperlab.studies.choices import EventSolver
-from damperlab.studies.definition import Study
+from damperlab.studies.definition import Study, parse_harmonic
+from damperlab.studies.kinds import AMPLITUDES, HARMONIC, SUITE, kind_of
+from damperlab.studies.physical import DERIVATIONS
 from damperlab.studies.questions import Judging
 from damperlab.studies.units import quantities_of
-from damperlab.studies.variables import BEFORE, PARTICLE_FRICTION
+from damperlab.studies.variables import BEFORE, MADE_BY, PARTICLE_FRICTION
 
 COEFFICIENTS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 """Examined μ_i, roughly those of a rolling ball, of PTFE, and of dry metals."""
+FRICTION = "particle_friction"
+"""Kind of the note."""
 WITHIN = 1.1
 """Allowed multiple of the promised value."""
+
+
+def studies_with_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> tuple[Study, ...]:
+    """Make the studies that compute the recommended damper of a ranking with friction of its particle.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The ranked study.
+    ranked : Dataset
+        Of `optimal_designs`, `merged_designs` or `worst_case_designs`.
+    judging : Judging
+        The question of the ranking.
+
+    Returns
+    -------
+    tuple of Study
+        One study over `COEFFICIENTS`, or one for each of them over base amplitudes. Empty if the recommended damper does
+        not work by impacts, if the study is in ratios or incomplete, if friction or gravity already acts on the
+        particle, or if friction cannot be combined with the contact or the solver.
+    """
+    kind, lead = kind_of(cube.sizes), leading(ranked)
+    strikes = ranked.attrs.get("brief", {}).get("damper") in ("hybrid", "particle_alone")
+    if kind is SUITE or lead is None or not strikes or ranked.attrs["complete"] < 1:
+        return ()
+    study = parse_harmonic(definition_of(cube))
+    if kind is HARMONIC:
+        made = study_with_friction(study, DesignQuestion.ask(cube, judging), lead)
+        return () if made is None else (made,)
+    return _over_amplitudes(study, cube, lead, judging)
+
+
+def find_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> Refinement:
+    """Make the studies that find up to which friction of its particle the recommended damper holds.
+
+    Parameters
+    ----------
+    cube, ranked, judging
+        As for `studies_with_friction`.
+
+    Returns
+    -------
+    Refinement
+        Without studies if the ranking says it already.
+
+    Raises
+    ------
+    QueryFault
+        If there is no such study.
+    """
+    asked, lead = studies_with_friction(cube, ranked, judging), leading(ranked)
+    if not asked or lead is None:
+        raise refused(
+            "friction",
+            "a study to whose best damper no friction of the particle can be added",
+            "a finished study in units, with instantaneous impacts and no friction or tilt of its own, whose best damper "
+            "works by impacts",
+            "leave it out",
+        )
+    known = [each for each in ranked.attrs["notes"] if each["kind"] == FRICTION]
+    notes = tuple(Note(each["kind"], each["severity"], each["values"]) for each in known)
+    studies = () if known else asked
+    found = {name: value for name, value in lead.items() if not isinstance(value, str)}
+    return Refinement(studies, bool(known), found, points=sum(each.points for each in studies), notes=notes)
 
 
 def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[str, float]) -> Study | None:
@@ -44,8 +122,7 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
     """
     in_units = {each.source: each.factor for each in quantities_of(study.document())}
     factor = in_units.get(PARTICLE_FRICTION, nan)
-    computed = study.contact.model == "instant" and isinstance(study.solver, EventSolver)
-    if not computed or not isfinite(factor) or any(name in question.design for name in BEFORE):
+    if not _computed(study) or not isfinite(factor) or any(name in question.design for name in BEFORE):
         return None
     axes: dict[str, object] = {name: design[name] for name in question.design}
     axes |= {
@@ -55,25 +132,136 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
     return follow_up(study, axes, "with friction")
 
 
-def note_of(cube: xr.Dataset, judging: Judging, value: float) -> Note:
+def _computed(study: Study) -> bool:
+    """Whether friction of the particle can be combined with the contact and the solver."""
+    return study.contact.model == "instant" and isinstance(study.solver, EventSolver)
+
+
+def _over_amplitudes(
+    study: Study, cube: xr.Dataset, damper: Mapping[str, Any], judging: Judging
+) -> tuple[Study, ...]:
+    """Make the studies of one damper over the judged base amplitudes and frequencies, one for each coefficient."""
+    document = study.document()
+    physical = document["physical"]
+    if not _computed(study) or any(name in physical for name in MADE_BY.values()):
+        return ()
+    met = axes_within(cube, judging.ranges)
+    physical = {name: value for name, value in physical.items() if name not in _MADE}
+    physical |= {name: damper[name] for name in RATIOS_OF}
+    physical[AMPLITUDE] = cube[AMPLITUDE].values[met[AMPLITUDE]].tolist()
+    axes: dict[str, object] = {name: damper[name] for name in DAMPER if name not in RATIOS_OF}
+    axes[FREQUENCY] = cube[FREQUENCY].values[met[FREQUENCY]].tolist()
+    document |= {"damping_ratio": cube["damping_ratio"].values[met["damping_ratio"]].tolist(), "axes": axes}
+    coefficient = MADE_BY[PARTICLE_FRICTION]
+    return tuple(
+        parse_harmonic(
+            document | {"name": named(study, f"μ_i = {each:g}"), "physical": physical | {coefficient: each}}
+        )
+        for each in COEFFICIENTS
+    )
+
+
+_MADE = tuple(DERIVATIONS[name].source for name in ("damping_ratio", "mass_ratio", FREQUENCY))
+"""Quantities whose ratios are given instead."""
+
+
+def friction_note(
+    asked: Sequence[Study],
+    cubes: Iterable[xr.Dataset],
+    judging: Judging,
+    value: float,
+    metric: str | None = None,
+) -> Note | None:
     """Note the largest coefficient at which the value rises by at most a tenth of the promise, and the next larger one.
 
     Parameters
     ----------
-    cube : Dataset
-        Of `study_with_friction`.
+    asked : sequence of Study
+        Of `studies_with_friction`.
+    cubes : iterable of Dataset
+        Cubes of completed studies, those of `asked` among them.
     judging : Judging
-        As in `optimal_designs`.
+        The question of the ranking.
     value : float
         The promised value.
+    metric : str, optional
+        The criterion over base amplitudes.
+
+    Returns
+    -------
+    Note or None
+        None if a study of `asked` is not among the cubes.
     """
-    ranked = optimal_designs(cube, judging, len(COEFFICIENTS))
-    kept = {
-        float(ratio)
-        for ratio, found in zip(ranked[PARTICLE_FRICTION].values, ranked["value"].values, strict=True)
-        if found <= WITHIN * value
-    }
-    ratios = cube[PARTICLE_FRICTION].values.tolist()
-    held = len(list(takewhile(kept.__contains__, ratios)))
+    cubes = list(cubes)
+    found: dict[float, float] = {}
+    for study in asked:
+        cube = next((cube for cube in cubes if _is_of(cube, study)), None)
+        if cube is None:
+            return None
+        found |= _values(cube, judging, metric)
+    held = len(list(takewhile(lambda each: found.get(each, inf) <= WITHIN * value, COEFFICIENTS)))
     fails = COEFFICIENTS[held] if held < len(COEFFICIENTS) else None
-    return Note("particle_friction", "hint", {"up_to": (0.0, *COEFFICIENTS)[held], "fails": fails})
+    return Note(FRICTION, "hint", {"up_to": (0.0, *COEFFICIENTS)[held], "fails": fails})
+
+
+def has_friction_added(cube: xr.Dataset, ranked: xr.Dataset) -> bool:
+    """Whether a study gives the friction of the particle that another one leaves open."""
+    open_there, open_here = (FRICTIONLESS in left_open(definition_of(each)) for each in (ranked, cube))
+    return open_there and not open_here
+
+
+def with_friction(
+    ranked: xr.Dataset, cube: xr.Dataset, judging: Judging, cubes: Iterable[xr.Dataset]
+) -> xr.Dataset:
+    """Say in a ranking up to which friction of its particle the recommended damper holds, or which command finds it.
+
+    Parameters
+    ----------
+    ranked, cube, judging
+        As for `studies_with_friction`.
+    cubes : iterable of Dataset
+        Completed studies with friction.
+    """
+    asked = studies_with_friction(cube, ranked, judging)
+    lead = leading(ranked)
+    if not asked or lead is None:
+        return ranked
+    note = friction_note(asked, cubes, judging, lead["value"], ranked.attrs.get("metric"))
+    brief = ranked.attrs["brief"]
+    said = "`optimum --friction` finds up to which μ_i the damper holds"
+    if note is not None:
+        ranked.attrs["notes"] = [*ranked.attrs.get("notes", []), *notes_document([note])]
+        said = friction_words(note)
+    rows = [[*row[:2], f"{row[2]}; {said}"] if row[0] == ACCELERATION else row for row in brief["rows"]]
+    ranked.attrs["brief"] = brief | {"rows": rows}
+    return ranked
+
+
+def _is_of(cube: xr.Dataset, study: Study) -> bool:
+    """Whether a cube holds the points of a study."""
+    axes = study.coordinates
+    same = kind_of(cube.sizes) is kind_of(axes) and all(
+        name in cube.sizes and np.array_equal(cube[name], axis) for name, axis in axes.items()
+    )
+    return same and _coefficient(definition_of(cube)) == _coefficient(study.document())
+
+
+def _coefficient(definition: Mapping[str, Any]) -> float | None:
+    coefficient: float | None = (definition.get("physical") or {}).get(MADE_BY[PARTICLE_FRICTION])
+    return coefficient
+
+
+def _values(cube: xr.Dataset, judging: Judging, metric: str | None) -> dict[float, float]:
+    """Give the value with each coefficient of a cube; dampers that do not qualify are missing."""
+    if kind_of(cube.sizes) is AMPLITUDES:
+        ranked = worst_case_designs(cube, metric, 1)
+        coefficients: Collection[float] = [float(_coefficient(definition_of(cube)) or 0.0)] * ranked.sizes[
+            "rank"
+        ]
+    else:
+        ranked = optimal_designs(cube, judging, len(COEFFICIENTS))
+        places = [
+            cube[PARTICLE_FRICTION].values.tolist().index(each) for each in ranked[PARTICLE_FRICTION].values
+        ]
+        coefficients = [COEFFICIENTS[place] for place in places]
+    return dict(zip(coefficients, ranked["value"].values.tolist(), strict=True))

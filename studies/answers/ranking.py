@@ -6,11 +6,12 @@ import xarray as xr
 
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.particle_friction import has_friction_added, with_friction
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.faults import describe
 from damperlab.studies.field import given
-from damperlab.studies.kinds import HARMONIC, KINDS, kind_of
+from damperlab.studies.kinds import HARMONIC, KINDS, Kind, kind_of
 from damperlab.studies.questions import Judging, Ranking
 
 Opened = Callable[[Iterable[str]], Mapping[str, xr.Dataset]]
@@ -32,7 +33,8 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
     Returns
     -------
     Dataset
-        Of `merged_designs`, `pareto_front`, `optimal_designs` or `worst_case_designs`.
+        Of `merged_designs`, `pareto_front`, `optimal_designs` or `worst_case_designs`. Its short answer says up to
+        which friction of its particle the best damper holds if the opened studies compute that.
 
     Raises
     ------
@@ -40,26 +42,41 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
         As those functions, and for fields that do not apply to this kind of study.
     """
     kind = kind_of(cube.sizes)
+    _check_fields(kind, judging, ranking)
+    if ranking.pareto is not None:
+        return pareto_front(cube, ranking.pareto, judging, ranking.top)
+    cubes = opened(ranking.with_) if ranking.with_ else {}
+    rubbing = [each for each in cubes.values() if has_friction_added(each, cube)]
+    merged = {name: each for name, each in cubes.items() if not has_friction_added(each, cube)}
+    if kind is not HARMONIC:
+        if len(merged) > 1:
+            told = (
+                f"{{field}} names a study without friction of the particle, but this study is {kind.words}."
+            )
+            allowed = "studies of the best damper with friction of its particle"
+            raise refused("with", describe(",".join(ranking.with_)), allowed, kind.instead, told)
+        ranked = worst_case_designs(
+            cube, ranking.metric, ranking.top, ranking.records, judging.ranges, judging.exclude_locked
+        )
+    elif len(merged) > 1:
+        ranked = merged_designs(merged, judging, ranking.top)
+    else:
+        ranked = optimal_designs(cube, judging, ranking.top)
+    return with_friction(ranked, cube, judging, rubbing)
+
+
+def _check_fields(kind: Kind, judging: Judging, ranking: Ranking) -> None:
+    """Refuse fields that do not apply to the kind of study, or that exclude each other."""
     for name in sorted((given(judging) | given(ranking)).keys() - kind.ranking):
         found = f"{kind.words}, to which it does not apply"
         others = " or ".join(each.words for each in KINDS if name in each.ranking)
         told = f"{{field}} applies to {others}, but this study is {kind.words}."
         raise refused(name.rstrip("_"), found, others, kind.instead, told)
-    if kind is not HARMONIC:
-        return worst_case_designs(
-            cube, ranking.metric, ranking.top, ranking.records, judging.ranges, judging.exclude_locked
-        )
     if ranking.pareto is not None and ranking.with_:
-        found = describe(",".join(ranking.with_))
         raise refused(
             "with",
-            found,
+            describe(",".join(ranking.with_)),
             "no follow-up together with `pareto`",
             "leave one of the two out",
             "`with` and `pareto` cannot be combined.",
         )
-    if ranking.pareto is not None:
-        return pareto_front(cube, ranking.pareto, judging, ranking.top)
-    if ranking.with_:
-        return merged_designs(opened(ranking.with_), judging, ranking.top)
-    return optimal_designs(cube, judging, ranking.top)

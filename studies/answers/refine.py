@@ -27,7 +27,7 @@ from damperlab.studies.answers.largest_acceleration import acceleration_of, acce
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import friction_row, sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
-from damperlab.studies.answers.particle_friction import note_of, study_with_friction
+from damperlab.studies.answers.particle_friction import friction_note, study_with_friction
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import NONE_QUALIFIES, check_question, refused
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
@@ -159,13 +159,11 @@ def _with_friction(
     answer: Refinement, rubbing: Study, cubes: Iterable[xr.Dataset], judging: Judging
 ) -> Refinement:
     """Add the largest particle friction at which a known optimum keeps its value, or else the study that determines it."""
-    axes = rubbing.coordinates.items()
-    for cube in cubes:
-        if all(np.array_equal(cube[name], axis) for name, axis in axes):
-            note = note_of(cube, judging, answer.found["value"])
-            brief = answer.brief and replace(answer.brief, rows=(*answer.brief.rows, friction_row(note)))
-            return replace(answer, notes=(*answer.notes, note), brief=brief)
-    return replace(answer, studies=(rubbing,), points=rubbing.points)
+    note = friction_note((rubbing,), cubes, judging, answer.found["value"])
+    if note is None:
+        return replace(answer, studies=(rubbing,), points=rubbing.points)
+    brief = answer.brief and replace(answer.brief, rows=(*answer.brief.rows, friction_row(note)))
+    return replace(answer, notes=(*answer.notes, note), brief=brief)
 
 
 def _brief(

@@ -245,8 +245,7 @@ def _brief(
     rows = [(PLACES[rank], *spelled(rank)[:2]) for rank in range(1, min(answer.sizes["rank"], len(PLACES)))]
     if "acceleration_g" in answer.attrs:
         cavity = left_open(definition_of(cube)) if kind in ("hybrid", "particle_alone") else []
-        more = "; another study with `particle_friction_coefficient` shows the effect of friction"
-        rows.append(acceleration_row(answer.attrs["acceleration_g"], cavity, more))
+        rows.append(acceleration_row(answer.attrs["acceleration_g"], cavity))
     return Brief(kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases))
 
 

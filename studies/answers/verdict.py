@@ -351,8 +351,7 @@ class _Known:
         if not math.isfinite(self.acceleration_g):
             return []
         cavity = left_open(definition_of(self.cube)) if self.lead["impact_share"] > 0 else []
-        more = "; `damperlab refine` says up to which μ_i the damper holds" if whose == LARGEST else ""
-        return [acceleration_row(self.acceleration_g, cavity, more, whose)]
+        return [acceleration_row(self.acceleration_g, cavity, whose)]
 
     def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
         if self.lead is self.best:

@@ -309,6 +309,33 @@ def test_refinement_leads_to_a_ranking_of_both_studies(
     assert printed("optimum", hybrid.id, "--with", step.follow_up.id) == document
 
 
+def test_every_door_finds_up_to_which_friction_of_its_particle_the_best_damper_holds(
+    client: httpx.Client, remote: Client, printed: Callable[..., Any]
+) -> None:
+    physical = {
+        "mass_kg": 250, "natural_frequency_hz": 7.6, "base_amplitude_m": 0.001, "particle_mass_kg": 20,
+        "friction_force_n": 300, "clearance_m": [0.003, 0.004],
+    }  # fmt: skip
+    axes = {"restitution": 0.5, "frequency_ratio": [0.95, 0.97]}
+    study = remote.submit({"name": "floor", "damping_ratio": 0.02, "physical": physical, "axes": axes})
+    study.wait(progress=False)
+    step = study.particle_friction()
+    assert (step.known, len(step.follow_ups)) == (False, 1)
+    for each in step.follow_ups:
+        each.wait(progress=False)
+    known = study.particle_friction(with_=step.follow_ups)
+    assert (known.known, known.follow_ups) == (True, ())
+    assert known.note.startswith("Friction of the particle ")
+    (follow_up,) = step.follow_ups
+    document = client.get(f"/api/v1/studies/{study.id}/optimal-designs", params={"with": follow_up.id}).json()
+    (note,) = (each["values"] for each in document["notes"] if each["kind"] == "particle_friction")
+    assert f"{note['up_to'] or note['fails']:g}" in known.note
+    assert printed("optimum", study.id, "--friction") == document
+    asked = {"dry_run": "true", "with": follow_up.id}
+    planned = client.post(f"/api/v1/studies/{study.id}/particle-friction", params=asked)
+    check(document_now(), "post", "/api/v1/studies/{study_id}/particle-friction", planned)
+
+
 def test_cube_is_lazy_and_bit_for_bit_the_stored_one(hybrid: Study, store: Store) -> None:
     cube = hybrid.cube()
     assert cube["amplitude_ratio"].chunks is not None

@@ -130,6 +130,7 @@ def test_a_command_takes_the_fields_of_its_question_and_no_others(command: str) 
     of_this_machine = {
         "--json", "--details", "--data-dir", "--output", "-o", "--workers", "--scheduler", "--contact", "--contact-time",
         "--no-particle", "--at", "--units", "--kanai-tajimi", "--duration-s", "--peak-g", "--generate", "--cluster", "--wait",
+            "--friction",
     }  # fmt: skip
     design = {f"--{name.replace('_', '-')}" for name in (*DIMENSIONS, *BEFORE, *QUANTITIES)}
     rest = {spelling for spelling, option in options.items() if not option.hidden}
