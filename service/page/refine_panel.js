@@ -42,8 +42,8 @@ export class RefinePanel {
       el("summary", {}, "Refine: is a better design nearby?"),
       quiet(
         "Computes further designs between those of the grid, in separate studies, until none can be " +
-          "better by 1 % or 20,000 points are spent. The friction of the particle is found by computing the " +
-          "best design with it. Computed points are kept, so a stopped search continues from there.",
+          "better by 1 % or 20,000 points are spent. The friction of the particle is found by computing " +
+          "the best design with it. Computed points are kept, so a stopped search continues from there.",
       ),
       el("div", { class: "row" }, this.buttons, this.stop),
       this.told,

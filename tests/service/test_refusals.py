@@ -270,7 +270,7 @@ BODIES: list[tuple[str, Any, set[str]]] = [
     ("studies", {"damping_ratio": -1, "axes": {"frequency_ratio": [], "restitution": 2}, "colour": "red"},
      {"damping_ratio", "axes.frequency_ratio", "axes.restitution", "axes.clearance_ratio", "colour"}),
     ("simulate", {"frequency_ratio": 0, "restitution": "high", "cycles": -1, "history": 1e9, "clearence_ratio": 3},
-     {"frequency_ratio", "restitution", "cycles", "history", "clearence_ratio", "clearance_ratio"}),
+     {"frequency_ratio", "restitution", "cycles", "history", "clearence_ratio"}),
     ("designs", PLANNED | {"restitution": 2, "measure": "noise", "budget_points": 3, "nonsense": 1},
      {"restitution", "measure", "budget_points", "nonsense"}),
     ("designs", PLANNED | {"budget_points": 100}, {"budget_points"}),
