@@ -20,7 +20,7 @@ from damperlab.studies.answers.notes import friction_words
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.suite import worst_case_designs
-from damperlab.studies.brief import Note, notes_document
+from damperlab.studies.brief import Note, NoteDocument, notes_document
 from damperlab.studies.cavity import FRICTIONLESS, left_open
 from damperlab.studies.choices import EventSolver
 from damperlab.studies.definition import Study, parse_harmonic
@@ -227,14 +227,24 @@ def with_friction(
     if not asked or lead is None:
         return ranked
     note = friction_note(asked, cubes, judging, lead["value"], ranked.attrs.get("metric"))
-    brief = ranked.attrs["brief"]
-    said = "`optimum --friction` finds up to which μ_i the damper holds"
-    if note is not None:
-        ranked.attrs["notes"] = [*ranked.attrs.get("notes", []), *notes_document([note])]
-        said = friction_words(note)
-    rows = [[*row[:2], f"{row[2]}; {said}"] if row[0] == ACCELERATION else row for row in brief["rows"]]
-    ranked.attrs["brief"] = brief | {"rows": rows}
+    said = (
+        "`optimum --friction` finds up to which μ_i the damper holds"
+        if note is None
+        else friction_words(note)
+    )
+    notes = [] if note is None else notes_document([note])
+    ranked.attrs |= _told(ranked.attrs, said, notes)
+    if "in_units" in ranked.attrs:
+        ranked.attrs["in_units"] |= _told(ranked.attrs["in_units"], said, notes)
     return ranked
+
+
+def _told(words: Mapping[str, Any], said: str, notes: list[NoteDocument]) -> dict[str, Any]:
+    """Add a sentence to the row of the acceleration, and notes, in the words of an answer."""
+    brief = words["brief"]
+    rows = [[*row[:2], f"{row[2]}; {said}"] if row[0] == ACCELERATION else row for row in brief["rows"]]
+    told: dict[str, Any] = {"brief": brief | {"rows": rows}}
+    return told | ({"notes": [*words["notes"], *notes]} if "notes" in words else {})
 
 
 def _is_of(cube: xr.Dataset, study: Study) -> bool:
