@@ -169,6 +169,8 @@ class Derivation:
         Function from the expanded quantities to the ratio.
     of_particle : bool
         Whether a scene without a particle ignores it.
+    proportional : bool
+        Whether the ratio is proportional to the source.
     """
 
     ratio: str
@@ -176,6 +178,7 @@ class Derivation:
     partners: tuple[str, ...]
     law: Callable[[Values], NDArray[np.float64]]
     of_particle: bool = False
+    proportional: bool = True
 
     def values(self, given: Values) -> NDArray[np.float64]:
         """Return the ratio's values in increasing order, float64 of one dimension.
@@ -230,7 +233,7 @@ DERIVATIONS: dict[str, Derivation] = {
         ),
         Derivation(
             GRAVITY, MADE_BY[GRAVITY], ("natural_frequency_hz", "base_amplitude_m"),
-            lambda of: _weight(of) * sin(RADIAN * of["tilt_deg"]), of_particle=True,
+            lambda of: _weight(of) * sin(RADIAN * of["tilt_deg"]), of_particle=True, proportional=False,
         ),
         Derivation(
             "frequency_ratio", "excitation_frequency_hz", ("natural_frequency_hz",),

@@ -129,6 +129,11 @@ PARTICLE_FRICTION = Quantity(
 TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
 OF_CAVITY = (PARTICLE_FRICTION, TILT)
 """The quantities of a cavity. Each determines one of the two ratios in `BEFORE`, in this order."""
+CAVITY_NAMES = {
+    PARTICLE_FRICTION.name: ("friction coefficient of the particle", "μ_i", "1"),
+    TILT.name: ("tilt of the cavity", "α", "degree"),
+}
+"""Words, symbol and CF unit of each quantity of a cavity; every other name of it follows."""
 PARTICLE_FRICTION_RATIO = Quantity(
     "particle_friction_ratio",
     "friction of the particle κ = μ_i g/(ω_n²·Z)",

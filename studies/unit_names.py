@@ -1,5 +1,6 @@
 """Names of the quantities in SI units that accompany ratios; loads no arrays, so that interfaces may use them early."""
 
+from damperlab.studies.quantity import CAVITY_NAMES
 from damperlab.studies.variables import MADE_BY, VARIABLES
 
 
@@ -34,17 +35,12 @@ OVER: dict[str, str] = {
 }
 """The reference of each result that is a ratio; all others are counts, shares, codes and the like."""
 
-CAVITY_NAMES = {
-    "particle_friction_coefficient": ("friction coefficient of the particle", "μ_i"),
-    "tilt_deg": ("tilt of the cavity", "α"),
-}
-"""Words and symbol of each quantity in `MADE_BY`; every other name of it follows."""
 COORDINATE_NAMES = {
     "clearance_m": "clearance d on either side",
     "friction_force_n": "friction force",
     "particle_mass_kg": "mass of the particle m",
     "frequency_hz": "excitation frequency",
-    **{name: f"{words} {symbol}" for name, (words, symbol) in CAVITY_NAMES.items()},
+    **{name: f"{words} {symbol}" for name, (words, symbol, _) in CAVITY_NAMES.items()},
 }
 COORDINATE_SOURCES = {
     "clearance_m": "clearance_ratio",

@@ -14,7 +14,8 @@ from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
 from damperlab.studies.conventions import of_variable_in_units
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
-from damperlab.studies.physical import DERIVATIONS, STANDARD_GRAVITY, Physical, lying
+from damperlab.studies.physical import DERIVATIONS, Physical
+from damperlab.studies.quantity import CAVITY_NAMES
 from damperlab.studies.unit_names import (
     ACCELERATIONS,
     AMPLITUDES,
@@ -23,9 +24,8 @@ from damperlab.studies.unit_names import (
     RESULT_NAMES,
     SPEED,
 )
-from damperlab.studies.variables import DIMENSION_LONG_NAMES, GRAVITY, MADE_BY, PARTICLE_FRICTION
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
 
-COEFFICIENT, TILT = (DERIVATIONS[name].source for name in (PARTICLE_FRICTION, GRAVITY))
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
 """The quantities that convert ratios into units; each must be a number, not an axis."""
 
@@ -242,14 +242,10 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
         InUnits("friction_force_n", "friction_ratio", force, "N", COORDINATE_NAMES["friction_force_n"]),
         InUnits("particle_mass_kg", "mass_ratio", mass, "kg", COORDINATE_NAMES["particle_mass_kg"]),
         InUnits("frequency_hz", "frequency_ratio", frequency, "Hz", COORDINATE_NAMES["frequency_hz"]),
-        InUnits(
-            COEFFICIENT,
-            PARTICLE_FRICTION,
-            acceleration / (STANDARD_GRAVITY * _on_floor(physical)),
-            "1",
-            COORDINATE_NAMES[COEFFICIENT],
+        *(
+            InUnits(name, ratio, _per_ratio(ratio, physical), CAVITY_NAMES[name][2], COORDINATE_NAMES[name])
+            for ratio, name in MADE_BY.items()
         ),
-        InUnits(TILT, GRAVITY, _degrees(physical, acceleration), "degree", COORDINATE_NAMES[TILT]),
         *(InUnits(name, source, amplitude, "m", RESULT_NAMES[name]) for source, name in AMPLITUDES.items()),
         *(
             InUnits(name, source, acceleration, "m s-2", RESULT_NAMES[name])
@@ -261,17 +257,17 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
     return [each for each in every if math.isfinite(each.factor)]
 
 
-def _on_floor(physical: Mapping[str, Any]) -> float:
-    """Give the share of the particle's weight that presses on the floor of its cavity; NaN if none presses (a vertical
-    cavity), or the tilt is an axis.
+def _per_ratio(ratio: str, physical: Mapping[str, Any]) -> float:
+    """Give a quantity of the cavity over its ratio, by the derivation of the ratio.
+
+    NaN if another quantity is missing or an axis, if the ratio is 0 for every value, or if the quantity is not
+    proportional to its ratio and has no single value.
     """
-    return float(lying({TILT: np.array(_number(physical, TILT))})) or math.nan if TILT in physical else 1.0
-
-
-def _degrees(physical: Mapping[str, Any], acceleration: float) -> float:
-    """Give the tilt over its gravity ratio; NaN for several tilts, which are not proportional to their ratios."""
-    tilt = _number(physical, TILT)
-    return acceleration / STANDARD_GRAVITY * (tilt / math.sin(math.radians(tilt)) if tilt else 1.0)
+    derivation = DERIVATIONS[ratio]
+    given = {name: np.array(_number(physical, name)) for name in (*STRUCTURE, *physical)}
+    own = 1.0 if derivation.proportional else _number(physical, derivation.source) or 1.0
+    found = float(derivation.law({**given, derivation.source: np.array(own)}))
+    return own / found if found else math.nan
 
 
 def _physical(cube: xr.Dataset) -> Mapping[str, Any]:

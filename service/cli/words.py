@@ -93,6 +93,9 @@ def map_brief(
     fixed = [name for name in sizes if sizes[name] > 1 and name in answer.coords and not answer[name].ndim]
     if fixed:
         what += f" at {', '.join(_at(str(name), answer[name].item(), phrases) for name in fixed)}"
+    if other := answer.attrs.get("other_at"):
+        where = ", ".join(_at(name, value, phrases) for name, value in other.items())
+        what += f" (second study at {where})"
     if (shares := _class_shares(metric, known, "places")) is not None:
         told = f"{what[:1].upper()}{what[1:]} over {known.size:,} places."
         return Brief(None, (told,), shares, "-o map.png")

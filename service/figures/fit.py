@@ -19,7 +19,7 @@ from damperlab.service.figures.style import (
 )
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
-from damperlab.studies.unit_names import CAVITY_NAMES
+from damperlab.studies.quantity import CAVITY_NAMES
 from damperlab.studies.vocabulary import OF_PARTICLE
 from damperlab.worker.fit.model import FittedCurve
 
@@ -37,7 +37,7 @@ UNITS = {
 _ALSO = {
     "mass_kg": "$M$",
     "damping_n_s_per_m": "$c$",
-    **{name: f"${symbol}$" for name, (_, symbol) in CAVITY_NAMES.items()},
+    **{name: f"${symbol}$" for name, (_, symbol, _) in CAVITY_NAMES.items()},
 }
 """Symbols of quantities that no study varies."""
 MOST_NAMED = 8

@@ -6,13 +6,14 @@ from typing import Any
 
 import xarray as xr
 
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.design_question import design_of
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.selection import NO_LEAD, Lead, choose, in_ratios
 from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.field import At
-from damperlab.studies.kinds import HARMONIC, kind_of
+from damperlab.studies.kinds import AMPLITUDES, HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Selection
 
 
@@ -26,7 +27,7 @@ def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
 
 
 def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | None = None) -> Lead:
-    """Give the leading design at the grid points nearest to the named values.
+    """Give the leading design at the grid points nearest to the named values; over base amplitudes, its worst one too.
 
     Parameters
     ----------
@@ -42,20 +43,21 @@ def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | N
     Returns
     -------
     Lead
-        The dimensions of the damper that have more than one value and are neither named nor free. Empty if there is
-        none, if no design is computed, or if the ratios of a damper vary with the frequency, since such dampers are not
-        ranked.
+        The dimensions of the damper that have more than one value and are neither named nor free, and likewise the base
+        amplitude. Empty if there is none, if no design is computed, or if the ratios of a damper vary with the
+        frequency, since such dampers are not ranked.
     """
     kind = kind_of(cube.sizes)
     dimensions = design_of(cube.sizes) if kind is HARMONIC else kind.designs
     if not set(dimensions) <= set(cube.sizes):
         return NO_LEAD
-    open_ones = [name for name in dimensions if cube.sizes[name] > 1 and name not in at and name not in free]
+    chosen = (*dimensions, AMPLITUDE) if kind is AMPLITUDES else dimensions
+    open_ones = [name for name in chosen if cube.sizes[name] > 1 and name not in at and name not in free]
     if not open_ones:
         return NO_LEAD
     on_grid = {
         name: float(cube[name].values[nearest_place(cube[name].values, float(at[name]))])
-        for name in dimensions
+        for name in chosen
         if name in at
     }
     ranges = {name: (value, value) for name, value in on_grid.items()}

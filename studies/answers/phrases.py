@@ -14,12 +14,12 @@ from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
+from damperlab.studies.quantity import CAVITY_NAMES
 from damperlab.studies.rounding import is_rounding
 from damperlab.studies.spelling import unit_of
 from damperlab.studies.unit_names import (
     ACCELERATIONS,
     AMPLITUDES,
-    CAVITY_NAMES,
     COORDINATE_NAMES,
     ENERGY,
     OVER,

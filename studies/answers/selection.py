@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.nearness import check_reach, nearest_place, same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
@@ -263,7 +264,8 @@ def say(
             asked = phrases.value(name, float(at[name]), ".10g")
             phrase += f" (the grid point nearest to the {asked} asked for)"
         elif name in lead.at:
-            phrase += f" (of the {lead.called})"
+            worst = f"the worst of {values.size} for" if name == AMPLITUDE else "of"
+            phrase += f" ({worst} the {lead.called})"
         elif name not in at and values.size > 1:
             phrase += f" (not asked for; one of {values.size} on the grid)"
         chosen_at.append(phrase)

@@ -13,7 +13,7 @@ from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import OF_DAMPER, RATIO_OF, Specification
 from damperlab.studies.spelling import spelled
-from damperlab.studies.unit_names import CAVITY_NAMES
+from damperlab.studies.quantity import CAVITY_NAMES
 from damperlab.studies.variables import MADE_BY
 
 CALLED = {
@@ -21,7 +21,7 @@ CALLED = {
     "friction_force_n": "friction force",
     "particle_mass_kg": "particle mass",
     "restitution": "coefficient of restitution",
-    **{name: words for name, (words, _) in CAVITY_NAMES.items()},
+    **{name: words for name, (words, _, _) in CAVITY_NAMES.items()},
 }
 """Names of the quantities of a damper."""
 NOUNS = {

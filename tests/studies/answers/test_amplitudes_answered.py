@@ -167,6 +167,16 @@ def test_the_backbone_of_a_damper_is_a_map_over_amplitude_and_frequency(cube: xr
     assert "base amplitude Z = 2 mm (the grid point nearest to the 2.1 mm asked for)" in curve.attrs["note"]
 
 
+def test_a_curve_of_no_named_damper_is_that_of_the_best_at_its_worst_base_amplitude(cube: xr.Dataset) -> None:
+    worst = (cube["amplitude_m"].values[0, 0, 0]).max(axis=(2, 3))
+    c, f = np.unravel_index(worst.argmin(), worst.shape)
+    curve = frequency_response(cube)
+    values = cube["amplitude_m"].values[0, 0, 0, c, f]
+    np.testing.assert_array_equal(curve["amplitude_m"], values[values.max(axis=1).argmax()])
+    assert float(curve["amplitude_m"].max()) == worst.min()
+    assert "(the worst of 3 for the best design)" in curve.attrs["note"]
+
+
 def test_dampers_are_ranked_by_their_worst_amplitude_and_frequency(cube: xr.Dataset) -> None:
     values = cube["amplitude_ratio"].values[0, 0, 0]
     worst = values.max(axis=(2, 3))

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damperlab.service.cli.words import map_brief
 from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.map_difference import map_difference
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.window import window
@@ -61,6 +63,8 @@ def test_the_difference_is_that_of_the_cubes(whole: xr.Dataset, other: xr.Datase
     assert f"by at most {-lowest:.4g} at d/Z = {place['clearance_ratio'].item():.6g}" in note
     assert "mass ratio β (0.1 and 0.2)" in note
     assert answer.attrs["other_at"] == {"mass_ratio": 0.2}
+    brief = map_brief(answer, "amplitude_ratio", Phrases.of(whole), True, whole.sizes)
+    assert "second study at β = 0.2" in brief.sentences[0]
 
 
 def test_of_the_worst_over_the_band_each_study_has_its_own(whole: xr.Dataset, other: xr.Dataset) -> None:
