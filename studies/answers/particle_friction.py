@@ -61,7 +61,10 @@ def studies_with_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging
     strikes = ranked.attrs.get("brief", {}).get("damper") in ("hybrid", "particle_alone")
     if kind is SUITE or lead is None or not strikes or ranked.attrs["complete"] < 1:
         return ()
-    study = parse_harmonic(definition_of(cube))
+    definition = definition_of(cube)
+    if not definition.get("physical"):
+        return ()
+    study = parse_harmonic(definition)
     if kind is HARMONIC:
         made = study_with_friction(study, DesignQuestion.ask(cube, judging), lead)
         return () if made is None else (made,)
