@@ -74,11 +74,11 @@ from damperlab.worker.cores import core_count
 from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 16
-"""Most concurrent submissions, which share a transaction; the remaining threads serve other requests."""
+"""Largest number of concurrent submissions, which share a transaction; the remaining threads serve other requests."""
 EXPORTS = 2
-"""Most concurrent exports of one caller."""
+"""Largest number of concurrent exports of one caller."""
 COMPILING = 8
-"""Most requests that wait for kernels."""
+"""Largest number of requests that wait for kernels."""
 DRAIN_SECONDS = 10
 """Longest wait of a shutdown for running answers, before it stops the studies."""
 SHUTDOWN_SECONDS = 85

@@ -21,7 +21,7 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 MOST_VALUES = 1_000_000
-"""Most values along all axes of a list's studies together, because all are in memory at once."""
+"""Largest number of values along all axes of a list's studies together, because all are in memory at once."""
 
 
 class SubmittedList(TypedDict):

@@ -32,7 +32,7 @@ class ComputeQuery(BaseModel):
 
 JSON_TYPES = ("application/json",)
 NOTHING_BYTES = 1024
-"""Most bytes of a body if none is expected."""
+"""Largest number of bytes of a body if none is expected."""
 YAML_TYPES = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml")
 
 

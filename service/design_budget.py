@@ -9,7 +9,7 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 FEWEST, MOST = 100, 10_000_000
-"""Fewest and most points of a budget."""
+"""Smallest and largest number of points of a budget."""
 HERE_SECONDS = 2.0
 """Expected work of a study up to which the searching process computes it itself, because a cluster would take longer.
 """

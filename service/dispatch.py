@@ -32,7 +32,7 @@ CLEAN_SECONDS = 3600.0
 AGAIN_SECONDS = 5.0
 """Time after which a study is tried again if its cluster failed."""
 COMPANY = 4
-"""Most small waiting studies that are run together."""
+"""Largest number of small waiting studies that are run together."""
 STOP_SECONDS = 60.0
 """Longest wait of a shutdown for runners; each gives its running blocks a shorter time."""
 
@@ -61,7 +61,7 @@ class Dispatcher:
     cluster : SharedCluster
         The cluster.
     at_once : int
-        Most studies that run in parallel.
+        Largest number of studies that run in parallel.
     """
 
     def __init__(self, store: Store, runs: Store, cluster: SharedCluster, at_once: int) -> None:

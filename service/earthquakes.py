@@ -12,7 +12,7 @@ from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.comparison import Comparison, compare, structure_of
 
 MOST_WINDOWS = 3_000_000
-"""Most panels that a comparison may integrate over all starts; they take some seconds."""
+"""Largest number of panels that a comparison may integrate over all starts; they take some seconds."""
 
 
 class WithPaper(Comparison):
@@ -47,7 +47,7 @@ def answer_comparison(asked: Earthquake, samples: int = 0) -> WithPaper:
     asked : Earthquake
         The comparison.
     samples : int
-        Most samples of the time history of each case; 0 for no histories.
+        Largest number of samples of the time history of each case; 0 for no histories.
 
     Raises
     ------

@@ -20,7 +20,7 @@ EDGE = (400, 408, 421, 422, 431, 503)
 data.
 """
 WITH_KEY = (401, 403, 429)
-"""Further ones for any request that needs a key: no key, a wrong scope, too many requests."""
+"""Further error statuses of requests that need a key: no key, a wrong scope, too many requests."""
 
 _LINEAR_YAML = """\
 name: no-damper

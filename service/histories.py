@@ -39,8 +39,8 @@ def sampled(asked: Earthquake, most: int) -> dict[str, dict[str, Any]]:
     asked : Earthquake
         The comparison.
     most : int
-        Most samples of a case, at least 2. If there are more, evenly spaced ones are given, together with those of the
-        largest and smallest displacement against the base, so that peaks stay.
+        Largest number of samples of a case, at least 2. If there are more, evenly spaced ones are given, together with
+        those of the largest and the smallest displacement against the base, so that peaks stay.
 
     Returns
     -------

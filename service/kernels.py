@@ -19,7 +19,7 @@ class Kernels:
     Parameters
     ----------
     at_once : int
-        Most parallel processes.
+        Largest number of parallel processes.
     """
 
     def __init__(self, at_once: int) -> None:

@@ -22,7 +22,7 @@ from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES
 
 FREQUENCY = "frequency_ratio"
 LONGEST = 2000
-"""Most characters of a text."""
+"""Largest number of characters of a text."""
 
 
 async def once(request: Request) -> None:

@@ -45,7 +45,7 @@ RETRY_SECONDS = 10
 """Time after which a client may repeat a request that the service could not serve now."""
 
 MOST_FAULTS = 10
-"""Most faults of an address in a message, because each is compared with every known name."""
+"""Largest number of faults of an address in a message, because each is compared with every known name."""
 
 PROBLEM_SCHEMA: dict[str, Any] = {
     "type": "object",

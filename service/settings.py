@@ -60,30 +60,40 @@ class Settings(BaseSettings):
         "AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, …",
     )
     quota_bytes: ByteSize | None = Field(
-        None, ge=0, description="Most bytes that studies may take before compression, as in 50GB."
+        None,
+        ge=0,
+        description="Largest number of bytes that studies may take before compression, as in 50GB.",
     )
-    quota_points: int | None = Field(None, ge=0, description="Most points that studies may have.")
-    quota_unfinished: int | None = Field(None, ge=1, description="Most studies that wait or run.")
-    quota_records: int | None = Field(1000, ge=0, description="Most uploaded ground-motion records.")
-    quota_designs: int | None = Field(1000, ge=0, description="Most designs.")
+    quota_points: int | None = Field(
+        None, ge=0, description="Largest number of points that studies may have."
+    )
+    quota_unfinished: int | None = Field(
+        None, ge=1, description="Largest number of studies that wait or run."
+    )
+    quota_records: int | None = Field(
+        1000, ge=0, description="Largest number of uploaded ground-motion records."
+    )
+    quota_designs: int | None = Field(1000, ge=0, description="Largest number of designs.")
     requests_per_minute: int | None = Field(
-        None, ge=1, description="Most requests a minute of all callers together."
+        None, ge=1, description="Largest number of requests a minute of all callers together."
     )
     key_quota_bytes: ByteSize | None = Field(
-        ByteSize(50 * 10**9), ge=0, description="Most bytes of the studies of one owner of keys."
+        ByteSize(50 * 10**9), ge=0, description="Largest number of bytes of the studies of one owner of keys."
     )
     key_quota_points: int | None = Field(
-        100_000_000, ge=0, description="Most points of the studies of one owner of keys."
+        100_000_000, ge=0, description="Largest number of points of the studies of one owner of keys."
     )
     key_quota_unfinished: int | None = Field(
-        1000, ge=1, description="Most studies of one owner of keys that wait or run."
+        1000, ge=1, description="Largest number of studies of one owner of keys that wait or run."
     )
     key_quota_records: int | None = Field(
-        100, ge=0, description="Most uploaded ground-motion records of one owner of keys."
+        100, ge=0, description="Largest number of uploaded ground-motion records of one owner of keys."
     )
-    key_quota_designs: int | None = Field(100, ge=0, description="Most designs of one owner of keys.")
+    key_quota_designs: int | None = Field(
+        100, ge=0, description="Largest number of designs of one owner of keys."
+    )
     key_requests_per_minute: int | None = Field(
-        6000, ge=1, description="Most requests a minute with one key."
+        6000, ge=1, description="Largest number of requests a minute with one key."
     )
     reuse: bool = Field(True, description="Reuse points already computed by earlier studies.")
     host: str = Field("127.0.0.1", description="Address to listen on; loopback by default.")
@@ -118,7 +128,7 @@ class Settings(BaseSettings):
         None,
         ge=1,
         le=1024,
-        description="Worker processes of the embedded cluster; with `cluster`, the most jobs.",
+        description="Worker processes of the embedded cluster; with `cluster`, the largest number of jobs.",
     )
     scheduler: str | None = Field(
         None, description="Address of a Dask scheduler to use in place of an embedded cluster."
@@ -161,12 +171,16 @@ class Settings(BaseSettings):
         description="Longest wait of a request for the catalogue's write lock, in seconds.",
     )
     body_limit_bytes: int = Field(4 * 1024 * 1024, ge=1024, description="Largest request body, in bytes.")
-    simulate_cycles_limit: int = Field(100_000, ge=1, description="Most excitation cycles of one simulation.")
-    simulate_history_limit: int = Field(20_000, ge=0, description="Most samples of one time history.")
+    simulate_cycles_limit: int = Field(
+        100_000, ge=1, description="Largest number of excitation cycles of one simulation."
+    )
+    simulate_history_limit: int = Field(
+        20_000, ge=0, description="Largest number of samples of one time history."
+    )
     work_seconds: float = Field(
         90.0,
         gt=0.0,
-        description="Most processor time of a point, a comparison or an upload, in seconds.",
+        description="Largest processor time of a point, a comparison or an upload, in seconds.",
     )
     work_wait_seconds: float = Field(
         1800.0, gt=0.0, description="Longest wait of a request for that processor time, in seconds."
@@ -174,7 +188,7 @@ class Settings(BaseSettings):
     work_memory_bytes: ByteSize = Field(
         ByteSize(4 << 30),
         ge=1 << 29,
-        description="Most memory of a process that computes for a request, as in 4GiB.",
+        description="Largest memory of a process that computes for a request, as in 4GiB.",
     )
     question_points_apart: int = Field(
         50_000,
@@ -183,10 +197,14 @@ class Settings(BaseSettings):
         "too.",
     )
     streams_per_caller: int = Field(
-        100, ge=1, description="Most open streams of events of one key or, without keys, of one address."
+        100,
+        ge=1,
+        description="Largest number of open streams of events of one key or, without keys, of one address.",
     )
     exports_per_caller: int = Field(
-        32, ge=1, description="Most simultaneous exports of one key or, without keys, of one address."
+        32,
+        ge=1,
+        description="Largest number of simultaneous exports of one key or, without keys, of one address.",
     )
     connections_limit: int = Field(1000, ge=1, description="Largest number of simultaneous connections.")
     address_connections_limit: int = Field(

@@ -48,7 +48,7 @@ KEYS = (*DIMENSIONS, "particle", "contact", *FIELDS)
 STEADY_CYCLES = 4000
 """Excitation cycles after which a response is returned even if it is not steady."""
 HISTORY_PERIODS = 1000
-"""Most natural periods of a time history, since it is sampled in Python with some tens of samples per period."""
+"""Largest length of a time history in natural periods, since Python computes some tens of samples per period."""
 HISTORY_CYCLES = 10
 SAMPLES = 1000
 SETTLED = 0.01
@@ -68,7 +68,7 @@ class Asked:
     history : int
         Cycles at the end for the time history.
     samples : int
-        Most samples of it.
+        Largest number of samples of it.
     method : {"event", "rk4"}
         The solver.
     starts, seed : int
@@ -96,10 +96,10 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         As read from JSON: the ratios by name, ``particle``, ``contact``, ``excitation``, ``cycles``, ``history``, ``samples``,
         ``method``, ``starts``, ``seed``.
     cycles_limit : int
-        Most excitation cycles, for r ≥ 1; for a slower excitation, whose cycles cost more, the limit is in natural
-        periods.
+        Largest number of excitation cycles, for r ≥ 1. The cycles of a slower excitation cost more, so its limit is in
+        natural periods.
     samples_limit : int
-        Most samples of the time history.
+        Largest number of samples of the time history.
 
     Raises
     ------
@@ -382,7 +382,7 @@ def decimated(history: Mapping[str, NDArray[np.float64]], samples: int) -> dict[
     history : mapping of ndarray
         Columns of one length, including ``u``.
     samples : int
-        Most samples to keep, 2 or more.
+        Largest number of samples to keep, 2 or more.
 
     Returns
     -------

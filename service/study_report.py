@@ -31,7 +31,7 @@ from damperlab.studies.units import InUnits, coordinates_in_units, place_in_unit
 
 TOP = 5
 MAPS = 3
-"""Most maps: those of the first three axes, in pairs."""
+"""Largest number of maps: those of the first three axes, in pairs."""
 _SUFFIX = re.compile(r"_(m|n|kg|hz)$")
 
 

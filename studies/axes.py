@@ -33,7 +33,7 @@ LARGEST = 1e15
 """Above this factor the number of values cannot be inferred from a step."""
 
 MAX_FAULTS_PER_AXIS = 20
-"""Most faulty values listed for one axis, so that one bad axis does not hide the faults of the others."""
+"""Largest number of faulty values listed for one axis, so that one bad axis does not hide the faults of the others."""
 
 
 class Range(BaseModel):

@@ -14,7 +14,7 @@ TOO_FEW_DIGITS = "The times have too few digits: the step between the samples ca
 KNOWN = 1e-3
 """Largest relative uncertainty of a step if no whole number of samples per second agrees with the times."""
 MOST_LIKELY = 3.0
-"""Most whole numbers of samples per second that are tried."""
+"""Largest number of whole numbers of samples per second that are tried."""
 LEAST_ROUNDED = 3
 """Fewest unequal steps that are attributed to rounding; fewer could equally be missing samples."""
 
@@ -42,10 +42,10 @@ def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int
     Returns
     -------
     step : float
-        In the unit of the times. Rounding may make the steps unequal. Then it is the step of the only whole number of
-        samples per second (or per unit) that agrees with all times; else of a whole number in ten seconds, or whole
-        milliseconds. It is NaN if none agrees, or several do. If a sample breaks the steps, it is the usual step before
-        that sample.
+        In the unit of the times. Rounding may make the steps unequal. Then the step is that of the only whole number of
+        samples per second (or per unit) that agrees with all times. Otherwise it is that of a whole number of samples
+        in ten seconds, or a whole number of milliseconds. It is NaN if none agrees, or several do. If a sample breaks
+        the steps, it is the usual step before that sample.
     wrong : int or None
         First sample that breaks the equal steps; None if there is none.
     """

@@ -15,7 +15,7 @@ T = TypeVar("T")
 U = TypeVar("U")
 
 MAX_FAULTS = 100
-"""Most faults listed in one answer; the rest is counted. This keeps the answer to a hostile document small."""
+"""Largest number of faults listed in one answer; the rest is counted. This keeps the answer to a hostile document small."""
 
 WHOLE = "document"
 """Field name for an error of the document as a whole."""

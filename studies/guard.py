@@ -11,10 +11,10 @@ MAX_CONTAINERS = 500
 """Lists and mappings in one document."""
 
 MAX_VALUES = 20_000
-"""Most values in all lists of one document; a longer axis is written as a range."""
+"""Largest number of values in all lists of one document; a longer axis is written as a range."""
 
 MAX_KEYS = 100
-"""Most keys of one mapping."""
+"""Largest number of keys of one mapping."""
 
 
 Kind = Literal["study", "specification"]

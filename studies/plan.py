@@ -43,8 +43,8 @@ _FEWEST_SAMPLES = 3
 _SAMPLED = 16
 """Points of a block at which the cost is sampled: its middle may be the resonance."""
 _MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 2
-"""Most points at which the cost of a plan is computed, and fewest points in each block. The second limit takes
-precedence.
+"""Largest number of points at which the cost of a plan is computed, and smallest number in each block. The second limit
+takes precedence.
 """
 _BLOCKS_AT_ONCE = 1024
 
@@ -223,8 +223,8 @@ def plan_with_chunk(study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> Plan
 def chunk_of(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
     """Return the shape of boxes of at most `size` points that divide a grid evenly.
 
-    The last dimensions stay complete longest. The very last is the frequency: a response curve is then read from few
-    chunks.
+    The first dimensions are divided first, so that the last ones stay complete if possible. The very last is the
+    frequency: a response curve is then read from few chunks.
     """
     chunk = []
     for length in reversed(shape):

@@ -31,14 +31,14 @@ RANGED: tuple[str, ...] = (
 )
 """All names that may be limited to a range: dimensions, and results that are quantities."""
 MOST_DESIGNS = 10_000
-"""Most designs in one answer."""
+"""Largest number of designs in one answer."""
 FINEST = 1e-9
 """Smallest allowed step of a search for a parameter."""
 MOST_ABSORBER_MASS = 10.0
 """Largest mass ratio of a tuned mass damper."""
 MOST_DETUNING = 10.0
 MOST_STARTS = 256
-"""Most initial states of one request."""
+"""Largest number of initial states of one request."""
 MOST_SEED = 2**63 - 1
 
 _WITH = ("--with",)
@@ -76,7 +76,7 @@ class Judging:
         "result must lie in "
         "it at every considered frequency. The impact speed of a response without impacts counts as 0. A "
         "response that "
-        "does not repeat has no Floquet multiplier, and no range of it includes such a response.",
+        "does not repeat has no Floquet multiplier, so any range of the multiplier excludes it.",
         form="NAME=LO,HI",
         options=("--within",),
     )
@@ -190,7 +190,7 @@ class Window:
     y_range: Range | None = asked(None, "Show only this range of the vertical axis.", doors=("http",))
     most: int | None = asked(
         None,
-        "Most values along x and along y; of more, evenly spaced ones are shown.",
+        "Largest number of values along x and along y. If there are more, evenly spaced ones are shown.",
         least=2,
         most=2000,
         doors=("http",),
@@ -229,7 +229,7 @@ class Tuning:
     criterion: Criterion = asked("minimax", "How the tuned mass damper is tuned.", meanings=CRITERIA)
     mass_ratio: float | None = asked(
         None,
-        "Mass ratio of the tuned mass damper and of the design, for which the nearest grid value is taken.",
+        "Mass ratio of the tuned mass damper, and of the design, which has the nearest value of the grid.",
         least=0,
         most=MOST_ABSORBER_MASS,
     )
@@ -363,7 +363,7 @@ class Simulated:
     )
     excitation: Excitation = asked(
         "base",
-        "Excitation: base motion, or a force on the structure, whose static displacement F₀/k stands for Z in every ratio.",
+        "Excitation: base motion, or a force on the structure. In ratios its static displacement F₀/k replaces Z.",
     )
     particle_friction_ratio: float = asked(
         0.0,

@@ -21,11 +21,11 @@ MAX_BYTES: dict[Format, int] = {"json": 4 * 1024 * 1024, "yaml": 32 * 1024}
 """Largest size of a document. Reading YAML takes about a hundred times longer than JSON."""
 
 MOST_STUDIES = 200
-"""Most studies in one list."""
+"""Largest number of studies in one list."""
 
 MAX_YAML_VALUES = 6000
-"""Most texts, numbers, lists and mappings in a YAML document. Longer lists are written as JSON, which is read a hundred
-times as fast.
+"""Largest number of texts, numbers, lists and mappings in a YAML document. Longer ones are written as JSON, which is
+read a hundred times as fast.
 """
 
 _NULL = re.compile(r"(?:null|Null|NULL|~|)\Z")
@@ -36,8 +36,8 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\
 _INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
 _PLAIN_DIGITS = 400
-"""Most digits of a whole number: no float has more before its point, and reading an integer takes time proportional to
-the square of its digits.
+"""Largest number of digits of a whole number: no float has more before its point, and the time to read an integer grows
+as their square.
 """
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)

@@ -144,8 +144,8 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
 
 
 def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
-    """Give the ratios that are not dimensions of a cube over base amplitudes; each varies along its own dimension and
-    those of Z.
+    """Give the ratios of a cube over base amplitudes, whose dimensions are quantities in units. A ratio varies along
+    the dimensions of Z, and along that of its own quantity if it has one.
     """
     if AMPLITUDE not in cube.sizes:
         return {}

@@ -69,9 +69,9 @@ def identity() -> dict[str, str]:
     Returns
     -------
     dict of str
-        hashes of the kernels' `sources` (`source_hash`) and of the `compiler`; `target` (processor and platform of the
-        kernels); the versions of `numba`, `llvmlite` and `numpy`; `python` (whose objects kernels take and return); and
-        numba's `options`.
+        Hashes of the kernels' `sources` (`source_hash`) and of the `compiler`, and `target`, the processor and platform
+        of the kernels. The versions of `numba`, `llvmlite` and `numpy`, of `python`, whose objects kernels take and
+        return, and numba's `options`.
     """
     return {
         "sources": source_hash(),

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 RETRIES = 2
-"""Most retries of a block after an exception, or after the death of its worker."""
+"""Largest number of retries of a block after an exception, or after the death of its worker."""
 
 
 class Interrupted(RuntimeError):

@@ -48,8 +48,8 @@ class WrongCode(RuntimeError):
 def code_hash() -> str:
     """Hash of every Python source of `worker` and `studies`; it must be equal for a coordinator and its workers.
 
-    Unlike the kernels' own hash, it covers plan, cost, store and tasks too: if two sides divided or stored blocks
-    differently, they would damage a cube as surely as two solvers would.
+    Unlike the kernels' own hash, it covers plan, cost, store and tasks too. If two sides divided or stored blocks
+    differently, they would damage a cube, as two solvers would.
 
     Returns
     -------

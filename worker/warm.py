@@ -147,7 +147,7 @@ def compile_apart(
     wanted : sequence of Scene
         Scenes with missing kernels, in their order; see `warm_alike`.
     at_once : int
-        Most parallel processes.
+        Largest number of parallel processes.
     cache : Path
         Folder, as in DAMPERLAB_CACHE_DIR.
 

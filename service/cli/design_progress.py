@@ -24,7 +24,7 @@ class DesignProgress:
     Parameters
     ----------
     budget : int
-        Most points.
+        Largest number of points.
     """
 
     def __init__(self, budget: int) -> None:

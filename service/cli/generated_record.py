@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 import typer
 
-PANEL = "A generated record, in place of RECORD"
+PANEL = "A generated record, in place of the argument"
 
 Generate = Annotated[
     int | None,

@@ -20,7 +20,7 @@ def report(
 ) -> None:
     """Write a study as one document.
 
-    It has maps and designs, a tuned mass damper for comparison, accuracy, cost, versions.
+    The document contains maps, designs, a comparison with a tuned mass damper, accuracy, cost and versions.
     """
     check_document(output)
     store = open_store(data_dir)

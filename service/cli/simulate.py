@@ -40,9 +40,9 @@ CYCLES_LIMIT = 10_000_000
 """Limit on the number of cycles. Those of a service are stricter, since others wait for it."""
 SAMPLES_LIMIT = 10_000_000
 STEADY_HISTORY = 20
-"""Default cycles of a steady response in a file."""
+"""Default number of cycles of a steady response in a file."""
 LONG_HISTORY = 200
-"""Default for the most cycles from rest in a file."""
+"""Default of the largest number of cycles from rest in a file."""
 SHOWN_SAMPLES = 1000
 EVERY = (*DIMENSIONS, *BEFORE)
 """Numbers of a design point."""

@@ -159,7 +159,7 @@ def show(
     tags: Annotated[
         str | None,
         typer.Option(
-            help="Change its tags, by which it can be found, separated by commas; an empty text removes them."
+            help="Set its tags, separated by commas, by which it can be found; an empty text removes them."
         ),
     ] = None,
     text: Annotated[

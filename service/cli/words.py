@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from damperlab.studies.answers.phrases import Phrases
 
 MAP_COLUMNS = 12
-"""Most columns of a map on a terminal; if columns are left out, a note says so."""
+"""Largest number of columns of a map on a terminal; if columns are left out, a note says so."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Head and rows."""

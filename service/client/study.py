@@ -242,9 +242,9 @@ class Study(Questions, Searches):
         Returns
         -------
         Dataset
-            All dimensions and every stored variable; points that are not computed have status −1. A study in SI
-            units also has coordinates in units (``clearance_m``, ``friction_force_n``, …) and, if the cube is lazy,
-            results in units (``amplitude_m``, ``impact_speed_max_m_per_s``, …).
+            All dimensions and every stored variable; points that are not computed have status −1. A study in SI units
+            also has coordinates in units (``clearance_m``, ``friction_force_n``, …). If the cube is lazy, it has
+            results in units too (``amplitude_m``, ``impact_speed_max_m_per_s``, …).
         """
         import xarray as xr
 

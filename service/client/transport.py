@@ -30,7 +30,7 @@ PREFERRED = "respond-async, wait=20"
 PROMISED_AT = "/api/v1/answers/"
 PROMISE_PAUSE_SECONDS = 0.5
 LONGEST_REFUSAL = 1 << 20
-"""Most bytes read of a refusal."""
+"""Largest number of bytes read of a refusal."""
 
 # Without a handler the standard library prints each pause to standard error, through a progress bar.
 logging.getLogger("stamina").addHandler(logging.NullHandler())

@@ -8,7 +8,7 @@ from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 TAGGED_BYTES = 8 * 1024 * 1024
-"""Most bytes of an answer that are hashed for its tag, which takes some milliseconds."""
+"""Largest number of bytes of an answer that are hashed for its tag, which takes some milliseconds."""
 
 
 class Head:

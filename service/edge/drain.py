@@ -5,7 +5,7 @@ from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 DROPPED_BYTES = 64 * 1024 * 1024
-"""Most bytes of a body that are read and dropped; a longer one may lose its answer."""
+"""Largest number of bytes of a body that are read and dropped; a longer one may lose its answer."""
 DROP_SECONDS = 20.0
 
 

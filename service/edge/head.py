@@ -14,7 +14,7 @@ HEAD_LIMIT_BYTES = 32 * 1024
 CONTENT_TYPE_LIMIT_BYTES = 1024
 _SESSION = re.compile(rf"(?:^|; ?)({COOKIE}=[0-9a-f.]{{1,200}})(?=;|$)".encode())
 PARAMETERS_LIMIT = 500
-"""Most parameters of an address; no question has so many."""
+"""Largest number of parameters in an address; no question has so many."""
 
 
 class ShortHead:

@@ -16,12 +16,12 @@ ROOM = 0.035
 STEP = 0.005
 """Share of either axis between the points at which a line is sampled."""
 FOLDED = 1.3
-"""Multiple of the length of a straight line through the room of a number; a longer line turns back."""
+"""Largest length of a line within the room of a number, relative to a straight one; a longer line turns back there."""
 STRAIGHT = 0.97
 """Least distance of the ends of a number, relative to the length along its line."""
 MOST_POINTS, CANDIDATES = 10_000, 200
-"""Most points of all lines, and most places tried for a number. They bound time and memory; if lines fill a map, there
-is no room anyway.
+"""Largest number of points of all lines, and of places tried for a number. They bound time and memory; if lines fill a
+map, there is no room anyway.
 """
 
 

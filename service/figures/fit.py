@@ -124,8 +124,8 @@ def caption_of(question: FitQuestion) -> str:
     """Name the content of the figure."""
     return (
         f"The measured amplitudes of {question.measured.name}, the response with the estimated parameters, "
-        "and the residuals in combined standard deviations of measurement and model; the band "
-        "contains 95 % of them if the model is right."
+        "and the residuals in combined standard deviations of measurement and model. If the model is right, "
+        "the band contains 95 % of the residuals."
     )
 
 

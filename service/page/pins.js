@@ -9,7 +9,7 @@ import { FREQUENCY } from "./selection.js";
 import { times } from "./shown.js";
 
 const PATIENCE_MILLISECONDS = 200;
-/** Most pins: the number of line styles besides that of the point. */
+/** Largest number of pins: the number of line styles besides that of the point. */
 const MOST = 4;
 
 export class PinsPanel {

@@ -143,7 +143,7 @@ export function steadyField(study, change) {
     "div",
     { class: "row" },
     numberField(
-      "Most cycles per point",
+      "Largest number of cycles per point",
       "steady.max_cycles",
       steady.max_cycles ?? WORDS.steady.max_cycles,
       (value) => change("steady.max_cycles", value),

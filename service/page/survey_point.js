@@ -11,7 +11,7 @@ import { RECORD } from "./selection.js";
 import { inBrackets, times } from "./shown.js";
 
 const SCALE = "scale";
-/** Most records whose curves are drawn; more would hide each other. */
+/** Largest number of records whose curves are drawn; more would hide each other. */
 const MOST_RECORDS = 12;
 const ONE_SCALE =
   "Compute several factors on the records to see how the result grows and how likely a limit is exceeded.";

@@ -10,7 +10,7 @@ import { orderOf } from "./vocabulary.js";
 const MOST = 32;
 /** Largest study with a picture; a larger one would make the service read too much for a small picture. */
 export const LARGEST = 1_000_000;
-/** Most pictures requested at the same time. */
+/** Largest number of pictures requested at the same time. */
 const AT_ONCE = 2;
 /** A running study is drawn again after each such share of its points. */
 const STEPS = 5;

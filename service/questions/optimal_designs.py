@@ -140,7 +140,7 @@ OPTIMAL_DESIGNS: "Question[answers.Designs]" = Question(
     command="optimum",
     first=True,
     summary="Designs in the order of their response",
-    help="Rank the designs of a study, the best first; dampers of a suite or over base amplitudes by their worst case.",
+    help="Rank the designs of a study, the best first. For a suite or several base amplitudes, the worst case ranks them.",
     asks=(Judging, Ranking),
     answer=answer,
     gives=RankedDesigns,
@@ -148,5 +148,9 @@ OPTIMAL_DESIGNS: "Question[answers.Designs]" = Question(
     draw=_draw,
     tell=_tell,
     operation="ask_designs",
-    further=Further("friction", "Find up to which friction of its particle the best damper holds.", _missing),
+    further=Further(
+        "friction",
+        "Find the largest friction of the particle at which the best damper keeps its value.",
+        _missing,
+    ),
 )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 MOST_POINTS = 4_000_000
-"""Most values of a map in a request, enough for a screen; a larger answer would need much memory."""
+"""Largest number of values of a map in a request, enough for a screen; a larger answer would need much memory."""
 
 
 class ResonanceMap(OfMetric):

@@ -209,12 +209,10 @@ def table_3(solve: Solve, quick: bool) -> Section:
         f"{readings[0].factor:.3g}."
     )
     section.words = [
-        "The paper leaves open the contact, the friction ratio of 4 mm, and the base amplitude Z: its "
-        "labels d/Z = 5, 10, 15 "
-        "of d = 7.5, 22.5, 37.5 mm need three different ones. It also leaves open whether \"at resonance\" "
-        "means r = 1 or the "
-        "peak of the curve, and whether \"amplitude\" means the usual or the largest peak of a response "
-        "that does not repeat.",
+        "The paper leaves open the contact, the friction ratio of 4 mm, and the base amplitude Z. Its labels "
+        "d/Z = 5, 10, 15 of d = 7.5, 22.5, 37.5 mm need three different amplitudes Z. It also leaves open whether "
+        "\"at resonance\" means r = 1 or the peak of the curve. If a response does not repeat, \"amplitude\" may mean "
+        "its usual or its largest peak.",
         f"All {len(readings)} combinations were computed. The table lists the {SHOWN_READINGS} nearest to "
         "the paper's six "
         f"numbers with a particle (alone: {printed['particle']}; hybrid: {printed['hybrid']}). It also "

@@ -68,8 +68,8 @@ def figure_7(solve: Solve, quick: bool) -> Section:
     section.words = [
         contacts_in_words(),
         "Our values are compared with the measured ones of Table 3 for the particle alone; the paper prints "
-        "no values of the curves. A particle in a short cavity rides on its wall and moves the resonance to about "
-        "r = 1/√(1 + β) = 0.953, so the peak of the curve differs from the value at r = 1.",
+        "no values of the curves. A particle in a short cavity stays at its wall and moves the resonance to about "
+        "r = 1/√(1 + β) = 0.953. So the peak of the curve differs from the value at r = 1.",
         "The clearance with the lowest peak: "
         + "; ".join(f"{length:g} mm ({name})" for name, length in best.items())
         + ". The text says 37.5 mm, Table 3 says 22.5 mm.",
@@ -121,8 +121,8 @@ def figure_8(solve: Solve, quick: bool) -> Section:
     )
     section.words = [
         "The paper says that a higher restitution degrades the damper; it prints no number. In "
-        f"{worse} of {counted(3 * len(SOFT), 'pair')} of a clearance and a contact model the harder wall is the worse "
-        "one: so the better wall depends on the clearance too, not on the restitution alone.",
+        f"{worse} of {counted(3 * len(SOFT), 'pair')} of a clearance and a contact model the harder wall is "
+        "worse. So the better wall depends on the clearance too, not on the restitution alone.",
         f"The figure shows {SHOWN_CYCLES} cycles from rest, contact {INSTANT}.",
     ]
     return section

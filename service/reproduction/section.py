@@ -19,7 +19,7 @@ Solve = Callable[[Study], xr.Dataset]
 MET = 0.1
 """Relative difference within which a number agrees with the paper's."""
 QUICK_VALUES = 5
-"""Most values of an axis in the short form, in addition to those that a section names."""
+"""Largest number of values of an axis in the short form, in addition to those that a section names."""
 
 
 @dataclass(frozen=True)

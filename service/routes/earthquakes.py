@@ -72,7 +72,9 @@ class ShownQuery(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    samples: int = Field(2000, ge=2, le=400_000, description="Most samples; thinning keeps the peaks.")
+    samples: int = Field(
+        2000, ge=2, le=400_000, description="Largest number of samples; thinning keeps the peaks."
+    )
 
 
 class ComparisonQuery(ComputeQuery):
@@ -82,7 +84,7 @@ class ComparisonQuery(ComputeQuery):
         0,
         ge=0,
         le=50_000,
-        description="Most samples of the time history of each case; 0 for no histories. Thinning keeps the "
+        description="Largest number of samples of the time history of each case; 0 for no histories. Thinning keeps the "
         "peaks.",
     )
 

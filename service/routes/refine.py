@@ -74,7 +74,7 @@ def refine_class(
 def particle_friction(settings: Settings, study: Record, known: FollowUps, judging: Judging) -> Refinement:
     """Compute the best damper with friction of its particle; completed follow-ups are named by `with`.
 
-    The best designs, asked `with` the follow-ups, say up to which coefficient the damper holds.
+    The best designs, asked `with` the follow-ups, give the largest coefficient at which the damper keeps its value.
     """
     subject = Subject(study, store_of(settings), "friction")
     ranked = OPTIMAL_DESIGNS.of(subject, judging, Ranking(with_=known.with_))

@@ -198,8 +198,8 @@ def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery, key
 def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
     """List records without their definitions, which may be long; ask for one study to see its own.
 
-    With a range of an axis, a page may be short or empty although `cursor` leads to further studies, because only part
-    of a large catalogue is examined for one page.
+    With a range of an axis, a page may be short or empty although `cursor` leads to further studies: only part of a
+    large catalogue is examined for one page.
     """
     try:
         wanted = Wanted(

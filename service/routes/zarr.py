@@ -1,9 +1,9 @@
 """The cube as Zarr over HTTP, read-only: `xarray.open_zarr(url)` works from another machine.
 
-Zarr reads a missing chunk as fill values, so 404 for a block is sent only if that is true: if the study has ended
-without the block, whose points then have status -1. While a study runs, a missing block is a conflict, because a reader
-might read half of it before and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which
-shows only the blocks that were done by then. A lost or damaged file is always an error.
+Zarr reads a missing chunk as fill values. So 404 for a block is sent only if the study has ended without it; its points
+then have status -1. While a study runs, a missing block is a conflict, because a reader might read half of it before
+and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which shows only the blocks that
+were done by then. A lost or damaged file is always an error.
 """
 
 import re
@@ -39,7 +39,7 @@ from damperlab.studies.store.store import Store
 CHUNK = "application/octet-stream"
 _ID = re.compile("[0-9a-f]{12}(-[0-9]{1,9})?")
 TRIES = 5
-"""Most attempts to read a block of a study that changes meanwhile."""
+"""Largest number of attempts to read a block of a study that changes meanwhile."""
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 

@@ -14,7 +14,7 @@ class Rates:
     Parameters
     ----------
     per_minute : int, optional
-        Most requests a minute; None for no limit.
+        Largest number of requests a minute; None for no limit.
     """
 
     def __init__(self, per_minute: int | None) -> None:

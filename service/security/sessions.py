@@ -10,7 +10,7 @@ from damperlab.studies.store.catalogue.access_keys import AccessKey
 COOKIE = "damperlab_session"
 LASTS_SECONDS = 8 * 3600
 OF_ONE_KEY = 100
-"""Most sessions of one key; a further one ends the oldest."""
+"""Largest number of sessions of one key; a further one ends the oldest."""
 
 
 class Sessions:

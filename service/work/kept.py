@@ -21,13 +21,13 @@ from damperlab.studies.store.record import Record
 
 STUDIES = "/api/v1/studies"
 KEPT = 512
-"""Most cached answers."""
+"""Largest number of cached answers."""
 KEPT_BYTES = 1 << 20
-"""Most bytes of one cached answer."""
+"""Largest number of bytes of one cached answer."""
 READS = {question.route: question.studies for question in EVERY} | {"report": (), "differences": ("older",)}
 """Questions that are answered from cubes, each with the parameters that name further studies."""
 OTHERS_KEPT = 32
-"""Most further studies of a cached answer."""
+"""Largest number of further studies of a cached answer."""
 PASSING = ("definition", "phase", "phase_done", "phase_total", "seconds_left", "owner")
 """Fields of a record on which no answer depends."""
 

@@ -27,7 +27,7 @@ from damperlab.studies.faults import Fault, counted
 from damperlab.worker.niceness import stand_back
 
 WAITING = 64
-"""Most waiting requests of one caller."""
+"""Largest number of waiting requests of one caller."""
 
 Result = TypeVar("Result")
 Arguments = TypeVarTuple("Arguments")
@@ -42,14 +42,14 @@ class Work:
     Parameters
     ----------
     at_once : int
-        Most processes of one caller; one more is reserved for all others.
+        Largest number of processes of one caller; one more is reserved for all others.
     seconds : float
-        Most processor time of one request [s].
+        Largest processor time of one request [s].
     wait_seconds : float
         Longest wait for this time once the request has its turn [s]. If it is exceeded, other work has the processors,
         and the request is not too large.
     memory_bytes : int
-        Most memory of one process.
+        Largest memory of one process.
     """
 
     def __init__(self, at_once: int, seconds: float, wait_seconds: float, memory_bytes: int) -> None:

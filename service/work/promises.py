@@ -16,9 +16,9 @@ from damperlab.studies.shapes import Says
 KEPT_SECONDS = 600.0
 """Time for which a completed answer is kept."""
 KEPT = 256
-"""Most deferred answers, completed and pending."""
+"""Largest number of deferred answers, completed and pending."""
 KEPT_BYTES = 256 << 20
-"""Most bytes of all completed answers."""
+"""Largest number of bytes of all completed answers."""
 
 
 class PromiseDocument(TypedDict):

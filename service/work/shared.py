@@ -8,7 +8,7 @@ from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 
 AT_ONCE = 8
-"""Most threads for one kind of look-up."""
+"""Largest number of threads for one kind of look-up."""
 
 Found = TypeVar("Found")
 
@@ -23,7 +23,7 @@ class Shared(Generic[Found]):
     look : callable
         Called in a thread.
     at_once : int
-        Most threads for look-ups; they are separate from the threads of requests.
+        Largest number of threads for look-ups; they are separate from the threads of requests.
     """
 
     def __init__(self, look: Callable[[str], Found], at_once: int = AT_ONCE) -> None:

@@ -19,11 +19,11 @@ class Turns:
     Parameters
     ----------
     at_once : int
-        Most simultaneous turns.
+        Largest number of simultaneous turns.
     waiting : int
-        Most waiting requests of one caller.
+        Largest number of waiting requests of one caller.
     each : int, optional
-        Most simultaneous turns of one caller; by default `at_once`.
+        Largest number of simultaneous turns of one caller; by default `at_once`.
     """
 
     def __init__(self, at_once: int, waiting: int, each: int | None = None) -> None:

@@ -109,7 +109,7 @@ class Cells:
         return np.asarray(reached.all(axis=1))
 
     def flat(self, value: float, error: float) -> NDArray[np.bool_]:
-        """Whether the corners of each cell differ from a value by no more than the errors explain, (n,)."""
+        """Whether the largest corner value of each cell exceeds a value by no more than the errors explain, (n,)."""
         doubt = np.hypot(self.spread[:, 2], error)
         # rounding is no statistical error
         return np.asarray((doubt > 1e-6 * value) & (self.spread[:, 1] - value <= LUCK * doubt))

@@ -116,8 +116,8 @@ def compared_response(
                 for low, high in spans
             )
             words = (
-                f"The two differ by more than their errors at {counted(int(differs.sum()), 'frequency ratio')} of {r.size}, "
-                f"at {f} = {where}{phrases.unit(FREQUENCY)}; most at {phrases.equal(FREQUENCY, r[place])}, "
+                f"The two differ by more than their errors at {counted(int(differs.sum()), 'frequency ratio')} of {r.size}: "
+                f"{f} = {where}{phrases.unit(FREQUENCY)}. They differ most at {phrases.equal(FREQUENCY, r[place])}: "
                 f"{phrases.number(metric, a[place])} against {phrases.value(metric, b[place])}."
             )
         if unknown.any():

@@ -25,7 +25,7 @@ NODES = 512
 ALIKE = 1e-9
 """Relative difference of two exact values that counts as rounding: the same response, computed in two ways."""
 COMPARED = 2000
-"""Most designs included in one probability; those with the highest limits are left out first."""
+"""Largest number of designs included in one probability; those with the highest limits are left out first."""
 CLEARLY = 0.02
 """Another kind of damper is recommended only if it is better by more than this share."""
 

@@ -93,7 +93,7 @@ def cover(designs: np.ndarray, most: int = 8) -> list[list[np.ndarray]]:
     designs : ndarray, (n, parameters)
         Coordinates.
     most : int
-        Most grids.
+        Largest number of grids.
 
     Returns
     -------

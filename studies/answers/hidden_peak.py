@@ -22,7 +22,7 @@ HIGHER = 1.1
 PER_BANDWIDTH = 4
 """Steps within the bandwidth that resolve a resonance: they miss at most 3 % of its height."""
 MOST_FREQUENCIES = 1001
-"""Most steps advised."""
+"""Largest number of steps advised."""
 
 PEAK_BETWEEN = "Between the frequencies computed a peak may be more than a tenth higher."
 

@@ -60,7 +60,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
         case "known":
             return (
                 f"The optimum is known to {known['tolerance']:g} in every parameter, and no other cell of the grid "
-                f"{_better(known)}; a dip narrower than a cell that none of its corners shows cannot be excluded."
+                f"{_better(known)}. A dip within a cell cannot be excluded if no corner of the cell shows it."
             )
         case "place_not_known":
             return f"No other cell of the grid {_better(known)}; its place is known only to: {_steps(known, phrases)}."

@@ -74,8 +74,8 @@ def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Da
     else:  # the text that follows names the base amplitude among the other dimensions
         power = {1: "", 2: "²"}[CONSTANT[constant]]
         first = in_units = {
-            "note": f"The {constant} of the base is the same at every frequency, and Z is its amplitude at the natural "
-            f"frequency; X/Z is relative to the amplitude at each frequency, Z/r{power}."
+            "note": f"The {constant} of the base is the same at every frequency, and Z is the base amplitude at the natural "
+            f"frequency. X/Z is relative to the amplitude at each frequency, Z/r{power}."
         }
     words = {**first, "in_units": in_units}
     answer.attrs |= noted(

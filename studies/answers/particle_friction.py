@@ -53,9 +53,9 @@ def studies_with_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging
     Returns
     -------
     tuple of Study
-        One study over `COEFFICIENTS`, or one for each of them over base amplitudes. Empty if the recommended damper does
-        not work by impacts, if the study is in ratios or incomplete, if friction or gravity already acts on the
-        particle, or if friction cannot be combined with the contact or the solver.
+        One study over `COEFFICIENTS`, or one for each of them over base amplitudes. Empty in these cases: the
+        recommended damper does not work by impacts; the study is in ratios or incomplete; friction or gravity already
+        acts on the particle; friction cannot be combined with the contact or the solver.
     """
     kind, lead = kind_of(cube.sizes), leading(ranked)
     strikes = ranked.attrs.get("brief", {}).get("damper") in ("hybrid", "particle_alone")
@@ -72,7 +72,7 @@ def studies_with_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging
 
 
 def find_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> Refinement:
-    """Make the studies that find up to which friction of its particle the recommended damper holds.
+    """Make the studies that find the largest friction of the particle at which the recommended damper keeps its value.
 
     Parameters
     ----------
@@ -216,7 +216,8 @@ def has_friction_added(cube: xr.Dataset, ranked: xr.Dataset) -> bool:
 def with_friction(
     ranked: xr.Dataset, cube: xr.Dataset, judging: Judging, cubes: Iterable[xr.Dataset]
 ) -> xr.Dataset:
-    """Say in a ranking up to which friction of its particle the recommended damper holds, or which command finds it.
+    """Say in a ranking at which largest friction of the particle its best damper keeps its value, or which command
+    finds it.
 
     Parameters
     ----------
@@ -231,7 +232,7 @@ def with_friction(
         return ranked
     note = friction_note(asked, cubes, judging, lead["value"], ranked.attrs.get("metric"))
     said = (
-        "`optimum --friction` finds up to which μ_i the damper holds"
+        "`optimum --friction` finds the largest μ_i at which the damper keeps its value"
         if note is None
         else friction_words(note)
     )

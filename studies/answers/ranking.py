@@ -19,7 +19,7 @@ Opened = Callable[[Iterable[str]], Mapping[str, xr.Dataset]]
 
 
 def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened: Opened) -> xr.Dataset:
-    """Rank the designs of a study, the best first; dampers of a suite or over base amplitudes by their worst case.
+    """Rank the designs of a study, the best first. For a suite or several base amplitudes, the worst case ranks them.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
     Returns
     -------
     Dataset
-        Of `merged_designs`, `pareto_front`, `optimal_designs` or `worst_case_designs`. Its short answer says up to
-        which friction of its particle the best damper holds if the opened studies compute that.
+        Of `merged_designs`, `pareto_front`, `optimal_designs` or `worst_case_designs`. If the opened studies contain
+        it, the short answer gives the largest friction of the particle at which the best damper keeps its value.
 
     Raises
     ------

@@ -44,7 +44,7 @@ PARTS = {1: 8, 2: 4}
 parameters and for cells elsewhere.
 """
 AT_ONCE = 12
-"""Most cells elsewhere that are examined in one round."""
+"""Largest number of cells elsewhere that are examined in one round."""
 BOUNDARY_PARTS = 16
 ROUNDING = 1e-9
 
@@ -70,7 +70,7 @@ def refine_optimum(
         Its cube first, then those of finished follow-ups, by id.
     search : Search
         Limits: the step to which each parameter is refined, in its own unit; the share of the value by which a design
-        must promise to be better; the most points of all follow-ups together.
+        must promise to be better; and the number of points of all follow-ups together.
     judging : Judging
         As in `optimal_designs`.
 

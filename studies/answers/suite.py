@@ -113,12 +113,12 @@ def worst_case_designs(
     Returns
     -------
     Dataset
-        Dimension rank, counted from 1. Coordinates along it: the four dimensions of the damper, and those of its
-        worst case. Variables: `value`, and stored results of the same case: `growth` of the perturbed starts,
-        `error` of an amplitude, `response_class`. A damper with a case that failed or was not computed is left out.
-        Attributes: `metric`, `designs` (all in the ranges), `failed`, `incomplete`, `locked`, `complete`, `points`,
-        `points_failed`, and `note`, which describes it in words; over base amplitudes `acceleration_g`, the largest of
-        the structure with the best damper, if it is known.
+        Dimension rank, counted from 1. Coordinates along it: the four dimensions of the damper, and those of its worst
+        case. Variables: `value`, and stored results of the same case: `growth` of the perturbed starts, `error` of an
+        amplitude, `response_class`. A damper with a case that failed or was not computed is left out. Attributes:
+        `metric`, `designs` (all in the ranges), `failed`, `incomplete`, `locked`, `complete`, `points`,
+        `points_failed`, and `note`, a description in words. Over base amplitudes also `acceleration_g`, the largest
+        acceleration of the structure with the best damper, if it is known.
 
     Raises
     ------

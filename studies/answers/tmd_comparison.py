@@ -193,7 +193,7 @@ def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phra
     if not best:
         return []
     at = ", ".join(phrases.equal(name, value) for name, value in best.items())
-    among = "of those at what was named" if named else "of the study, as no design was named"
+    among = "among those with the named values" if named else "of the study, as no design was named"
     return [f"Compared is the {called} {among}: {at}."]
 
 

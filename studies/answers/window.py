@@ -33,8 +33,8 @@ def window(
     ranges : mapping of (float, float) or None
         Lowest and highest value of either dimension.
     most : int, optional
-        Most values along either dimension, 2 or more. The first and the last value of the part are kept. If `most` is
-        at least 3, so is the line of the largest value; if at least 4, also that of the smallest.
+        Largest number of values along either dimension, 2 or more. The first and the last value of the part are kept.
+        If `most` is at least 3, the line of the largest value is kept too; if at least 4, also that of the smallest.
 
     Returns
     -------

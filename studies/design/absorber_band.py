@@ -15,9 +15,9 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, highest
 
 Floats = NDArray[np.float64]
 SAMPLES, FEWER = 4001, 601
-"""Number of sampled frequencies, if the judged value has no closed form here: for a displacement against the base, for
-a response times a power of the frequency, for example an acceleration, and for the rms over the band. The search for
-tuning and damping uses the smaller number.
+"""Number of sampled frequencies, if the judged value has no closed form here. This is so for a displacement against the
+base, for a response times a power of the frequency (an acceleration, for example), and for the rms over the band. The
+search for tuning and damping uses the smaller number.
 """
 BESIDE, FEWER_BESIDE = 60, 12
 """For an rms, additional frequencies on either side of each peak of X/Z, ever closer to it, since a narrow peak may lie

@@ -24,7 +24,7 @@ DAMPINGS = np.exp(np.linspace(-5.0, 1.0, 13))
 LOWS = 3
 """Number of lowest points that are refined."""
 WIDE = (0.05, 0.8)
-"""Range of tuning and damping around each of them, as logarithms."""
+"""Range of tuning and damping around each of these points, as logarithms."""
 SIDE = np.linspace(-1.0, 1.0, 5)
 CLOSER, ROUNDS, FEW = 0.7, 20, 6
 """The best of a grid of `SIDE` × `SIDE` is refined by a finer grid, many times; before that, many points are refined a

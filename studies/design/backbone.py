@@ -39,9 +39,9 @@ def backbone_document(found: Found) -> list[OverBand]:
     Returns
     -------
     list of dict
-        `amplitude` in `amplitude_units` (that of the constant quantity); whether it is `asked` for by the
-        specification; over the band `frequency_ratio`, `frequency_hz`, `value` of the measure and `ratio`, over the
-        base amplitude or the static displacement; `worst`, which is judged; for the largest ratio `worst_ratio`,
+        `amplitude` in `amplitude_units` (that of the constant quantity), and whether the specification `asked` for it.
+        Along the band, `frequency_ratio`, `frequency_hz`, the `value` of the measure, and its `ratio` to the base
+        amplitude or the static displacement. `worst` is the judged value; `worst_ratio` is the largest ratio, at
         `worst_frequency_ratio` and `worst_frequency_hz`. Frequencies in hertz are None without units.
     """
     return [_under(found, each) for each in found.shown]

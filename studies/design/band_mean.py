@@ -13,7 +13,7 @@ from damperlab.studies.answers.design_question import trapezoid
 from damperlab.studies.design.frequencies import DIGITS, NARROW
 
 MOST = 12
-"""Most intervals halved in one step."""
+"""Largest number of intervals halved in one step."""
 
 
 @dataclass(frozen=True)

@@ -116,7 +116,7 @@ class Book:
     asked : Specification
         The specification.
     budget : int
-        Most points.
+        Largest number of points.
     """
 
     def __init__(self, asked: Specification, budget: int) -> None:

@@ -44,7 +44,7 @@ class Found:
     over : Score or None
         As `nominal`, over the bands alone; None if there is none.
     under : tuple of Score
-        As `nominal`, under each excitation over a band alone.
+        As `nominal`, under a single excitation; one for each excitation over a band.
     shown : tuple of Amplitude
         Amplitudes of the binding excitation, some beyond its range, for which the damper as drawn is known at every
         frequency of the survey.

@@ -20,7 +20,7 @@ NARROWEST, WIDEST = 0.001, 0.008
 first.
 """
 MOST_STEPS = 60
-"""Most samples between resonances."""
+"""Largest number of samples between resonances."""
 OUTSIDE = 8
 """Samples on either side of the resonances."""
 COARSE = 3
@@ -28,7 +28,7 @@ COARSE = 3
 SHOWN = 0.85
 """A maximum is bracketed if it reaches this share of the largest value."""
 BRACKETS = 3
-"""Most maxima bracketed in one step."""
+"""Largest number of maxima bracketed in one step."""
 CLOSER = 0.001
 """Step near the largest value, where a rise between two samples could change the result."""
 INNER = 7

@@ -23,7 +23,7 @@ MASS = "particle_mass_kg"
 MASSES = 5
 """Number of masses over a range; one more if the recommended mass lies between them."""
 MOST_LISTED = 7
-"""Most masses of a list."""
+"""Largest number of masses of a list."""
 SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
 """Masses around a given one, as factors."""
 WIDEST, FINEST = 1 / 8, 1 / 16

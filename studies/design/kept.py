@@ -55,7 +55,7 @@ class DesignSummary(TypedDict):
     round: Annotated[Count, Says(description="Rounds of studies begun.")]
     points: Annotated[Count, Says(description="Points known when the round began.")]
     points_wanted: Annotated[Count, Says(description="Points of the round's studies.")]
-    budget_points: Annotated[Count, Says(description="Most points.")]
+    budget_points: Annotated[Count, Says(description="Largest number of points.")]
     known: Annotated[
         KnownDesign | None,
         Says(description="The best so far, as drawn; of a completed design the recommended one."),
@@ -119,7 +119,7 @@ class Kept:
     specification : dict
         The specification as given.
     budget_points : int
-        Most points.
+        Largest number of points.
     created : str
         Time of the request; times are in ISO 8601, UTC.
     finished : str or None

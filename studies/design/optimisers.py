@@ -31,7 +31,7 @@ SHRUNK = 1 / 8
 response they never agree.
 """
 MOST_STEPS = 30
-"""Most values of a simplex, for each quantity."""
+"""Largest number of values of a simplex, for each quantity."""
 
 
 @dataclass(frozen=True)

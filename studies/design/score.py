@@ -27,8 +27,8 @@ class Score:
     Parameters
     ----------
     value, error, noise : float
-        The largest value of the measure in its unit; by how much it may be larger at the required confidence; and by
-        how much smaller, since a response that does not repeat has a standard error.
+        The largest value of the measure in its unit, and by how much it may be larger and smaller at the required
+        confidence. A response that does not repeat has a standard error.
     violation : float
         The largest share by which a limit is exceeded; 0 if all are kept.
     reached : dict of float

@@ -46,7 +46,7 @@ class Shelf:
     data_dir : Path
         The data directory; its folder `designs` is created with the first design.
     quota : KeptQuota
-        Most designs kept.
+        Largest number of designs kept.
     """
 
     def __init__(self, data_dir: Path, quota: KeptQuota = USUAL) -> None:

@@ -22,7 +22,7 @@ FROM = {
     "worst": f" from the worst of {STARTS} starts",
     "likely": f" in the responses that most of {STARTS} starts lead to",
 }
-"""Initial states of the responses that are judged, for sentences."""
+"""Phrases for the initial states of the judged responses."""
 BY_RANK = (
     ("attractor_share", "amplitude_ratio"),
     ("attractor_share_second", "amplitude_ratio_second"),

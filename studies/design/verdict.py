@@ -252,8 +252,8 @@ def _said(found: Found, note: Note) -> str:
 def _draws(found: Found) -> int:
     """Count the draws of the random process whose record is the worst case; 0 if that is not drawn.
 
-    The largest of n values of a continuous distribution is exceeded by a further one with probability 1/(n + 1), and by
-    more if the damper was chosen for these n.
+    A further value of a continuous distribution exceeds the largest of n values with probability 1/(n + 1). The
+    probability is larger if the damper was chosen for these n.
     """
     under = found.stated.under
     if not isinstance(under, Case):

@@ -16,7 +16,7 @@ MOST_BYTES = 4 * 1024 * 1024
 _BLANKS = re.compile(r"\s{2,}|(?<=[)\]\d.])\s+(?=\S)")
 """Between the cells of a line without separators: a name may contain a blank."""
 MOST_COLUMNS = 30
-"""Most columns of a table; each name is compared with all known ones."""
+"""Largest number of columns of a table; each name is compared with all known ones."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from damperlab.studies.quantity import FREQUENCY_RATIO
 from damperlab.studies.spelled_numbers import read_decimal
 
 MOST_ROWS = 2_000
-"""Most rows: each is computed some hundred times."""
+"""Largest number of rows: each is computed some hundred times."""
 _FEW_LINES = 30
 """Lines among which a heading is sought that is not the first."""
 LARGEST = 1e12

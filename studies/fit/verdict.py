@@ -16,7 +16,7 @@ CORRELATED = 1.2
 POOR = 0.2
 """Scatter about a fit, relative to the amplitudes, that is too large for a measurement of steady amplitudes."""
 NAMED_ROWS = 5
-"""Most rows that are named."""
+"""Largest number of rows that are named."""
 
 
 def verdict(fitted: Fitted) -> list[str]:

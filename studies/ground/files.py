@@ -91,7 +91,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     if len(rows) < (1 if step else 2):
         told = f"The file has {counted(len(rows), 'row')} of numbers; a record needs at least two."
         if not rows and head:
-            told = f"No line is two numbers; the last is {printable(head[-1][1])}."
+            told = f"No line consists of two numbers; the last line is {printable(head[-1][1])}."
         advice = "give time in s and acceleration, one sample on each line"
         raise refused(_at(len(lines)), f"the end after {len(rows)} rows", "two rows or more", advice, told)
     sizes = {len(cells) for _, cells in rows}

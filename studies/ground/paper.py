@@ -28,7 +28,7 @@ def friction_force_n(base_amplitude_m: float, stiffness_n_per_m: float, damping_
     16.22 in Table 3.
 
     At resonance the friction damper alone has A/Z = (1 − 4γ_F/π)/(2ζ) to first order, with A the amplitude against the
-    base, a quarter of a period behind it: X/Z = √(1 + (A/Z)²).
+    base. That motion is a quarter of a period behind the base, so X/Z = √(1 + (A/Z)²).
     """
     relative = math.sqrt(paper_numbers()["friction_alone"].value ** 2 - 1.0)
     return math.pi / 4.0 * (1.0 - 2.0 * damping_ratio * relative) * stiffness_n_per_m * base_amplitude_m

@@ -64,7 +64,7 @@ class Earthquake:
 
 
 MOST_NAMED = 20
-"""Most unknown cases that are named in a message, because each is compared with all known ones."""
+"""Largest number of unknown cases that are named in a message, because each is compared with all known ones."""
 KEYS = (*QUANTITIES, *(each.name for each in fields_of(Compared)), "contact")
 
 

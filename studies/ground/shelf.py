@@ -52,7 +52,7 @@ class Shelf:
     data_dir : Path
         The data directory; its folder `records` is created with the first record.
     quota : KeptQuota
-        Most records kept.
+        Largest number of records kept.
     """
 
     def __init__(self, data_dir: Path, quota: KeptQuota = USUAL) -> None:
@@ -93,7 +93,7 @@ class Shelf:
         return kept
 
     def damaged(self, pause: Callable[[], None] = lambda: None) -> Iterator[tuple[str, str]]:
-        """Read every uploaded record; give the id of each damaged one, and a sentence.
+        """Read every uploaded record; give the id of each damaged one, and the reason as a sentence.
 
         Parameters
         ----------

@@ -26,11 +26,11 @@ KEYS = ("name", "records", "axes", *NUMBERS, "starts", "seed", "contact", "metri
 MOST_NAME = 200
 MOST_RECORDS = 100
 MOST_SAMPLES = 4_000_000
-"""Most samples of all records together (32 MB), because every suite stores a copy of them."""
+"""Largest number of samples of all records together (32 MB), because every suite stores a copy of them."""
 MOST_RUNS = 1_000_000_000
-"""Most runs of a suite: points times starts."""
+"""Largest number of runs of a suite: points times starts."""
 MOST_WINDOWS = 200_000
-"""Most steps of one run; with more, for a stiff structure under a long record, a point would take seconds."""
+"""Largest number of steps of one run; with more, for a stiff structure under a long record, a point would take seconds."""
 LARGEST_SEED = 2**63 - 1
 
 

@@ -26,7 +26,7 @@ from damperlab.studies.specification.specification import (
 )
 
 MOST_VALUES = 20
-"""Most values in a list of one quantity."""
+"""Largest number of values in a list of one quantity."""
 
 CONTACT_TIME = Quantity(
     "contact_time_s", "time for which particle and wall touch [s]", 0.0, 1e3, "give it in s"

@@ -18,7 +18,7 @@ OF_RECORDS = ("records", *GENERATED)
 """Keys of an excitation by records; the key of a generated record is short for `records` with this record alone."""
 RECORD_KEYS = (*OF_RECORDS, "scales", "tail_s")
 MOST_CASES = 50
-"""Most cases, records times scales, of all excitations together."""
+"""Largest number of cases, records times scales, of all excitations together."""
 SCALE, TAIL = (QUANTITIES[name][0] for name in ("scale", "tail_s"))
 WITHOUT_BASE = ("clearance_ratio", "friction_ratio")
 """Ratios to an amplitude of the base, which records do not have."""

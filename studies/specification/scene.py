@@ -28,7 +28,7 @@ STRUCTURE_KEYS = (
 EXCITATION_KEYS = (*MOTIONS, "frequency_hz", "frequency_ratio")
 MOST_EXCITATIONS = 8
 MOST_LETTERS = 60
-"""Most characters of an excitation's name."""
+"""Largest number of characters of an excitation's name."""
 STIFFNESS = Quantity("stiffness_n_per_m", "stiffness k [N/m]", 1e-12, 1e12, "give it in N/m")
 BASE = AMPLITUDES | {
     "force_n": Quantity(

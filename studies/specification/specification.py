@@ -182,7 +182,7 @@ class Choice:
 
 
 def beside_rubbing(in_units: bool, choices: Mapping[str, Choice]) -> dict[str, bool]:
-    """Find which features in `consistency.NOT_WITH_RUBBING`, which exclude friction and gravity, a specification has."""
+    """Say which features of a specification exclude friction and gravity, by their names in `NOT_WITH_RUBBING`."""
     return {
         "ratios": not in_units,
         "contact": any(choices["restitution"].contact_times_s),
@@ -245,7 +245,7 @@ class Specification:
     confidence : float
         Confidence of errors and intervals.
     budget_points : int or None
-        Most points; None for the number expected within `budget_minutes`.
+        Largest number of points; None for the number expected within `budget_minutes`.
     budget_minutes : float
         Minutes of one core.
     builds : int

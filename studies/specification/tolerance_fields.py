@@ -21,7 +21,7 @@ from damperlab.studies.variables import MADE_BY
 SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
 ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a number in the unit")
 MOST = 7
-"""Most tolerances of one specification: the number of factors of the two-level design of their corners."""
+"""Largest number of tolerances of one specification: the number of factors of the two-level design of their corners."""
 BESIDE_LARGEST = ("friction_force_n", "restitution")
 """Quantities that may be 0: their tolerance is checked against the largest allowed value, others against the
 smallest.

@@ -9,7 +9,7 @@ from damperlab.studies.store.provenance import submitter
 
 @dataclass(frozen=True)
 class KeptQuota:
-    """Most items of one kind; None for no limit.
+    """Largest number of items of one kind; None for no limit.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ SOURCES: tuple[str, ...] = (
     "worker/steady",
     "worker/worker_process/tasks.py",
 )
-"""All sources between a study's definition and the values of a block that can change a bit of the values."""
+"""Every source file that can change a bit of a block's values, for a given definition of the study."""
 
 COMPILERS: tuple[str, ...] = ("numba", "llvmlite", "numpy")
 

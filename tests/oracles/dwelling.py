@@ -1,7 +1,7 @@
 """The contact model `dwell` by a general-purpose integrator with events. It imports nothing of the project.
 
-It uses absolute coordinates and absolute time, and one integration per regime: the particle is free or on a wall for a
-contact time, and the mass slips one way or is held. DOP853 at 1e-12 finds every event. It is only for scenes without
+It uses absolute coordinates and absolute time, and one integration per regime. The particle is free or on a wall for a
+contact time; the mass slips one way or is held. DOP853 at 1e-12 finds every event. It is only for scenes without
 chatter: sustained contact is an error.
 """
 

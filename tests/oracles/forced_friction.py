@@ -85,10 +85,13 @@ def _absolute_peak(slip: _Slip, slip_end: float) -> float:
 def non_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
     """Return the steady state that never sticks (Den Hartog), or None where it does not exist.
 
-    With v = A and v' = 0 at t = 0, and v = -A, v' = 0 at t = pi/r, the homogeneous part follows from
-    2 gamma + c + E(c C + d S) = 0 and (w d - zeta c)(1 + E C) - E S (w c + zeta d) = 0 with E, C, S the
-    decay, cosine and sine over half a period; then b = (zeta c - w d)/r, a = sqrt(r^4 R^2 - b^2),
-    A = gamma + a + c.
+    The conditions are v = A and v' = 0 at t = 0, and v = -A, v' = 0 at t = pi/r. They give the homogeneous part:
+
+        2 gamma + c + E(c C + d S) = 0,
+        (w d - zeta c)(1 + E C) - E S (w c + zeta d) = 0.
+
+    E, C and S are the decay, cosine and sine over half a period. Then b = (zeta c - w d)/r,
+    a = sqrt(r^4 R^2 - b^2) and A = gamma + a + c.
 
     Validity (his bound, exact): b^2 <= r^4 R^2, and v' < 0 throughout the half period. In particular v'' <= 0 just
     after the turn, where the force exceeds the friction. For zeta = 0 the solution does not exist at r = 1/n (n odd: no
@@ -124,9 +127,9 @@ def non_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
 def one_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
     """Return the steady state that sticks once in each half period, or None where it does not exist.
 
-    Slip starts from rest at v = A when the force falls to the friction limit, r^2 cos(phi) - A = -gamma, and
-    ends at v = -A, v' = 0, before half a period is over; the mass then sticks until the mirrored start.
-    For a given phi the slip is explicit; phi is the zero of v(end) + A.
+    Slip starts from rest at v = A when the force falls to the friction limit, r^2 cos(phi) - A = -gamma, and ends at v
+    = -A, v' = 0, before half a period is over. The mass then sticks until the mirrored start. For a given phi the slip
+    is explicit; phi is the zero of v(end) + A.
 
     Validity (checked): 0 < end <= pi/r, v' < 0 between, |r^2 cos(r t + phi) - v| <= gamma while stuck.
     """

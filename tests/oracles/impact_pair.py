@@ -38,8 +38,8 @@ def two_impacts_per_cycle(
 ) -> list[ImpactPair]:
     """Return the symmetric motions with two impacts per cycle: none, one or two of them.
 
-    With q = p' after the impact at u - p = +delta (so p' = -q before it), momentum and restitution give
-    u'(+) = q (1 - e - 2 beta e)/(1 + e), u'(-) = u'(+) + 2 beta q; the flight over half a period gives
+    Let q = p' after the impact at u - p = +delta, so p' = -q before it. Momentum and restitution give
+    u'(+) = q (1 - e - 2 beta e)/(1 + e), u'(-) = u'(+) + 2 beta q. The flight over half a period gives
     u_0 = delta - pi q/(2 r). Between impacts u = a cos rt + b sin rt + exp(-zeta t)(c cos wt + d sin wt) with
     a^2 + b^2 = H^2, H the transmissibility. Antisymmetry over half a period makes c, d and b proportional to
     q, and a = u_0 - c; what remains is a quadratic in q.

@@ -1,7 +1,7 @@
 """Responses to a piecewise linear base acceleration, by methods other than those of the solver.
 
 It works in SI units with the textbook closed form of a damped oscillator under a linear force (homogeneous plus
-particular solution), and brackets roots on a dense scan; for linear systems it uses SciPy's matrix exponential. No code
+particular solution). It brackets roots on a dense scan. For linear systems it uses SciPy's matrix exponential. No code
 is shared with the solver, which is dimensionless, uses power series, and proves its roots.
 """
 
@@ -39,8 +39,8 @@ def linear_end(
 ) -> dict[str, float]:
     """End state, peaks and mean squares of the structure, alone or with an absorber (mass ratio, frequency, damping).
 
-    The state is (x, x', y, y') relative to the base, y of the absorber against the base; the force is linear in an
-    interval, so the exponential of the system with force and rate among its unknowns is exact.
+    The state is (x, x', y, y') relative to the base, with y of the absorber. The force is linear in an interval, so the
+    exponential of the system with force and rate among its unknowns is exact.
     """
     mu, omega_a, zeta_a = absorber or (0.0, omega, 0.0)
     k, c = omega**2, 2 * zeta * omega

@@ -1,7 +1,7 @@
 """Tuned mass damper: transfer function (13), Den Hartog's and the exact H-infinity optimum.
 
-Mass ratio mu = m/M, tuning = omega_a/omega_n, damper damping ratio zeta = c/(2 sqrt(m k_1)); the primary
-mass is base-excited, x/z, and undamped unless a structural damping ratio is given.
+Mass ratio mu = m/M, tuning = omega_a/omega_n, damper damping ratio zeta = c/(2 sqrt(m k_1)). The primary mass is
+base-excited, x/z, and undamped unless a structural damping ratio is given.
 """
 
 from __future__ import annotations

@@ -109,8 +109,8 @@ def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
         "",
         "Error: largest difference of u, u', p, p' from a reference in 40 digits after the given number of cycles from "
         "rest, over the largest of them. Run time: the smallest of several runs, one core, kernels compiled. The "
-        "event-driven march has no step to vary, so it is a point; the order is that of the error in the setting, by "
-        "the median slope over all pairs of settings.",
+        "event-driven integration has no step to vary, so it is a point. The order is the exponent of the error over "
+        "the setting: the median slope over all pairs of settings.",
         "",
     ]
     for diagram in report["diagrams"]:

@@ -38,12 +38,12 @@ class Row:
     status : str
         "arrived", or the sentence of a failure.
     impacts, turns, attachments : int
-        Events on the way.
+        Numbers of these events.
     energy_residual, residual_limit : float
         |work in − losses − stored| over the largest of them, and its limit.
     penetration : float or None
-        Largest |u − p| beyond d/Z in the sampled cycles, relative to the sum of d/Z, the largest |u| and the base's 1,
-        because it includes their rounding; None without a particle.
+        Largest |u − p| beyond d/Z in the sampled cycles. It includes the rounding of d/Z, of the largest |u| and of the
+        base's 1, so it is relative to their sum. None without a particle.
     momentum_error : float or None
         Largest change of u' + β p' across an impact, relative to the momenta before it; None without an impact.
     microseconds : float

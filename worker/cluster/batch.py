@@ -35,7 +35,7 @@ class Jobs:
     system : str
         Which one.
     most : int
-        Most jobs that wait or run together; each is one worker on one core.
+        Largest number of jobs that wait or run together; each is one worker on one core.
     fewest : int
         Fewest jobs, even if fewer blocks are left.
     wall_seconds : float

@@ -68,10 +68,10 @@ def run_study(
     """Compute exactly the missing blocks of a study.
 
     The study ends `done` when every block has its mark, even if some blocks were recorded as failed points; it ends
-    `failed` if every block failed. If it is stopped, here or by a cancel in another process, it is `cancelled`. If
-    it cannot continue for a reason outside its points, it is `failed` with that message and blocks remain pending:
-    the scheduler is lost, the disk is full, or a worker has other code. In any case finished blocks are kept, and
-    another call continues from there.
+    `failed` if every block failed. If it is stopped, here or by a cancel in another process, it is `cancelled`. If it
+    cannot continue, for example because the scheduler is lost, the disk is full or a worker has other code, it is
+    `failed` with that message. Its remaining blocks stay pending. In any case finished blocks are kept, and another
+    call continues from there.
 
     Parameters
     ----------

@@ -188,7 +188,10 @@ def slows_down(friction: float, particle: Particle, scene: Scene) -> bool:
 
 @kernel
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
-    """Largest total displacement of a locked mass by impacts, if the mass moves outwards by at most `moved` meanwhile."""
+    """Bound on the total displacement by which impacts can still move a locked mass.
+
+    It holds as long as the mass has moved outwards by at most `moved`.
+    """
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
     restitution = _restitution_of_a_held_wall(particle)

@@ -33,8 +33,8 @@ DEVIATION, SHARE = "deviation_m", "deviation_share"
 OF_HISTORY = (
     "An impact changes the velocity almost instantly: an accelerometer records a pulse whose height and "
     "shape depend on the sensor and its filter",
-    "integrate it twice, high-pass filtered well below the natural frequency without a shift in time, and give it as "
-    "`displacement (mm)`, its first row at rest or where it is let go; that of the base is `base acceleration (m/s2)`",
+    "integrate it twice, with a high-pass filter well below the natural frequency and no shift in time, and give it as "
+    "`displacement (mm)`, its first row at rest or at the release. An acceleration of the base is `base acceleration (m/s2)`",
 )
 """The reason why an acceleration of the structure over time is not fitted, and the remedy."""
 COLUMNS = (
@@ -58,10 +58,10 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     Parameters
     ----------
     text : bytes or str
-        A table whose first line names the columns with their units: ``time (s)`` in equal steps, and
-        ``displacement (mm)`` of the structure or ``relative displacement (mm)`` against its base. If the base moves,
-        ``base acceleration (m/s2)``; if it is known, one standard deviation, ``deviation (mm)`` or, of the largest
-        displacement, ``deviation (%)``.
+        A table whose first line names the columns with their units. ``time (s)`` has equal steps. The other column is
+        ``displacement (mm)`` of the structure, or ``relative displacement (mm)`` against its base. If the base moves,
+        ``base acceleration (m/s2)`` is needed. The standard deviation may be given as ``deviation (mm)``, or as
+        ``deviation (%)`` of the largest displacement.
     name : str
         Name of the measurement.
 

@@ -53,7 +53,7 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
 
 
 VALUES = 500
-"""Most values, or rows, in one statement."""
+"""Largest number of values, or rows, in one statement."""
 FIRST_DIGITS = 4
 """Fewest digits that identify an id; fewer are as likely a mistyped name."""
 NAMES_COMPARED = 1000

@@ -26,7 +26,7 @@ class DecodedChunks:
     Parameters
     ----------
     limit : int
-        Most bytes in the cache.
+        Largest number of bytes in the cache.
     """
 
     def __init__(self, limit: int = KEPT_BYTES) -> None:

@@ -23,7 +23,7 @@ from damperlab.studies.store.cube.opened import read_region
 from damperlab.studies.store.files.shelf import Shelf
 
 POINTS = 2**16
-"""Most points of a joined chunk: half a megabyte of doubles before compression."""
+"""Largest number of points of a joined chunk: half a megabyte of doubles before compression."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ def slabs(
     shape, chunk : tuple of int
         Of the array.
     budget : int
-        Most points of a slab; a larger single chunk is still taken.
+        Largest number of points of a slab; a larger single chunk is still taken.
 
     Yields
     ------
@@ -44,7 +44,7 @@ def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -
     shape, chunk : tuple of int
         Of the array.
     budget : int
-        Most points of a slab.
+        Largest number of points of a slab.
 
     Yields
     ------

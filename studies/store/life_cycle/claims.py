@@ -19,7 +19,7 @@ CLAIM_SECONDS = 60.0
 
 
 FEW_POINTS = 16
-"""Most points of a study that is run together with others."""
+"""Largest number of points of a study that is run together with others."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class Claims(StoreBase):
         dead : callable
             Whether an owner can be recognised as dead before its claim ends.
         most : int, optional
-            Most studies of each submitter to look for.
+            Largest number of studies of each submitter to look for.
         """
         c = studies.c
         # only a few columns are read, page by page, because ten thousand studies may wait and each new one triggers a

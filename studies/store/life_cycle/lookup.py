@@ -32,9 +32,9 @@ from damperlab.studies.store.record import PREPARATIONS, Page, Record, Totals
 from damperlab.studies.vocabulary import ENDED, STATES
 
 PAGE_LIMIT = 1000
-"""Most records on one page."""
+"""Largest number of records on one page."""
 MOST_LOOKED_AT = 5000
-"""Most studies whose axes are examined for one page."""
+"""Largest number of studies whose axes are examined for one page."""
 
 
 class Lookup(StoreBase):
@@ -100,7 +100,7 @@ class Lookup(StoreBase):
         Parameters
         ----------
         limit : int
-            Most records on the page, 1 to `PAGE_LIMIT`.
+            Largest number of records on the page, 1 to `PAGE_LIMIT`.
         cursor : str, optional
             The cursor of the page before. Studies submitted meanwhile do not shift the pages.
         wanted : Wanted

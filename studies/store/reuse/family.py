@@ -8,7 +8,7 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
 MOST_STUDIES = 8
-"""Most studies of the family examined, the latest first."""
+"""Largest number of studies of the family examined, the latest first."""
 
 
 def done_of_family(store: Store, family: str) -> list[Record]:

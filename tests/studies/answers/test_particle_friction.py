@@ -1,4 +1,6 @@
-"""A ranking says up to which friction of its particle the best damper holds, as that damper computed on its own says."""
+"""A ranking says at which friction of its particle the best damper keeps its value, as that damper computed on its own
+says.
+"""
 
 import json
 from typing import Any

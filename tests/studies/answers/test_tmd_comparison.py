@@ -193,7 +193,7 @@ def test_what_is_not_named_of_a_design_is_that_of_the_best_and_it_is_said():
     assert float(partly["mass_ratio"]) == 0.05
     among = [tmd_comparison(cube, tuning, {"mass_ratio": 0.05, "friction_ratio": g}) for g in (0.0, 0.2, 0.4)]
     assert partly.attrs["hybrid_peak"] == min(each.attrs["hybrid_peak"] for each in among)
-    assert "of those at what was named: γ_F = " in partly.attrs["note"]
+    assert "among those with the named values: γ_F = " in partly.attrs["note"]
 
 
 def test_at_one_frequency_nothing_is_said_to_be_better(cube):

@@ -216,7 +216,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "over a number": (columns("time (s), a/9.81"), "m/s2", "line 1", "a/9.81", "convert"),
     "counts": (peer("ACCELERATION IN COUNTS"), "g", "line 3", "COUNTS", "convert"),
     "a force": (columns("time (s), force (N)"), "g", "line 1", '"N"', "convert"),
-    "dates": (columns("time, acc (g)", DATES), None, "line 41", "No line is two numbers", "time in s"),
+    "dates": (columns("time, acc (g)", DATES), None, "line 41", "No line consists of two numbers", "time in s"),
     "too few digits": (columns("time (s), acc (g)", "{t:.2f}, {a}"), None, "time", "too few digits", "more digits"),
     "a lost sample": (LOST, None, "line 22", "a step of 0.01 s", "missing"),
     "series of commas": (COMMAS, None, "line 6", "decimal comma", "points"),

@@ -174,7 +174,7 @@ def _unpredictable(question: HistoryQuestion) -> Fault:
     least = (rows - 1) * question.measured.step_s
     told = (
         f"No parameters within their ranges describe even the first {least:.3g} s of the history "
-        "predictably: the known values do not describe this prototype, the ranges do not contain its "
+        "predictably. Either the known values do not describe this prototype, or the ranges do not contain its "
         "parameters, or the response diverges before the data determine them."
     )
     allowed = f"a response that the parameters determine for at least {least:.3g} s"

@@ -10,8 +10,8 @@ of mass only through the spring and dashpot of the structure,
 so a stiff wall leaves X slow. While friction holds the mass, X stands for v, and y'' = s'' − κF/μ. The excitation
 adds two coordinates: sin φ and cos φ, or s'' and the s''' that is constant between the samples of a record.
 
-The motion has two expansions: the complete one, over spans that the fastest rate of the contact allows, and the slow
-one, which remains after the vibration of the contact has decayed. The slow motion is an invariant subspace of the same
+The motion has two expansions. The complete one is for spans that the fastest rate of the contact allows. The slow one
+is what remains after the vibration of the contact has decayed. The slow motion is an invariant subspace of the same
 equations, so it is exact. If a wall is fast in both y and y', complete panels are possible however stiff it is. Of z' =
 Az let q be the one or two fast coordinates (y' where the wall is overdamped and yields slowly, else y and y') and r the
 others:

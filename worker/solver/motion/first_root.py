@@ -52,8 +52,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     Parameters
     ----------
     polynomial : array, shape (TERMS,)
-        Coefficients of p. If the previous event made the lowest coefficients zero (contact just opened, slip just
-        begun), the caller drops them first, so that a short flight is not lost next to the trivial root.
+        Coefficients of p. If the previous event (contact just opened, slip just begun) made the lowest coefficients
+        zero, the caller drops them first. Otherwise a short flight would be lost next to the trivial root.
     sign : float
         ±1: the function is sign · p and is positive, or zero and rising, just after `start`.
     start, end : float

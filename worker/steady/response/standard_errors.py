@@ -130,9 +130,9 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
     The transient is that of the marginal standard error rule (MSER, White 1997). It is the beginning, in groups of 16
     and at most the first half, whose omission minimises Σ(xᵢ − x̄)²/n² of the rest. It is left out only if its mean
     differs from that of the rest by three standard errors. The rule alone would prefer a part of a correlated series
-    with little variation, and so understate the error. The mean counts as stationary if the remaining batches do not
-    rise or fall more often than by chance (Mann 1945, Kendall 1975), since batch means alone treat a trend as noise.
-    The remainder of a trend is added to the error; it follows from the geometric series through the means of its
+    with little variation, and so understate the error. Batch means alone would treat a trend as noise. So the mean
+    counts as stationary only if the remaining batches do not rise or fall more often than by chance (Mann 1945, Kendall
+    1975). The remainder of a trend is added to the error; it follows from the geometric series through the means of its
     thirds.
     """
     cut = _transient(samples, first, last)

@@ -160,8 +160,8 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
     rows : int
         Half cycles metered.
     peaks : array, shape (2, ≥ rows // 2)
-        Filled, for each cycle, with the mean of the peaks over the two one-cycle intervals that begin in it; for the
-        last cycle, which may lack the next half cycle, over one interval.
+        Filled, for each cycle, with the mean of the peaks of the two one-cycle intervals that begin in it. The last
+        cycle may lack the next half cycle; it then has one interval.
     """
     for column in range(2):
         for i in range(rows // 2):

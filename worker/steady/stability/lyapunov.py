@@ -22,7 +22,7 @@ _BATCHES = 16
 _RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
 
 HALVES_FOLLOWED = 2 * 320 * (_BATCHES + 1) // _BATCHES
-"""Most half cycles for following a tangent vector."""
+"""Largest number of half cycles for following a tangent vector."""
 
 
 @kernel
@@ -40,8 +40,8 @@ def is_chaotic(
     state : State
         On the attractor.
     longest : int
-        Most excitation cycles for averaging the growth, if more than 16. One sixteenth of them more come before, to
-        turn the vector.
+        Largest number of excitation cycles for averaging the growth, if more than 16. They follow one sixteenth as many
+        cycles, which turn the vector.
 
     Notes
     -----
