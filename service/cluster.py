@@ -14,7 +14,7 @@ from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.cluster.jobs import hire
 
 MOST_JOBS = 16
-"""Default of the largest number of jobs of a batch system."""
+"""Default limit on the number of jobs of a batch system."""
 
 
 def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], AbstractContextManager[Client]]:

@@ -7,7 +7,7 @@ from damperlab.studies.faults import Fault, StudyFaults, printable
 _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
 _ENOUGH = 10
-"""Numbers that show whether all have as many digits."""
+"""Numbers from which on a table shows whether all its numbers have equally many digits."""
 
 
 def lines_in(text: bytes | str, field: str) -> list[str]:

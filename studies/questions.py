@@ -229,7 +229,7 @@ class Tuning:
     criterion: Criterion = asked("minimax", "How the tuned mass damper is tuned.", meanings=CRITERIA)
     mass_ratio: float | None = asked(
         None,
-        "Mass ratio of the tuned mass damper, and of the design, which has the nearest value of the grid.",
+        "Mass ratio of both: of the tuned mass damper, and of the design, at the nearest value of the grid.",
         least=0,
         most=MOST_ABSORBER_MASS,
     )

@@ -43,8 +43,8 @@ Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
 CRITERIA: dict[Criterion, str] = {
     "den_hartog": "Den Hartog's fixed points for an undamped structure, (14) and (15), ζ = c/(2√(m k₁))",
     "den_hartog_table4": (
-        "to reproduce the paper's curve: the number in Table 4, √(3μ/(8(1+μ)³)), used in (13) as c/(2√(m k₁)), "
-        "although it is c/(2 m ω_n); used as such, it gives den_hartog"
+        "the number that Table 4 prints, √(3μ/(8(1+μ)³)), put into (13) as if it were c/(2√(m k₁)): a mix of two "
+        "conventions, kept to reproduce the paper's curve; read as c/(2 m ω_n) it is den_hartog itself"
     ),
     "hinf": "exact least peak for an undamped structure, closed form of Nishihara and Asami (2002)",
     "h2": (

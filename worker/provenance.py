@@ -186,7 +186,7 @@ def require_identity(expected: str) -> None:
     """
     if expected != computing()["identity"]:
         raise WrongCode(
-            f"the worker on {socket.gethostname()} would not compute the bits of the study's other blocks: it has "
+            f"the worker on {socket.gethostname()} would not give the same bits as the study's other blocks: it has "
             f"{_words(computing())}, identity {computing()['identity']}, but the study has {expected}; use "
             "workers of one kind for a study"
         )

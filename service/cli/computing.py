@@ -371,6 +371,6 @@ def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -
     left = record.blocks_total - record.blocks_done
     message = (
         f"it was to run until {ends:%Y-%m-%d %H:%M:%S}; {record.blocks_done} of {record.blocks_total} "
-        f"blocks are kept; when continued, it computes the other {left}"
+        f"blocks are kept; a continued run computes the other {left}"
     )
     return store.set_state(record.id, "cancelled", message, only_from=("cancelled",))

@@ -42,7 +42,7 @@ SAMPLES_LIMIT = 10_000_000
 STEADY_HISTORY = 20
 """Default number of cycles of a steady response in a file."""
 LONG_HISTORY = 200
-"""Default of the largest number of cycles from rest in a file."""
+"""Default limit on the number of cycles from rest in a file."""
 SHOWN_SAMPLES = 1000
 EVERY = (*DIMENSIONS, *BEFORE)
 """Numbers of a design point."""

@@ -122,7 +122,7 @@ class BesideTab {
     this.look();
   }
 
-  /** Those with as many values along the axes of the map and what is reduced as this study. */
+  /** The studies with as many values as this one along the axes of the map and the reduced dimensions. */
   get offered() {
     const { record, selection } = this.session;
     const { x, y } = this.axes;

@@ -21,7 +21,7 @@ const CYCLES = 6;
 const MOST_CYCLES = 60;
 /** Cycles shown of a response that does not repeat, or whose period is unknown. */
 const CYCLES_OF_OTHERS = 12;
-/** The most samples that the service sends; with fewer, impacts could be left out. */
+/** Largest number of samples that the service sends; with fewer, impacts could be left out. */
 const SAMPLES = 20000;
 /** Space between a closed curve and the frame, over the curve's width. */
 const MARGIN = 0.05;

@@ -1,6 +1,6 @@
 /**
  * Searches with follow-up studies: around the best design until it is known well enough, and for the
- * friction of its particle up to which it holds.
+ * largest friction of its particle at which it keeps its value.
  */
 /** @import { Refinement, Session } from "./types.js" */
 

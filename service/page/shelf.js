@@ -12,9 +12,9 @@ import { actions, isActive } from "./progress.js";
 
 const LOOK_MILLISECONDS = 2000;
 const PAGE = 50;
-/** The most items that the service lists at once. */
+/** Largest number of items that the service lists at once. */
 const MOST = 200;
-/** The most items to compare: the number of colours for curves. */
+/** Largest number of items to compare: the number of colours for curves. */
 export const MOST_COMPARED = 5;
 const SORTS = /** @type {[string, string][]} */ ([
   ["", "newest first"],

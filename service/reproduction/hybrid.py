@@ -89,7 +89,7 @@ def figure_11(solve: Solve, quick: bool) -> Section:
     section.words = [
         "The paper draws its contours only at resonance and prints none of their values; our values are "
         "compared with the lowest one of Table 3. Designs that look superb at r = 1 are poor over the band: "
-        "a particle that rides on its wall moves the resonance to about r = 0.953. Compare the two maps.",
+        "a particle that stays on its wall moves the resonance to about r = 0.953. Compare the two maps.",
     ]
     return section
 

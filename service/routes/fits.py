@@ -33,8 +33,8 @@ FittedOrReadiness = TypeAliasType("FittedOrReadiness", FittedDocument | FittedHi
     summary="Estimate parameters from a measured response or time history",
 )
 async def ask_fit(request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]) -> Response:
-    """Answer with the output of `damperlab fit --json`; a fit that takes longer than a request may needs the command
-    line.
+    """Answer with the output of `damperlab fit --json`. Use the command line for a fit that exceeds the time of a
+    request.
     """
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)

@@ -133,7 +133,7 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
     band, ranges = judging.band, dict(judging.ranges)
     for name in [
         name for name in judging.ranges if name in units
-    ]:  # in their order, in which sentences name them
+    ]:  # in the order of `units`, in which sentences name them
         each = units[name]
         if each.source in cube.sizes:
             values = each.of(cube[each.source].values)

@@ -33,7 +33,7 @@ def flatness(
     -------
     list of dict
         One entry for each dimension with more than one value. It has `dimension` and `value`. `low` and `high` are the
-        last grid points on either side with at most `LOSS` more and nothing worse or unknown in between. `below` and
+        farthest grid points on either side up to which every value is known and at most `LOSS` larger. `below` and
         `above` are the next grid points beyond them, or None at the end of the axis. The border lies between `low` and
         `below`, and between `high` and `above`; there is no interpolation. `resolved`: whether the next design on
         either side is known to be as good. If one is `worse`, the response changes by more than `LOSS` from one grid

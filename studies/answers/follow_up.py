@@ -86,7 +86,7 @@ def named(study: Study, kind: str) -> str:
 
 
 def cover(designs: np.ndarray, most: int = 8) -> list[list[np.ndarray]]:
-    """Cover designs, one per row, by a few grids with little else in them.
+    """Cover designs, one per row, by a few grids that contain few other designs.
 
     Parameters
     ----------

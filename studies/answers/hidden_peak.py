@@ -57,9 +57,9 @@ def hidden(
 ) -> NDArray[np.bool_]:
     """Find the frequencies between which the response of each design may exceed `HIGHER` times its largest value.
 
-    Only coarse intervals count. They are wider than ζ, half of the half-power bandwidth, and meet the natural
-    frequencies from 1/√(1 + β), with the particle's mass riding on the structure, to 1. There a peak may hide in two
-    cases:
+    Only coarse intervals count. They are wider than ζ, half of the half-power bandwidth. They also overlap the range of
+    natural frequencies, from 1/√(1 + β), where the particle moves with the structure, to 1. There a peak may hide in
+    two cases:
 
     * a resonance that raises both ends, as in `may_hide`; its height is at most 1/(2ζ), that without a damper;
     * the particle strikes at one end only: the response jumps between the two, and the resonance that raises one end

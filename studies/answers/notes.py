@@ -38,7 +38,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             where = listed(map(phrases.symbol, known["dimensions"]))
             return f"One grid step in {where} costs more than a tenth: a better one may lie between."
         case "neighbourhood_unknown":
-            return f"Beside it in {listed(map(phrases.symbol, known['dimensions']))} nothing is known."
+            return f"No value next to it in {listed(map(phrases.symbol, known['dimensions']))} is known."
         case "incomplete":
             if "reduce" in known:
                 return f"Not everything is computed: the {known['reduce']} is taken over the points so far."
@@ -52,8 +52,8 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             return f"{count:,} of {known['of']:,} frequencies {'has' if count == 1 else 'have'} no value ({why})."
         case "other_excitation":
             return (
-                "It and the structure without a damper answer to a force here, X over the static displacement; the study's "
-                "damper is shaken through its base."
+                "Here a force excites it and the structure without a damper, and X is over the static displacement. The "
+                "study's damper is shaken through its base."
             )
         case "promising":
             return f"{counted(known['cells'], 'cell')} of the grid {_better(known)}."

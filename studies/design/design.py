@@ -56,7 +56,7 @@ class Ask:
 
 
 Rounds = Generator[Ask, Iterable[xr.Dataset], Found]
-"""Requests studies, is sent their cubes, returns its findings."""
+"""A generator that requests studies, receives their cubes and returns its findings."""
 
 
 def designing(asked: Specification, budget: int) -> Rounds:
@@ -178,7 +178,7 @@ def _require(search: Search) -> None:
     if first <= search.book.budget / 2:
         return
     found, dampers = f"{search.book.budget:,} points", counted(len(search.first()), "damper")
-    told = f"{{field}} allows {found}; the first look at {dampers} takes {first:,}, and as many are kept for what follows."
+    told = f"{{field}} allows {found}; the first look at {dampers} takes {first:,}, and as many are kept for the later steps."
     key = search.asked.budget_key
     more = key.removeprefix("budget_")
     advice = f"give more {more}, choose fewer quantities, or give one amplitude in place of a range"

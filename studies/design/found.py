@@ -110,7 +110,7 @@ class Found:
 
     @property
     def under_records(self) -> tuple[Score, ...]:
-        """As `nominal`, under each excitation of ground-motion records or a sweep alone."""
+        """As `nominal`, under a single excitation; one for each excitation by records or a sweep."""
         return tuple(score(self.book, self.build, each.cases) for each in self.asked.records)
 
     @property

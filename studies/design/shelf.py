@@ -213,7 +213,7 @@ class Shelf:
         return self._has(design_id, END) or not self._has(design_id, REQUEST)
 
     def damaged(self, pause: Callable[[], None] = lambda: None) -> Iterator[tuple[str, str]]:
-        """Read every design; give the id of each damaged one, and a sentence.
+        """Read every design; give the id of each damaged one, and the reason as a sentence.
 
         Parameters
         ----------
@@ -345,7 +345,7 @@ class Shelf:
         folder.clear()
 
     def pieces(self, design_id: str) -> dict[str, bytes]:
-        """Give the files of a design unchanged. If it ends meanwhile, they are those before or those after its end."""
+        """Give the files of a design unchanged: if it ends meanwhile, either the earlier or the later ones."""
         folder, found = self._folder.at(design_id), {}
         # the end is written last, because the files that it announces must exist before
         for name in (END, ANSWER, REPORT, ROUND, NAME, TRASH, REQUEST):

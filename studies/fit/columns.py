@@ -69,15 +69,15 @@ ACCELERATION = re.compile(
 OF_RESPONSE = (
     "With friction and impacts the motion is not a sine, so its largest displacement is not its largest "
     "acceleration over ω²",
-    "integrate the recorded acceleration twice, high-pass filtered well below the excitation frequency, and give the largest "
-    "displacement of a cycle as `amplitude (mm)`",
+    "integrate the recorded acceleration twice, with a high-pass filter well below the excitation frequency, and give the "
+    "largest displacement of a cycle as `amplitude (mm)`",
 )
 """Reason why an acceleration of the structure is not fitted, and the remedy."""
 
 _NO_AMPLITUDE = re.compile(r"\b(?:rms|pp|p-p|pk-pk|peak[- ]?to[- ]?peak)\b", re.IGNORECASE)
 _TO_AMPLITUDE = (
-    "give the largest displacement of a cycle as `amplitude (mm)`: half of a peak-to-peak value; an rms value leaves it open, "
-    "since the motion is no sine"
+    "give the largest displacement of a cycle as `amplitude (mm)`: half of a peak-to-peak value; an rms value does not "
+    "determine it, since the motion is no sine"
 )
 _OTHERWISE = {
     "displacement": "amplitude",

@@ -81,7 +81,9 @@ def _agrees(fitted: Outcome, probability: float) -> str:
     """Say whether the model agrees with the measurement within the stated deviations."""
     found = f"chi-square is {fitted.chi_square:.4g} for {counted(fitted.freedom, 'degree')} of freedom"
     if probability < DOUBTED:
-        wider = f", and are {fitted.widening:.2g} times as wide for it" if fitted.widening > 1.0 else ""
+        wider = (
+            f", and are {fitted.widening:.2g} times as wide for this reason" if fitted.widening > 1.0 else ""
+        )
         return (
             f"The model does not agree with the measurement within the stated deviations: {found}, which "
             f"chance alone exceeds with a probability of {probability:.2g}. Either the deviations are too "
@@ -222,5 +224,5 @@ def _correlated(fitted: FittedHistory) -> Iterator[str]:
     if fitted.correlated > CORRELATED:
         yield (
             "The residuals are correlated from sample to sample: the noise is not white, or the model is "
-            f"not quite right. Intervals are up to {fitted.correlated:.2g} times as wide for it."
+            f"not quite right. For this reason intervals are up to {fitted.correlated:.2g} times as wide."
         )

@@ -116,7 +116,7 @@ def specification_schema() -> Schema:
             },
             "confidence": CONFIDENCE.schema(0.9),
             "budget_minutes": BUDGET_MINUTES.schema(8.0),
-            "budget_points": _count("most points, in place of core minutes", 100),
+            "budget_points": _count("largest number of points, in place of core minutes", 100),
             "builds": _count("builds drawn within the tolerances", 0, 10_000) | {"default": 60},
         },
     }  # fmt: skip

@@ -87,7 +87,7 @@ class ToleranceFields(DamperFields):
             found[name] = Tolerance(tolerance.size * scale, tolerance.relative)
         found = {name: each for name, each in found.items() if each.size > 0}
         if len(found) > MOST:
-            told = f"{{field}} are {len(found)}; at most {MOST} are computed together."
+            told = f"{{field}} has {len(found)} entries; at most {MOST} can be computed together."
             self._fault(
                 "tolerances", f"{len(found)}", f"at most {MOST}", "leave out the least important ones", told
             )

@@ -119,7 +119,7 @@ def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
     lines += [
         "## Stability",
         "",
-        f"{passed} of {len(report['stability'])} extreme cases pass: the march arrives, every value is finite, the "
+        f"{passed} of {len(report['stability'])} extreme cases pass: the integration arrives, every value is finite, the "
         "energy residual is within its limit, penetration and momentum errors are rounding (1e-12). The last column is "
         f"what the paper's method does with {STEPS} steps per cycle.",
         "",
@@ -153,7 +153,7 @@ def _steady_lines(steady: dict[str, Any]) -> list[str]:
         f"The extreme cases through the same search, compared with integrations over {2 * EXTREME_CYCLES} "
         "cycles. Without damping, or with very little, neither has settled by then.",
         "",
-        "| case | class | period | X/Z | error | cycles | status | beside the march |",
+        "| case | class | period | X/Z | error | cycles | status | beside the integration |",
         "|---|---|---:|---:|---:|---:|---|---|",
     ]
     lines.extend(

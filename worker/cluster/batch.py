@@ -37,7 +37,7 @@ class Jobs:
     most : int
         Largest number of jobs that wait or run together; each is one worker on one core.
     fewest : int
-        Fewest jobs, even if fewer blocks are left.
+        Smallest number of jobs, even if fewer blocks are left.
     wall_seconds : float
         Wall time of a job; its worker exits before.
     memory_bytes : int

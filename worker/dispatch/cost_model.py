@@ -33,8 +33,8 @@ RUN_SECONDS, RECORD_WINDOW_SECONDS = 5e-5, 0.15e-6
 STEP_SECONDS = 0.04e-6
 """One step of the fixed-step method, for any scene."""
 MOST_RIDING, RIDING_CLEARANCE = 9.1, 1.8
-"""Largest factor of a cycle if the clearance is below the amplitude, where the particle chatters and rides, and the
-clearance ratio over which it decreases.
+"""Largest factor of a cycle if the clearance is below the amplitude, where the particle chatters and stays on a wall,
+and the clearance ratio over which the factor decreases.
 """
 FEWEST_CYCLES = 40.0
 """Average number of cycles until a response counts as steady, far from resonance."""

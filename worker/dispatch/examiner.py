@@ -155,7 +155,7 @@ class Examiner:
         if self._identity and answer.facts["identity"] != self._identity:
             self._workers.leave_out(
                 address,
-                f"it would not compute the bits of the study's other blocks: it has {_words(answer.facts)}, "
+                f"it would not give the same bits as the study's other blocks: it has {_words(answer.facts)}, "
                 f"identity {answer.facts['identity']}, but the study has {self._identity}",
                 now + AGAIN_SECONDS,
             )

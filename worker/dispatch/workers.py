@@ -37,7 +37,7 @@ class Workers(Standings):
         self._backlog = backlog
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
-        # workers that have room, by the number of blocks per thread that they lack: of thousands only few do
+        # workers that have room, by the number of blocks per thread that they lack: few of thousands have room
         self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
         self._patience = Patience()
 
@@ -76,7 +76,8 @@ class Workers(Standings):
         return lost
 
     def take_away(self, now: float) -> list[str]:
-        """Give each block that runs far too long once to another worker, and exclude its worker until that answers.
+        """Give each block that runs far too long to another worker, once, and exclude its present worker until that
+        answers.
 
         Parameters
         ----------

@@ -66,4 +66,4 @@ class Ending:
         """Say what remains, and how to continue."""
         record = self._store.find(self._lease.study_id)
         pending = record.blocks_total - record.blocks_done
-        return f"{record.blocks_done} of {record.blocks_total} blocks are kept; when continued, it computes the other {pending}"
+        return f"{record.blocks_done} of {record.blocks_total} blocks are kept; a continued run computes the other {pending}"

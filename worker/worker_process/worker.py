@@ -25,7 +25,7 @@ from damperlab.worker.worker_process.self_check import show_alive
 LOOK_SECONDS = 0.2
 """Interval between checks for a notice and of the remaining work."""
 ASK_SECONDS = 5.0
-"""Interval between requests for a notice from an address: notices come 30 to 120 s ahead."""
+"""Interval between requests for a notice from an address: notices come 30 to 120 s before the machine ends."""
 ANSWER_SECONDS = 2.0
 """Longest time of such a request."""
 _NOT_YET = (b"false", b"none", b"")

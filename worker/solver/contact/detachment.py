@@ -1,4 +1,4 @@
-"""A rigid wall stops pushing the particle in sustained contact with it, which leaves with zero relative speed."""
+"""Detachment: a rigid wall stops pushing a particle in sustained contact, which leaves it with zero relative speed."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import Phase, largest_forcing, net_resistance
