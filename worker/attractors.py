@@ -17,8 +17,8 @@ from damperlab.worker.steady.settle import Settings, at_rest, settle
 from damperlab.worker.warm import warm
 
 NUDGES = (1, -1, 2, -2)
-"""Starts next to rest, as multiples of `NUDGE` by which the velocity of the base or, under a force, the particle's
-position differs.
+"""Starts next to rest: multiples of `NUDGE`, by which the velocity of the base is changed or, under a force, the
+position of the particle.
 """
 
 NUDGE = 2.0**-46

@@ -263,7 +263,7 @@ def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str])
 def _named(
     option: str, written: Iterable[str] | None, names: tuple[str, ...], form: str
 ) -> Iterator[tuple[str, str]]:
-    """Read ``name=value`` as `read_named` does. Names in a study's physical block stand for its coordinates."""
+    """Read ``name=value`` as `read_named` does. Names in a study's physical block may replace those of its coordinates."""
     assignments = (
         f"{ALIASES.get(name, name)}{equals}{text}"
         for name, equals, text in (each.partition("=") for each in written or ())

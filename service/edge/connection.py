@@ -76,7 +76,9 @@ class Connection(H11Protocol):
             self.connections.discard(idle)
         if len(self.connections) > self._settings.connections_limit:
             self._refuse(
-                503, "too-many-connections", "The service already has its largest number of connections."
+                503,
+                "too-many-connections",
+                "The service already has the largest allowed number of connections.",
             )
 
     @property

@@ -25,7 +25,7 @@ export class ParallelPanel {
   said = el("p", { class: "quiet", role: "status" });
   /** @type {Ranked[]} */
   found = [];
-  /** Whether friction clamps the structure with the first of them. @type {boolean | undefined} */
+  /** Whether friction clamps the structure with the first design. @type {boolean | undefined} */
   clamped;
   /** @type {Axis[]} */
   axes = [];

@@ -66,12 +66,10 @@ def table_a1(solve: Solve, quick: bool) -> Section:
     section.words = [
         SOURCE_NOTE,
         f"Here the record is {motion.name}, multiplied by {factor:.4g}, which gives the structure without a "
-        "damper the paper's peak against its base. Every cavity of the prototype was tried. So was, for "
-        "each base amplitude that the labels may mean, the friction force that gives the 16.22 of Table 3. "
-        "Amplitudes are those against the base.  "
-        "If a response depends on its start in the seventh digit, the row also gives the range of its "
-        "peak over "
-        f"{STARTS} such starts.",
+        "damper the paper's peak against its base. Every cavity of the prototype was tried. For each base amplitude "
+        "that the labels may mean, the friction force that gives the 16.22 of Table 3 was tried too. Amplitudes are "
+        "those against the base. If a response depends on its start in the seventh digit, the row also gives the "
+        f"range of its peak over {STARTS} such starts.",
     ]
     return section
 

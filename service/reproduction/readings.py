@@ -42,6 +42,7 @@ def contacts_in_words() -> str:
     """Describe the contact models."""
     named = [f"{name} ({CONTACT_TIMES[name].doc})" for name in ("paper_soft_printed", "paper_soft_real")]
     return (
-        "The paper adds contact times to all its simulations without saying how. Tried: `instant` (none), and `dwell` "
-        f"(the particle moves with the wall for that time) with {listing(named)}."
+        "The paper adds contact times to all its simulations without saying how. Two models were tried: "
+        "`instant`, without a contact time, and `dwell`, in which the particle moves with the wall for that time. "
+        f"The times are {listing(named)}."
     )

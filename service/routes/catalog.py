@@ -1,4 +1,4 @@
-"""The parts of which studies consist: named studies, dimensions, variables and their meanings."""
+"""The parts of studies: named studies, dimensions, variables and their meanings."""
 
 from typing import Annotated, Any
 

@@ -1,4 +1,4 @@
-"""Sessions of the page: a cookie stands for a key for some hours, so that no script ever has the key."""
+"""Sessions of the page: a cookie replaces a key for some hours, so that no script ever has the key."""
 
 import secrets
 import time

@@ -19,7 +19,7 @@ from damperlab.studies.store.store import Store
 PIECE_BYTES = 1 << 20
 """Size of the pieces of a long answer, which is sent as its client reads it."""
 EXPORT_POINTS = 1_000_000
-"""Number of points for which an export may take the processor time of one more request."""
+"""An export may take the processor time of one request, and of one more for each multiple of this number of points."""
 
 Result = TypeVar("Result")
 

@@ -345,7 +345,7 @@ def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, sh
     )
     return (
         f"At a scale of {cube[SCALE].values[-1]:g} the rms over {counted(records, 'record')} is {factor * found.rms:.4g} ± "
-        f"{factor * found.rms_error:.2g}{unit} (standard error), and the mean {factor * found.mean:.4g} ± "
+        f"{factor * found.rms_error:.2g}{unit} (standard error). The mean is {factor * found.mean:.4g} ± "
         f"{factor * found.mean_error:.2g}{unit}. {100 * share:g} % stay below {factor * found.quantile:.3g}{unit} (95 % from "
         f"{low} to {high}; {enough_records(share)} records bound it)."
     )

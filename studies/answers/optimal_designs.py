@@ -109,7 +109,7 @@ def merged_designs(
     ids = list(cubes)
     cubes = dict(zip(ids, alike(cubes.values()), strict=True))
     cube = cubes[ids[0]]
-    # follow-ups may lack the units of the study, and their faults name ratios
+    # follow-ups may lack the units of the study, and their faults would then name ratios
     judging = judging_in_ratios(cube, judging)
     question = DesignQuestion.ask(cube, judging, top)
     judging = replace(judging, objective=question.objective)

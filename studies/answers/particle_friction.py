@@ -53,9 +53,9 @@ def studies_with_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging
     Returns
     -------
     tuple of Study
-        One study over `COEFFICIENTS`, or one for each of them over base amplitudes. Empty in these cases: the
-        recommended damper does not work by impacts; the study is in ratios or incomplete; friction or gravity already
-        acts on the particle; friction cannot be combined with the contact or the solver.
+        One study over `COEFFICIENTS`, or one for each of them over base amplitudes. Empty if the recommended damper
+        does not work by impacts, or the study is in ratios or incomplete. Also empty if friction or gravity already
+        acts on the particle, or friction cannot be combined with the contact or the solver.
     """
     kind, lead = kind_of(cube.sizes), leading(ranked)
     strikes = ranked.attrs.get("brief", {}).get("damper") in ("hybrid", "particle_alone")
@@ -82,7 +82,7 @@ def find_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> Ref
     Returns
     -------
     Refinement
-        Without studies if the ranking says it already.
+        Without studies if the ranking already has the result.
 
     Raises
     ------

@@ -69,8 +69,8 @@ def refine_optimum(
     cubes : mapping of Dataset
         Its cube first, then those of finished follow-ups, by id.
     search : Search
-        Limits: the step to which each parameter is refined, in its own unit; the share of the value by which a design
-        must promise to be better; and the number of points of all follow-ups together.
+        Limits on the step to which each parameter is refined, in its own unit, and on the points of all follow-ups
+        together. Also the share of the value by which a design must promise to be better.
     judging : Judging
         As in `optimal_designs`.
 

@@ -87,8 +87,8 @@ def resonance_map(
         mean, the error is the mean error and the status the worst, and there is no class. After a reduction,
         `computed_share` is the share of the reduced points that were computed. The other dimensions are scalar
         coordinates. Attributes: `complete` (share of the points of the slice that were computed), `points`,
-        `points_failed`, `reduce`, `over`, `worst_over` (the uncontrolled dimension, if it was reduced to the worst),
-        `note` (the choices, in words).
+        `points_failed`, `reduce`, `over`. Also `worst_over`, the uncontrolled dimension if it was reduced to the worst,
+        and `note`, the choices in words.
 
     Raises
     ------

@@ -41,7 +41,7 @@ NEAR = 0.95
 MARGIN = 0.05
 """Excess over the best beyond which a damper is not refined."""
 WORST, EXCEEDING = 1e4, 1e3
-"""Value that stands for an unbounded response, and least value of a damper that exceeds a limit."""
+"""Value of an unbounded response, and least value of a damper that exceeds a limit."""
 LEAST = 1e-300
 
 

@@ -136,7 +136,7 @@ def _limits(found: Found) -> Iterator[str]:
         what = f"{about.words}{' over the bands' if asked.cases and not about.under_record else ''}"
         allowed, most = _limited(asked, name, limit), _limited(asked, name, rounded_up(at_most))
         if isinf(reached):
-            yield f"Nothing bounds the {what}, of which {allowed} are allowed."
+            yield f"Nothing bounds the {what}; {allowed} is allowed."
             continue
         begins = f"The {what} reaches {_limited(asked, name, reached)} of the {allowed} allowed ({_share(reached / limit)})"
         begins += _where(found, name)

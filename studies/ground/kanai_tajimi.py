@@ -110,7 +110,7 @@ def kanai_tajimi(
     191: without the trapezoid, the periodogram is the spectrum itself. The sum of cosines is one inverse FFT.
 
     The second filter is that of R. W. Clough, J. Penzien, Dynamics of Structures (1975): s²/(s² + 2ζ_f·ω_f·s + ω_f²)
-    with ω_f = 0.1 ω_g and ζ_f = 0.6, so that the displacement of the base is that of an oscillator. It is applied after
+    with ω_f = 0.1 ω_g and ζ_f = 0.6. The displacement of the base is then that of an oscillator. It is applied after
     the trapezoid (as in S. Rezaeian, A. Der Kiureghian, Earthquake Eng. Struct. Dyn. 39 (2010) 1155): if it were
     applied before, the trapezoid would bring the drift back.
     """

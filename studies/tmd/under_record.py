@@ -87,8 +87,8 @@ def linear_system(
     (8,).
 
     Unknowns are v and v' of the structure against its base, q and q' of the absorber against the structure, and
-    displacement, velocity, acceleration and jerk of the base. The equations are v'' = x'' − a with x'' = −2ζωv' − ω²v +
-    μ(2ζ_aγωq' + γ²ω²q), and q'' = −(2ζ_aγωq' + γ²ω²q) − x''.
+    displacement, velocity, acceleration and jerk of the base. The equations are v'' = x'' − a with
+    x'' = −2ζωv' − ω²v + μ(2ζ_aγωq' + γ²ω²q), and q'' = −(2ζ_aγωq' + γ²ω²q) − x''.
     """
     link = np.zeros(8)
     own = absorber.tuning * omega

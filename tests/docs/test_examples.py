@@ -27,7 +27,7 @@ WRITTEN = [
     for found in TITLED.finditer(page.read_text())
     if found[1].endswith(".yaml")
 ]
-COUNT = re.compile(r"\b(\d+) agree\b|\bhold (\d+ of \d+)\b")
+COUNT = re.compile(r"\b(\d+) agree\b|\b(\d+ of \d+) within\b")
 
 
 @pytest.mark.parametrize("example", GLOSSARY)

@@ -127,8 +127,8 @@ def non_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
 def one_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
     """Return the steady state that sticks once in each half period, or None where it does not exist.
 
-    Slip starts from rest at v = A when the force falls to the friction limit, r^2 cos(phi) - A = -gamma, and ends at v
-    = -A, v' = 0, before half a period is over. The mass then sticks until the mirrored start. For a given phi the slip
+    Slip starts from rest at v = A when the force falls to the friction limit, r^2 cos(phi) - A = -gamma, and ends at
+    v = -A, v' = 0, before half a period is over. The mass then sticks until the mirrored start. For a given phi the slip
     is explicit; phi is the zero of v(end) + A.
 
     Validity (checked): 0 < end <= pi/r, v' < 0 between, |r^2 cos(r t + phi) - v| <= gamma while stuck.

@@ -153,7 +153,7 @@ def _steady_lines(steady: dict[str, Any]) -> list[str]:
         f"The extreme cases through the same search, compared with integrations over {2 * EXTREME_CYCLES} "
         "cycles. Without damping, or with very little, neither has settled by then.",
         "",
-        "| case | class | period | X/Z | error | cycles | status | beside the integration |",
+        "| case | class | period | X/Z | error | cycles | status | compared with the integration |",
         "|---|---|---:|---:|---:|---:|---|---|",
     ]
     lines.extend(

@@ -47,10 +47,10 @@ def drawn_starts(
     Yields
     ------
     State
-        The mass moves as in a harmonic motion u = a sin(rτ + ψ) at τ = 0, with ψ uniform. ln a is uniform between two
-        limits: the amplitude of the base, or the static displacement under a force; and the amplitude of the structure
-        alone (at least 2 Z, at most `HIGHEST`). The particle is anywhere in its cavity, uniformly, with a velocity
-        relative to the mass that is uniform within ± a r.
+        The mass moves as in a harmonic motion u = a sin(rτ + ψ) at τ = 0, with ψ uniform. ln a is uniform. The lower
+        limit of a is the amplitude of the base, or the static displacement under a force. The upper limit is the
+        amplitude of the structure alone (at least 2 Z, at most `HIGHEST`). The particle is anywhere in its cavity,
+        uniformly, with a velocity relative to the mass that is uniform within ± a r.
     """
     yield at_rest(excitation, friction, particle)
     forced = isinstance(excitation, Forced)

@@ -1,7 +1,7 @@
 """A shelf in a bucket of an object store with S3's protocol.
 
 Address and keys come only from the environment, as for any program that uses S3: AWS_ENDPOINT_URL, AWS_REGION,
-AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, … They are not stored, logged or sent to workers.
+AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and others. They are not stored, logged or sent to workers.
 """
 
 import os

@@ -348,7 +348,7 @@ class Entering(StoreBase):
         c = studies.c
         # a backup with its own submissions becomes independent, since the next copy would remove them
         forget(connection, BACKUP_OF)
-        # a reader at a revision of a deleted study must not find it in the new one
+        # a reader at a revision of a deleted study must not find the same revision in the new study
         ever: dict[str, int] = {}
         for digests in pieces(each.entry.study.digest for each in several):
             query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(digests)).group_by(c.id)

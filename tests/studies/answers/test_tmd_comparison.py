@@ -64,7 +64,7 @@ def test_a_force_has_its_own_transfer_function_and_a_study_of_one_is_compared_un
     # a shaken base acts through the structure's spring and dashpot: |1 + 2iζr| times a force over the stiffness
     base = tuned_mass.amplitude_ratio(r, 0.1, tuning, damping, 0.0038)
     np.testing.assert_allclose(answer["tmd"], base / np.hypot(1, 2 * 0.0038 * r), rtol=1e-11)
-    assert "answer to a force" in answer.attrs["note"]
+    assert "a force excites it" in answer.attrs["note"]
     assert "force" not in tmd_comparison(cube, Tuning("hinf")).attrs["note"]
     forced = cube.copy()
     forced.attrs["study"] = json.dumps(json.loads(cube.attrs["study"]) | {"excitation": "force"})

@@ -180,7 +180,7 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
         ("r, X/Z (dB)\n1, 2", "Convert the numbers to a ratio"),
         ("r, amplitude pp (mm)\n1, 2", "half of a peak-to-peak value"),
         ("r, peak-to-peak (mm)\n1, 2", "half of a peak-to-peak value"),
-        ("r, amplitude (mm rms)\n1, 2", "an rms value leaves it open"),
+        ("r, amplitude (mm rms)\n1, 2", "an rms value does not determine it"),
         ("r, x-z\n1, 2", 'The heading "x-z" names no known column'),
         ("r, amplitude (relative) (mm)\n1, 2", "names no known column"),
         (

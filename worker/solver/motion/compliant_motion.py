@@ -1,9 +1,9 @@
 """The linear motion of mass and particle in contact through a compliant wall.
 
 Written in X = x − μy and y = u − p ∓ d, where x = v + σγ_F (σ the direction of slip). y has the sign of the wall:
-wall · y is the penetration of the particle. With μ = β/(1 + β), κ = 1/(1 + β), K of the wall over k, C over k/ω_n,
-and g the force on the structure (0 on a shaken base), the contact force is F = Ky + Cy'. It moves the common centre
-of mass only through the spring and dashpot of the structure,
+wall · y is the penetration of the particle. Let μ = β/(1 + β) and κ = 1/(1 + β), and let g be the force on the
+structure, 0 on a shaken base. With K of the wall over k, and C over k/ω_n, the contact force is F = Ky + Cy'. It moves
+the common centre of mass only through the spring and dashpot of the structure,
 
     X'' = −s'' + κ(g − (2ζ(X' + μy') + X + μy)),    y'' = g − (2ζ(X' + μy') + X + μy) − F/μ,
 

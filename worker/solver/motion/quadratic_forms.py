@@ -89,9 +89,10 @@ def motion_forms(
     Returns
     -------
     array, shape (3 · PAIRS + 4,)
-        ∫−(2ζw + x) s' and ∫2ζw² by the products of (x₀, w₀, sin φ, cos φ) in the order 00 01 02 03 11 12 13 22 23 33;
-        ∫(x + s)² by those of (x₀ + s₀, w₀ + s₀', sin φ, cos φ), then ∫(x + s) by each of these four. Each integral uses
-        coordinates in which it is a sum without cancellation, for r ≪ 1 and for r ≫ 1.
+        First ∫−(2ζw + x) s' and ∫2ζw² by the products of (x₀, w₀, sin φ, cos φ), in the order
+        00 01 02 03 11 12 13 22 23 33. Then ∫(x + s)² by the products of (x₀ + s₀, w₀ + s₀', sin φ, cos φ), and
+        ∫(x + s) by each of these four.
+        Each integral uses coordinates in which it is a sum without cancellation, for r ≪ 1 and for r ≫ 1.
     """
     forms = filled(3 * PAIRS + 4, 0.0)
     of_absolute = np.empty((4, TERMS))

@@ -127,9 +127,9 @@ def vibration_after(vibration: Vibration, rates: Floats, t: float) -> Vibration:
 
     Notes
     -----
-    With Λ = [[a, b], [c, d]], m = (a + d)/2 < 0 and δ = ((a − d)/2)² + bc, exp(Λt) is e^(mt) (cosh(√δ t) +
-    (Λ − m) sinh(√δ t)/√δ), for δ < 0 with cos and sin of √−δ t. The smaller rate is det Λ over the larger one: m + √δ
-    would cancel.
+    Let Λ = [[a, b], [c, d]], m = (a + d)/2 < 0 and δ = ((a − d)/2)² + bc. Then
+    exp(Λt) = e^(mt) (cosh(√δ t) + (Λ − m) sinh(√δ t)/√δ). For δ < 0 it has cos and sin of √−δ t. The smaller rate is
+    det Λ over the larger one: m + √δ would cancel.
     """
     first, second = vibration
     a, b, c, d = rates[0], rates[1], rates[2], rates[3]

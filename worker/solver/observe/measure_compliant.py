@@ -181,7 +181,7 @@ def measure_vibration(
 
     Notes
     -----
-    ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f], by parts, which ends with the derivatives of the polynomial p; and
+    ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f], by parts, which ends with the derivatives of the polynomial p.
     J = ∫ f fᵀ dt solves ΛJ + JΛᵀ = [f fᵀ].
     """
     sums, base, motion, buffers = meter.sums, scene.base, regime.motion, buffers_of(scene)

@@ -234,8 +234,8 @@ def _highest(
     ):  # the slope is monotone, so there is one extremum if it changes sign, else none
         if rate * rate_end >= 0.0:
             return 0.0
-        # a parabola through slope and curvature at the start and slope at the end, then steps of Newton, each of which
-        # squares the error; the error of the height is the square of that
+        # A parabola through slope and curvature at the start and slope at the end. Then steps of Newton, each of which
+        # squares the error; the error of the height is the square of that.
         half = 0.5 * curve
         last = (rate_end - rate - curve * t) / (t * t)
         root = sqrt(max(half * half - last * rate, 0.0))
