@@ -4,7 +4,10 @@ from collections.abc import Sequence
 
 from damperlab.studies.faults import Fault, StudyFaults, printable
 
-_WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+_PACKED = (b"PK\x03\x04", b"\x1f\x8b", b"BZh", b"\xfd7zXZ")
+"""First bytes of compressed files; workbooks are compressed too."""
+_OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
+_WORKBOOKS = (b"[Content_Types].xml", b"opendocument")
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
 _ENOUGH = 10
 """Numbers from which on a table shows whether all its numbers have equally many digits."""
@@ -36,8 +39,12 @@ def _decoded(text: bytes | str, field: str) -> str:
         wide = "utf-16" if text.startswith(_MARKS) else "utf-16-be" if zeros[0] else "utf-16-le"
         return text.decode(wide, errors="replace")
     if 0 in text:
-        found = "a workbook" if text.startswith(_WORKBOOKS) else "a binary file"
-        raise StudyFaults([Fault(field, found, "a text file", "save the sheet as CSV")])
+        found, advice = "a binary file", "save the sheet as CSV"
+        if text.startswith(_OLD_WORKBOOK) or any(name in text for name in _WORKBOOKS):
+            found = "a workbook"
+        elif text.startswith(_PACKED):
+            found, advice = "a compressed file", "unpack it, and give the file within"
+        raise StudyFaults([Fault(field, found, "a text file", advice)])
     try:
         return text.decode("utf-8-sig")
     except UnicodeDecodeError:

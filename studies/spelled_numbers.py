@@ -14,8 +14,11 @@ _WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*([^\W\d_][^\s]{{0,9}}|″|\")\s*\Z")
 _SPAN = re.compile(rf"\s*({_NUMBER})\s*(?:-|–|—|\.\.+|…|:|to|bis)\s*({_NUMBER})\s*\Z")
 NUMBER_ALONE = "write a plain number"
 QUOTED = "write a plain number, without quotation marks"
-WRITE_POINTS = "write decimal points; a spreadsheet saves them so where its numbers are set to English"
-COMMAS_FOUND = "{field} has a number with a decimal comma."
+WRITE_POINTS = (
+    "write decimal points, and nothing between thousands; a spreadsheet saves points where its numbers are set "
+    "to English"
+)
+COMMAS_FOUND = "{field} has a number with a decimal comma, or with a comma between thousands."
 """Message about a table, given once instead of for each of its numbers."""
 _THOUSANDS = 3
 """Digits after a comma that may separate thousands."""

@@ -50,7 +50,7 @@ def check_lines(lines: Lines, columns: int) -> None:
     for number, cells in cut:
         cell = None if lines.separator == "," else decimal_comma(cells)
         if cell is not None:
-            told = COMMAS_FOUND.rstrip(".") + f", {printable(cell)}; the table needs decimal points."
+            told = COMMAS_FOUND.rstrip(".") + f": {printable(cell)}."
             raise StudyFaults(
                 [Fault(f"line {number}", printable(cell), "decimal points", WRITE_POINTS, told)]
             )

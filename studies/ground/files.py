@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -32,6 +33,7 @@ _BEGIN = re.compile(
 """The line of an AT2 file with the number of samples and the step."""
 _NO_WORD = re.compile(rf"{_NUMBER}|[+-]?(?:nan|inf)|n/?a|null|none|-+|\*+", re.IGNORECASE)
 """Contents of a cell that is a number or a missing value."""
+_BEFORE_THOUSANDS, _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}"), re.compile(r"[0-9]{3}(?![0-9])")
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 _LONG_STEP_S = 0.1
@@ -77,10 +79,10 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     begin = _BEGIN.search(top)
     if layout == "at2" and not begin:
         seen = printable(lines[min(3, len(lines) - 1)])
-        advice = "give a complete PEER file (.AT2), or name the format csv for two columns"
+        advice = "correct the line; if the file has two columns, name it .csv, or over HTTP the format csv"
         raise refused(_at(min(4, len(lines))), seen, "of the form NPTS=<number>, DT=<number>", advice)
     place = top.count("\n", 0, begin.end()) + 1 if begin else 0
-    head, rows = _cut(lines, place)
+    head, rows, remarks = _cut(lines, place)
     if begin:
         count, step = int((begin[1] or begin[4])[:12]), begin[2] or begin[5]
     elif _is_announcement(rows):
@@ -90,9 +92,13 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         count, step = 0, ""
     if len(rows) < (1 if step else 2):
         told = f"The file has {counted(len(rows), 'row')} of numbers; a record needs at least two."
-        if not rows and head:
-            told = f"No line consists of two numbers; the last line is {printable(head[-1][1])}."
         advice = "give time in s and acceleration, one sample on each line"
+        if begin and not rows:
+            below = next((line for line in lines[place:] if line.strip()), "")
+            told = f"No line below line {place} consists of numbers; the first is {printable(below)}."
+            advice = "give the complete file, with blanks between the numbers"
+        elif not rows and head:
+            told = f"No line consists of two numbers; the last line is {printable(head[-1][1])}."
         raise refused(_at(len(lines)), f"the end after {len(rows)} rows", "two rows or more", advice, told)
     sizes = {len(cells) for _, cells in rows}
     table = (sizes == {2} and 2 * len(rows) != count) or (len(rows) == count and sizes != {1})
@@ -101,7 +107,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     sign = next((each for each in ";\t," if each in lines[rows[0][0] - 1]), "")
     if not series:
         _check_width(rows)
-    second, factor = read_heading(head, None if series else sign, units)
+    second, factor = read_heading(head, None if series else sign, units, remarks)
     announced = 0.0
     if step:
         unit = begin[3] or "" if begin else ""
@@ -130,13 +136,21 @@ def _at(number: int) -> str:
     return f"line {number}"
 
 
-def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
-    """Separate the lines above the samples; `begin` is the line that announces the samples, 0 if none does."""
+def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row], list[Line]]:
+    """Separate the lines above the samples, the samples, and remarks.
+
+    `begin` is the line that announces the samples, 0 if none does. Remarks are the other words of that line, and
+    comments among and below the samples.
+    """
     head: list[Line] = []
     rows: list[Row] = []
+    remarks: list[Line] = []
     for number, line in enumerate(lines, start=1):
         bare = line.strip()
-        if not bare or number == begin or (rows and bare.startswith("#")):
+        if not bare:
+            continue
+        if number == begin or (rows and bare.startswith("#")):
+            remarks.append((number, _BEGIN.sub(" ", bare).strip(" ,;")))
             continue
         cells = [cell.strip('"') for cell in re.split(r"[,;\t]|\s+", bare) if cell.strip('"')]
         if begin and _NUMBERS.match(bare):
@@ -155,7 +169,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
             advice = "correct the line, or remove it if it is not data"
             raise refused(_at(number), printable(bare), "numbers only", advice)
         rows.append((number, cells))
-    return head, rows
+    return head, rows, remarks
 
 
 def _is_announcement(rows: Sequence[Row]) -> bool:
@@ -193,6 +207,15 @@ def _check_width(rows: Sequence[Row]) -> None:
         advice = f"write the time before it, or {WRITE_STEP}"
         if 2 * sum(len(each) == 2 for _, each in rows) > len(rows):
             advice = "complete the line, or remove what is no sample"
+            if any(_BEFORE_THOUSANDS.fullmatch(a) and _THOUSANDS.match(b) for a, b in pairwise(cells)):
+                told = f"Line {number} has a number with a comma or a blank between thousands."
+                raise refused(
+                    _at(number),
+                    counted(len(cells), "number"),
+                    "two numbers",
+                    "write numbers without it",
+                    told,
+                )
         elif len(cells) > 2:
             advice = (
                 "keep the time and the one acceleration that you mean; where all are samples in a row, write "

@@ -26,6 +26,9 @@ _OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",
 """Quantities that samples may have, and units that usually mean something else."""
 _PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
+_ACCELERATION_COLUMN = re.compile(rf"^a[xyzgh]?$|{_ACCELERATION.pattern}", re.IGNORECASE)
+_COMMA = r',(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^(\[]*[)\]])'
+"""A comma that is neither in quotation marks nor in brackets."""
 _TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
 _OVER_TIME = "give the acceleration over time"
 _OTHERS = {
@@ -58,7 +61,11 @@ _OTHERS = {
 """Files that are no record: words that identify them, and the remedy."""
 _HEADER_LINES = 60
 _FORMATS = (
-    ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal per count"),
+    (
+        "K-NET",
+        r"^Origin Time\s",
+        "multiply the counts by the scale factor, in gal per count, and subtract their mean",
+    ),
     ("ESM", r"^EVENT_NAME:", "the values follow the heading, in its UNITS, SAMPLING_INTERVAL_S apart"),
     ("COSMOS", r"\(Format v\d+\.\d+ with \d+ text lines\)", "take the acceleration block, in its units"),
     ("CSMIP", r"^\s*\d+ POINTS OF ACCEL DATA", "take the acceleration block, in its units"),
@@ -73,7 +80,7 @@ _FORMATS = (
 
 
 def read_heading(
-    lines: Sequence[Line], separator: str | None, given: str | None
+    lines: Sequence[Line], separator: str | None, given: str | None, remarks: Sequence[Line] = ()
 ) -> tuple[float | None, float]:
     """Read the lines above the samples.
 
@@ -85,6 +92,8 @@ def read_heading(
         Separator of the two columns, empty for blanks; None for consecutive samples.
     given : str or None
         Unit of the acceleration that was given with the file.
+    remarks : sequence of (int, str)
+        Lines of text among and below the samples. They may state a unit, but name no columns.
 
     Returns
     -------
@@ -97,16 +106,19 @@ def read_heading(
         If this is no record, or a unit is missing, unknown or contradicted.
     """
     heading, others = (None, lines) if separator is None else _heading(lines, separator)
+    others = [*others, *remarks]
     stated = [(unit, number) for number, line in others for unit in _stated(line)]
     times = [each for each in stated if kind_of(each[0]) == "a time"]
     units = [each for each in stated if each not in times]
+    named = False
     if heading:
         of_time, of_acceleration = _of_columns(*heading)
+        named = bool(of_acceleration or _ACCELERATION_COLUMN.search(heading[1][1]))
         times += [(unit, heading[0]) for unit in of_time]
         units += [(unit, heading[0]) for unit in of_acceleration]
-    else:
-        titled = any(_ACCELERATION.search(line) for _, line in lines)
-        for number, line in lines:
+    if not named:
+        titled = any(_ACCELERATION.search(line) for _, line in others)
+        for number, line in others:
             what = _other(line)
             moved = what in ("a velocity", "a displacement")
             sure = moved and re.search(r"\btime\b|histor|series", line, re.IGNORECASE)
@@ -114,7 +126,7 @@ def read_heading(
             if sure or spectral or (not titled and (moved or "response spectr" in line.lower())):
                 raise _no_record(what, number, line)
     second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", ACCELERATIONS)
-    for number, line in lines:
+    for number, line in [*lines, *remarks]:
         if _FACTORS.search(line):
             told = f"Line {number} names a factor: {printable(line)}. The samples must be in their unit."
             advice = "multiply the numbers by it and remove the line; if they contain it already, only remove the line"
@@ -193,7 +205,7 @@ def _cells(line: str) -> list[str]:
     """
     bare = line.lstrip("#%*!/ ")
     bare = bare.strip('"') if bare.count('"') == 2 else bare
-    for parting in (";", "\t", ',(?=(?:[^"]*"[^"]*")*[^"]*$)', r"\s{2,}|(?<=[)\]])\s*(?=[^\s)\]])"):
+    for parting in (";", "\t", _COMMA, r"\s{2,}|(?<=[)\]])\s*(?=[^\s)\]])"):
         cells = [cell.strip(' "') for cell in re.split(parting, bare)]
         if len(cells) > 1:
             return [cell for cell in cells if cell]

@@ -66,7 +66,7 @@ def test_decimal_commas_are_told_once(heading: str, separator: str) -> None:
         parse_table("\n".join([heading, *rows]).replace(";", separator))
     (fault,) = caught.value.faults
     assert fault.field == "line 2"
-    assert 'a decimal comma, "9,000"' in fault.sentence
+    assert 'a number with a decimal comma, or with a comma between thousands: "9,000".' in fault.sentence
     assert "write decimal points" in fault.advice
 
 

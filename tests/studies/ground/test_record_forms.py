@@ -1,5 +1,7 @@
 """Records as users have them: each form is read as what it is, or refused with the true reason and what to do."""
 
+import gzip
+
 import numpy as np
 import pytest
 
@@ -100,6 +102,11 @@ READ: dict[str, tuple[str | bytes, float | None]] = {
     "quantities of the site": (columns("Vs30 (m/s): 270; depth 10 km; 3 cm/s\ntime, a"), None),
     "a mention of its own unit": (columns("Acceleration, g\ntime, a"), None),
     "a peak in passing": (columns("Station MG, peak value 0.3 g\ntime (s), acc (m/s2)"), 1.0),
+    "unit beside the step": (alone("NPTS= 40, DT= 0.005 SEC, UNITS= CM/S2"), 0.01),
+    "quantity beside the step": (alone("# ACCELERATION IN CM/S2, NPTS= 40, DT= 0.005 SEC"), 0.01),
+    "unit below the samples": (columns("time, a") + "\n# acceleration in cm/s2", 0.01),
+    "unit among the samples": (columns("time, a").replace("\n0.100", "\n# units: g\n0.100"), G),
+    "velocity of a site, by its column": (columns("# shear wave velocity 270 m/s\ntime (s), a"), None),
     "one line shorter": (columns(SI, "{t:.3f}, {a:.5f}").replace("\n0.195, 0.08376", "\n0.195, 0.08376 \n"), 1.0),
 }  # fmt: skip
 
@@ -220,7 +227,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "too few digits": (columns("time (s), acc (g)", "{t:.2f}, {a}"), None, "time", "too few digits", "more digits"),
     "a lost sample": (LOST, None, "line 22", "a step of 0.01 s", "missing"),
     "series of commas": (COMMAS, None, "line 6", "decimal comma", "points"),
-    "k-net": (KNET, None, "record", "K-NET", "scale factor"),
+    "k-net": (KNET, None, "record", "K-NET", "subtract their mean"),
     "esm": (ESM, None, "record", "ESM", "SAMPLING_INTERVAL_S"),
     "cosmos": (COSMOS, None, "record", "COSMOS", "acceleration block"),
     "smc": (SMC, None, "record", "SMC", "cm/s²"),
@@ -248,7 +255,21 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "an empty cell": (columns(SI).replace("\n0.100, 0.09906", "\n0.100,"), None, "line 22", "1 number", "complete the line"),
     "half milliseconds": (columns("time, acc (g)", step=0.5), None, "time", "counts by 0.5", "time (s)"),
     "a missing value": (columns(SI).replace(" 0.09906", " -99999"), None, "line 2", "an acceleration of 99999", "unit"),
-    "a workbook": (b"PK\x03\x04" + b"\0" * 50, None, "record", "a workbook", "save the sheet as CSV"),
+    "unit beside the step contradicted": (alone("NPTS= 40, DT= 0.005, UNITS= CM/S2"), "g", "units", "says cm/s2", "leave"),
+    "velocity beside the step": (alone("NPTS= 40, DT= 0.005, VELOCITY IN CM/S"), "g", "line 1", "a velocity", "differentiate"),
+    "unit below contradicted": (columns("time, a") + "\n# acceleration in cm/s2", "g", "units", "in line 42", "leave"),
+    "counts below": (columns("time, a") + "\n# values in counts", "g", "units", 'line 42 mentions "counts"', "in a heading"),
+    "velocity in a comment": (columns("# velocity of the ground\ntime (s), value"), "m/s2", "line 1", "a velocity", "this"),
+    "two units in brackets": (columns("time (s), acc (g, cm/s2)"), None, "line 1", 'in "g, cm/s2"', "one of these"),
+    "commas between thousands": (columns(SI).replace("0.09906", "1,070.9"), None, "line 22", "between thousands", "without"),
+    "blanks between thousands": (columns(SI).replace("0.09906", "1 070.9"), None, "line 22", "between thousands", "without"),
+    "quoted thousands": (columns(SI).replace("0.09906", '"-1,070"'), None, "line 22", "between thousands", "nothing"),
+    "whole thousands": (columns("s;g", "{t};{a}").replace("0.09906", "1,070"), None, "line 22", "thousands", "nothing"),
+    "columns named as peer's": ("PEER\n" + columns(SI), None, "line 4", "NPTS=<number>", "name it .csv"),
+    "no blanks between": (peer().split("  0.")[0] + "\n" + 2 * "1000.1234", None, "line 6", "below line 4", "blanks"),
+    "a workbook": (b"PK\x03\x04[Content_Types].xml" + b"\0" * 50, None, "record", "a workbook", "save the sheet as CSV"),
+    "an archive": (b"PK\x03\x04a.at2" + b"\0" * 50, None, "record", "a compressed file", "unpack it"),
+    "compressed": (gzip.compress(columns(SI).encode()), None, "record", "a compressed file", "unpack it"),
     "binary": (b"\x01\x00\x00\x07" * 100, None, "record", "a binary file", "as CSV"),
 }  # fmt: skip
 
