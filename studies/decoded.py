@@ -1,5 +1,6 @@
 """The lines of a file in any of the encodings of spreadsheets and old programs."""
 
+import re
 from collections.abc import Sequence
 
 from damperlab.studies.faults import Fault, StudyFaults, printable
@@ -9,6 +10,7 @@ _PACKED = (b"PK\x03\x04", b"\x1f\x8b", b"BZh", b"\xfd7zXZ")
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
 _WORKBOOKS = (b"[Content_Types].xml", b"opendocument")
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
+_FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
 _ENOUGH = 10
 """Numbers from which on a table shows whether all its numbers have equally many digits."""
 
@@ -29,6 +31,15 @@ def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
         advice = "give the complete file, or end its last line with a line break"
         allowed = f"{digits[0]} characters after the point"
         raise StudyFaults([Fault(f"line {len(lines)}", shown, allowed, advice, told)])
+
+
+def check_factors(lines: Sequence[tuple[int, str]]) -> None:
+    """Raise StudyFaults if a line of text, given with its number, names a factor of the numbers."""
+    for number, line in lines:
+        if _FACTORS.search(line):
+            told = f"Line {number} names a factor: {printable(line)}. The samples must be in their unit."
+            advice = "multiply the numbers by it and remove the line; if they contain it already, only remove the line"
+            raise StudyFaults([Fault(f"line {number}", "a factor", "samples in their unit", advice, told)])
 
 
 def _decoded(text: bytes | str, field: str) -> str:

@@ -29,6 +29,30 @@ def resolution_of(written: Iterable[str]) -> float:
     return 10.0**-decimals
 
 
+def wrong_step(line: int, before: float, at: float, usual: float) -> tuple[str, str]:
+    """Say what is wrong with a time [s] that breaks equal steps, and what to do.
+
+    Parameters
+    ----------
+    line : int
+        Number of its line.
+    before, at : float
+        The time before it, and the time.
+    usual : float
+        The step before it.
+    """
+    if at <= before:
+        told = (
+            f"The time {at:g} s in line {line} is not later than {before:g} s before it; time must increase."
+        )
+        return told, "order the lines by time, and keep one record in a file"
+    told = f"Line {line} has a step of {at - before:.6g} s after steps of {usual:.6g} s; all time steps must be equal."
+    return (
+        told,
+        "add the samples that are missing, write the times with more digits, or resample to equal steps",
+    )
+
+
 def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int | None]:
     """Find the step between times that were rounded to a resolution.
 

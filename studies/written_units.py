@@ -17,6 +17,8 @@ ACCELERATIONS = {
 """Units by their usual spelling, and what one of each is in SI units."""
 
 BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
+OF_PEAK = re.compile(r"\b(?:peak|max\w*|largest|pga)\b", re.IGNORECASE)
+"""Words of a line that states the largest value, perhaps in another unit than its samples."""
 _FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
 _NO_SUFFIX = ("h", "v", "in")
 """Units that usually mean a direction, as in `acc_h`."""

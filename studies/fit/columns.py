@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.faults import Fault, listing, nearest, printable
-from damperlab.studies.written_units import BRACKETS, LENGTHS, taken_apart, usual
+from damperlab.studies.written_units import BRACKETS, LENGTHS, OF_PEAK, kind_of, taken_apart, usual
 
 FREQUENCIES = {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / math.pi, "rpm": 1.0 / 60.0}
 FORCES = {"n": 1.0, "kn": 1e3, "lbf": 4.4482216152605}
@@ -79,6 +79,7 @@ _TO_AMPLITUDE = (
     "give the largest displacement of a cycle as `amplitude (mm)`: half of a peak-to-peak value; an rms value does not "
     "determine it, since the motion is no sine"
 )
+_COUNTS = re.compile(r"no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#")
 _OTHERWISE = {
     "displacement": "amplitude",
     "deflection": "amplitude",
@@ -129,6 +130,30 @@ def read_headings(
         told = "The table has two columns of standard deviations; it may have one."
         faults.append(Fault(field, "two deviations", "one of them", "remove one of the two", told))
     return names, [each[1] for each in read if not isinstance(each, Fault)], faults
+
+
+def faults_of_comments(comments: Sequence[tuple[int, str]], headings: Sequence[str]) -> list[Fault]:
+    """Find comments, given with their lines, that state another unit than a heading, or amplitudes that are rms or peak-to-peak values."""
+    faults = []
+    for number, comment in comments:
+        field = f"line {number}"
+        if _NO_AMPLITUDE.search(comment) and re.search(r"\bamplitudes?\b", comment, re.IGNORECASE):
+            told = f"Line {number} mentions rms or peak-to-peak amplitudes: {printable(comment)}."
+            advice = f"{_TO_AMPLITUDE}. Remove the line if it is about something else"
+            faults.append(Fault(field, printable(comment), "largest displacements", advice, told))
+        for heading in headings:
+            words, units = taken_apart(heading)
+            said = (
+                rf"\b{re.escape(words.strip())}s?\s*(?:\b(?:is|are)\s+)?(?:\bin\s+|[(\[/]\s*)([^\s,;()\[\]]+)"
+            )
+            for unit in re.findall(said, comment, re.IGNORECASE) if words and units else []:
+                alike = kind_of(unit) and kind_of(unit) == kind_of(units[0])
+                if alike and usual(unit) != usual(units[0]) and not OF_PEAK.search(comment):
+                    told = f"Line {number} says {printable(unit)}, but the heading {printable(heading.strip())} says "
+                    told += f"{printable(units[0])}."
+                    advice = "correct or remove the wrong one"
+                    faults.append(Fault(field, printable(unit), printable(units[0]), advice, told))
+    return faults
 
 
 def read_heading(
@@ -187,6 +212,10 @@ def read_heading(
     if ACCELERATION.fullmatch(said):
         told = f"The heading {printable(written)} is an acceleration of the structure, which is not fitted. {not_fitted[0]}."
         return Fault(field, printable(written), "a displacement", not_fitted[1], told)
+    if _COUNTS.fullmatch(said):
+        told = f"The heading {printable(written)} counts the rows."
+        advice = "remove the column; a time history has `time (s)` in its place"
+        return Fault(field, printable(written), "a column of measured values", advice, told)
     advice = "name it by one of these; leave the column out only if none of them applies"
     if meant := _meant(said, unit, as_written, columns):
         advice = f"did you mean `{meant}`? Otherwise {advice}"

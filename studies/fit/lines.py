@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.decoded import check_end, lines_in
+from damperlab.studies.decoded import check_end, check_factors, lines_in
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, printable
 from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
 
@@ -30,12 +30,15 @@ class Lines:
     heading : (int, str)
         Line number, from 1, and text of the heading.
     rows : list of (int, str)
-        Line number and text of every other line; comments and empty lines are dropped.
+        Line number and text of every other line; empty lines are dropped.
+    comments : list of (int, str)
+        Line number and text of the comments.
     """
 
     separator: str
     heading: tuple[int, str]
     rows: list[tuple[int, str]]
+    comments: list[tuple[int, str]]
 
     def cells(self, text: str) -> list[str]:
         """Cut one line."""
@@ -100,7 +103,7 @@ def read_bytes(path: Path | str) -> bytes:
 
 
 def lines_of(text: bytes | str) -> Lines:
-    """Split a table into lines; raises StudyFaults if it is too large or empty, or was cut off.
+    """Split a table into lines; raises StudyFaults if it is too large or empty, was cut off, or names a factor.
 
     Lines that begin with # or % are comments, but the last one above numbers may be their heading.
     """
@@ -124,6 +127,9 @@ def lines_of(text: bytes | str) -> Lines:
     if columns > MOST_COLUMNS:
         allowed, advice = f"at most {MOST_COLUMNS} columns", "keep only the columns to fit"
         raise StudyFaults([Fault(f"line {lines[0][0]}", counted(columns, "column"), allowed, advice)])
-    table = Lines(separator, lines[0], lines[1:])
+    used = {number for number, _ in lines}
+    comments = [(number, line.strip()) for number, line in all_lines if number not in used]
+    check_factors(comments)
+    table = Lines(separator, lines[0], lines[1:], comments)
     check_end(written, [table.cells(line)[-1] for _, line in table.rows])
     return table

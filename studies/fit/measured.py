@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
-from damperlab.studies.fit.columns import CONDITIONS, PERCENT, read_heading, read_headings, says_time
+from damperlab.studies.fit.columns import (
+    CONDITIONS,
+    PERCENT,
+    faults_of_comments,
+    read_heading,
+    read_headings,
+    says_time,
+)
 from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
 from damperlab.studies.quantity import FREQUENCY_RATIO
 from damperlab.studies.spelled_numbers import read_decimal
@@ -113,7 +120,7 @@ def _headings(lines: Lines) -> tuple[list[str], list[float]]:
     if faults and not names and (fault := _no_heading(lines)):
         raise StudyFaults([fault])
     if not faults:
-        faults = _faults_between(names, number)
+        faults = _faults_between(names, number) + faults_of_comments(lines.comments, lines.cells(text))
     if faults:
         raise StudyFaults(faults)
     return names, factors

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from damperlab.studies.decoded import check_end, lines_in
-from damperlab.studies.equal_steps import TOO_FEW_DIGITS, UNEVEN, equal_step, resolution_of
+from damperlab.studies.equal_steps import TOO_FEW_DIGITS, UNEVEN, equal_step, resolution_of, wrong_step
 from damperlab.studies.faults import counted, describe, listing, printable
 from damperlab.studies.ground.heading import COLUMNS, WRITE_STEP, Line, check_format, read_heading
 from damperlab.studies.ground.motion import GroundMotion, checked, refused
@@ -233,18 +233,12 @@ def _between(rows: Sequence[Row], stated: float | None) -> float:
     step, wrong = equal_step(second * time, second * resolution_of(written))
     if wrong is not None:
         number, before, at = rows[wrong][0], second * time[wrong - 1], second * time[wrong]
+        told, advice = wrong_step(number, before, at, step)
         if at <= before:
-            told = f"The time {at:g} s in line {number} is not later than {before:g} s before it; time must increase."
-            advice = "order the lines by time, and keep one record in a file"
             if all(cell.lstrip("+-").isdigit() for _, cells in rows for cell in cells):
                 advice = f"where the commas are decimal commas, {WRITE_POINTS}; otherwise {advice}"
             raise refused(_at(number), f"the time {at:g} s", f"a time after {before:g} s", advice, told)
-        found = f"a step of {at - before:.6g} s after steps of {step:.6g} s"
-        told = f"Line {number} has {found}; all time steps must be equal."
-        advice = (
-            "add the samples that are missing, write the times with more digits, or resample to equal steps"
-        )
-        raise refused(_at(number), found, "equal time steps", advice, told)
+        raise refused(_at(number), f"a step of {at - before:.6g} s", "equal time steps", advice, told)
     if np.isnan(step):
         advice = f"write the times with more digits, or {WRITE_STEP}"
         raise refused("time", f"times such as {written[-1]}", "a known time step", advice, TOO_FEW_DIGITS)

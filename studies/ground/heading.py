@@ -5,10 +5,19 @@ states is never overruled.
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
+from damperlab.studies.decoded import check_factors
 from damperlab.studies.faults import StudyFaults, listing, printable
 from damperlab.studies.ground.motion import refused
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
-from damperlab.studies.written_units import ACCELERATIONS, BRACKETS, TIMES, kind_of, taken_apart, usual
+from damperlab.studies.written_units import (
+    ACCELERATIONS,
+    BRACKETS,
+    OF_PEAK,
+    TIMES,
+    kind_of,
+    taken_apart,
+    usual,
+)
 
 Line = tuple[int, str]
 """Number, from 1, and text of a line."""
@@ -21,10 +30,8 @@ _UNITS_OF = re.compile(
 _AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
-_FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
 _OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",)
 """Quantities that samples may have, and units that usually mean something else."""
-_PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _ACCELERATION_COLUMN = re.compile(rf"^a[xyzgh]?$|{_ACCELERATION.pattern}", re.IGNORECASE)
 _COMMA = r',(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^(\[]*[)\]])'
@@ -126,11 +133,7 @@ def read_heading(
             if sure or spectral or (not titled and (moved or "response spectr" in line.lower())):
                 raise _no_record(what, number, line)
     second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", ACCELERATIONS)
-    for number, line in [*lines, *remarks]:
-        if _FACTORS.search(line):
-            told = f"Line {number} names a factor: {printable(line)}. The samples must be in their unit."
-            advice = "multiply the numbers by it and remove the line; if they contain it already, only remove the line"
-            raise refused(f"line {number}", "a factor", "samples in their unit", advice, told)
+    check_factors([*lines, *remarks])
     if unit is None and given is None:
         told = "The file does not state the unit of its acceleration."
         advice = f"name it with the file ({listing(UNITS)}), or write the heading as {COLUMNS}"
@@ -148,7 +151,7 @@ def _check_mentioned(lines: Sequence[Line], given: str) -> None:
     """Refuse a given unit if a line mentions another one that is neither of a peak nor next to a number."""
     for number, line in lines:
         words = ["", *re.split(r"[\s,;:=()\[\]{}'\"]+", line), ""]
-        of_peak = _PEAK.search(line) is not None
+        of_peak = OF_PEAK.search(line) is not None
         for before, word, after in zip(words, words[1:], words[2:], strict=False):
             other = kind_of(word) in _OF_SAMPLES and usual(word) != given and word.lower() not in _DIRECTIONS
             if other and not (of_peak or before[-1:].isdigit() or after[:1].isdigit()):
@@ -220,7 +223,7 @@ def _stated(line: str) -> Iterator[str]:
         yield _first_unit(first) or (named or [first.strip()])[0]
         for other in others:
             yield from filter(kind_of, taken_apart(other)[1])
-    elif _TELLING.search(line) and not _PEAK.search(line):
+    elif _TELLING.search(line) and not OF_PEAK.search(line):
         yield from (each for each in BRACKETS.findall(line) if kind_of(each) or _LIKE_A_UNIT.search(each))
         for found in re.finditer(r"\bin\s+(?=(\S+))", line, re.IGNORECASE):
             unit = _first_unit(line[found.end() :])

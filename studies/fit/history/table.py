@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from damperlab.studies.equal_steps import TOO_FEW_DIGITS, equal_step, resolution_of
+from damperlab.studies.equal_steps import TOO_FEW_DIGITS, equal_step, resolution_of, wrong_step
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
-from damperlab.studies.fit.columns import SHARES, Column, read_headings, says_time
+from damperlab.studies.fit.columns import SHARES, Column, faults_of_comments, read_headings, says_time
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
 from damperlab.studies.portable import acos, cos
@@ -76,7 +76,8 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     faults: list[Fault] = []
     at = names.index(TIME)
     written = [lines.cells(line)[at] for _, line in lines.rows]
-    step = _step(columns[TIME], factors[at] * resolution_of(written), faults)
+    numbers = [number for number, _ in lines.rows]
+    step = _step(columns[TIME], factors[at] * resolution_of(written), numbers, faults)
     moved = columns[RELATIVE if RELATIVE in columns else DISPLACEMENT]
     release = _released(moved) if BASE not in columns and moved.any() else 0
     faults += _of_start(moved, columns.get(BASE), release)
@@ -103,6 +104,7 @@ def _headings(lines: Lines) -> tuple[list[str], list[float]]:
             advice = "remove one of the two" if moved else "add a column such as `displacement (mm)`"
             allowed = f"one of {DISPLACEMENT} and {RELATIVE}"
             faults.append(Fault(f"line {number}", found, allowed, advice, told))
+        faults += faults_of_comments(lines.comments, lines.cells(text))
     if faults:
         raise StudyFaults(faults)
     return names, factors
@@ -131,15 +133,14 @@ def _cell(name: str, factor: float, cell: str) -> float | Fault:
     return value * factor
 
 
-def _step(time: np.ndarray, resolution: float, faults: list[Fault]) -> float:
-    """Find the time step; a fault if the steps are not equal."""
+def _step(time: np.ndarray, resolution: float, numbers: list[int], faults: list[Fault]) -> float:
+    """Find the time step; a fault, with the number of its line, if the steps are not equal."""
     step, wrong = equal_step(time, resolution)
-    advice = "resample the history, or write the times with more digits"
     if wrong is not None:
-        found = f"row {wrong + 1} at {time[wrong]:g} s"
-        told = f"The times must rise in equal steps; {found} does not follow the others."
-        faults.append(Fault(TIME, found, "equal steps", advice, told))
+        told, advice = wrong_step(numbers[wrong], time[wrong - 1], time[wrong], step)
+        faults.append(Fault(TIME, f"{time[wrong]:g} s in line {numbers[wrong]}", "equal steps", advice, told))
     elif np.isnan(step):
+        advice = "write the times with more digits"
         faults.append(Fault(TIME, f"times such as {time[-1]:g} s", "equal steps", advice, TOO_FEW_DIGITS))
     return step
 

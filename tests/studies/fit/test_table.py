@@ -169,6 +169,20 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    "comment",
+    [
+        "displacement in mm, time in s",
+        "displacement in x direction",
+        "largest displacement (in): 0.79",
+        "calibrated in g",
+        "rms noise 0.1 mm",
+    ],
+)
+def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> None:
+    assert isinstance(parse_table(table(f"# {comment}\ntime (s), displacement (mm)")), History)
+
+
+@pytest.mark.parametrize(
     ("text", "said"),
     [
         ("", "The file holds no table of measured values."),
@@ -222,9 +236,29 @@ def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
         (table("time (s), x (mm)", rows=5), "it must have from 24 to 20,000 rows"),
         (
             table("time (s), x (mm)").replace("0.200,", "0.230,"),
-            "The times must rise in equal steps; row 11 at 0.23 s",
+            "Line 12 has a step of 0.05 s after steps of 0.02 s; all time steps must be equal. Add the samples",
         ),
-        (table("time (s), x (mm)", line="1, {x}"), "The times must rise in equal steps"),
+        (
+            table("time (s), x (mm)", line="1, {x}"),
+            "The time 1 s in line 3 is not later than 1 s before it; time must increase. Order the lines by time",
+        ),
+        (
+            table("sample, x (mm)"),
+            'The heading "sample" counts the rows. Remove the column; a time history has `time (s)`',
+        ),
+        (table("# scale factor 0.01\ntime (s), x (mm)"), 'Line 1 names a factor: "# scale factor 0.01".'),
+        (
+            table("# displacement in inches\ntime (s), displacement (mm)"),
+            'Line 1 says "inches", but the heading "displacement (mm)" says "mm".',
+        ),
+        (
+            table("time (s), displacement (mm)") + "\n# time (msec)",
+            'Line 32 says "msec", but the heading "time (s)" says "s".',
+        ),
+        (
+            "# amplitudes are rms\nr, amplitude (mm)\n1, 2",
+            'Line 1 mentions rms or peak-to-peak amplitudes: "# amplitudes are rms".',
+        ),
         (table("time (s), x (mm)", line="{t}, nan"), '`line 2.displacement_m` must be a number, not "nan".'),
         (table("time (s), x (mm), deviation (mm)", line="{t}, {x}, 0"), "must be a number above 0"),
         (table("time (s), x (mm)", line="{t}, 0"), "a structure that moves"),
