@@ -133,7 +133,7 @@ def read_headings(
 
 
 def faults_of_comments(comments: Sequence[tuple[int, str]], headings: Sequence[str]) -> list[Fault]:
-    """Find comments, given with their lines, that state another unit than a heading, or amplitudes that are rms or peak-to-peak values."""
+    """Find comments, given with their lines, that state another unit than a heading, or rms amplitudes."""
     faults = []
     for number, comment in comments:
         field = f"line {number}"
