@@ -9,6 +9,7 @@ _FORTRAN = re.compile(_NUMBER.replace("eE", "eEdD"))
 _PLAIN = re.compile(rf"\s*({_NUMBER})\s*\Z")
 _COMMA = re.compile(r"\s*([-+]?[0-9]+),([0-9]+)\s*\Z")
 _DECIMAL_COMMA = re.compile(r"\s*\"?[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?\"?\s*\Z")
+_COMMA_OF_THOUSANDS = re.compile(r"\s*\"?[-+]?[0-9]{1,3}(?:,[0-9]{3})+\.[0-9]*\"?\s*\Z")
 _PERCENT = re.compile(rf"\s*({_NUMBER})\s*%\s*\Z")
 _WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*([^\W\d_][^\s]{{0,9}}|″|\")\s*\Z")
 _SPAN = re.compile(rf"\s*({_NUMBER})\s*(?:-|–|—|\.\.+|…|:|to|bis)\s*({_NUMBER})\s*\Z")
@@ -66,6 +67,11 @@ def read_decimal(text: str) -> float:
 def decimal_comma(cells: Iterable[str]) -> str | None:
     """Return the first cell that is a number with a decimal comma."""
     return next((cell for cell in cells if _DECIMAL_COMMA.match(cell)), None)
+
+
+def comma_of_thousands(cells: Iterable[str]) -> str | None:
+    """Return the first cell that is a number with a decimal point, and commas between thousands."""
+    return next((cell for cell in cells if _COMMA_OF_THOUSANDS.match(cell)), None)
 
 
 def range_advice(raw: object) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.decoded import check_end, check_factors, lines_in
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, printable
-from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
+from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, comma_of_thousands, decimal_comma
 
 MOST_BYTES = 4 * 1024 * 1024
 _BLANKS = re.compile(r"\s{2,}|(?<=[)\]\d.])\s+(?=\S)")
@@ -48,10 +48,10 @@ class Lines:
 
 
 def check_lines(lines: Lines, columns: int) -> None:
-    """Raise StudyFaults once for faults that all lines share: decimal commas, or a wrong number of cells."""
+    """Raise StudyFaults once for faults that all lines share: commas in numbers, or a wrong number of cells."""
     cut = [(number, lines.cells(text)) for number, text in lines.rows]
     for number, cells in cut:
-        cell = None if lines.separator == "," else decimal_comma(cells)
+        cell = None if lines.separator == "," else decimal_comma(cells) or comma_of_thousands(cells)
         if cell is not None:
             told = COMMAS_FOUND.rstrip(".") + f": {printable(cell)}."
             raise StudyFaults(

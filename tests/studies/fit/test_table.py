@@ -246,6 +246,10 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
             table("sample, x (mm)"),
             'The heading "sample" counts the rows. Remove the column; a time history has `time (s)`',
         ),
+        (
+            table("time (s); x (µm)", line="{t:.2f};1,070.5"),
+            '`line 2` has a number with a decimal comma, or with a comma between thousands: "1,070.5".',
+        ),
         (table("# scale factor 0.01\ntime (s), x (mm)"), 'Line 1 names a factor: "# scale factor 0.01".'),
         (
             table("# displacement in inches\ntime (s), displacement (mm)"),
