@@ -32,12 +32,22 @@ def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = No
 def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
     """Read a study from a ``.json``, ``.yaml`` or ``.yml`` file, or by the name of a named study.
 
-    A suite's records are looked up in the store of records.
+    Parameters
+    ----------
+    path_or_name : str
+        The file or the name.
+    shelf : Shelf, optional
+        The store of records in which a suite's records are looked up.
 
     Raises
     ------
     StudyFaults
         If neither such a file nor such a name exists, or the study has faults.
+
+    Examples
+    --------
+    >>> read_study("figure-11").points
+    1617
     """
     if path_or_name in named_texts():
         return named_study(path_or_name)

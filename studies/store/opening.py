@@ -46,6 +46,11 @@ def open_store(data_dir: str | Path | None = None, catalogue: str | None = None)
         If only the client is installed.
     StoreFault
         If the folder or the catalogue cannot be used, or a newer version made it.
+
+    Examples
+    --------
+    >>> store = open_store()  # doctest: +SKIP
+    >>> store.cube(store.find("figure-11").id)["amplitude_ratio"]  # doctest: +SKIP
     """
     try:
         from damperlab.studies.store.store import Store
