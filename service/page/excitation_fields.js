@@ -157,7 +157,7 @@ function list(held, path, each, usual = "") {
 }
 
 /**
- * A choice of which of several fields is given, and that field.
+ * A picker of one among several fields, and the box of the picked field.
  *
  * @param {Held} held
  * @param {string} path
