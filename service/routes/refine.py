@@ -75,7 +75,8 @@ def particle_friction(settings: Settings, study: Record, known: FollowUps, judgi
     """Make the follow-up studies of the best damper with friction of its particle; `with` names those that are
     complete.
 
-    The best designs, asked `with` the follow-ups, give the largest coefficient at which the damper keeps its value.
+    The question for the best designs, asked `with` the follow-ups, then gives the largest coefficient at which the
+    damper keeps its value.
     """
     subject = Subject(study, store_of(settings), "friction")
     ranked = OPTIMAL_DESIGNS.of(subject, judging, Ranking(with_=known.with_))

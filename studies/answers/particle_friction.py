@@ -216,8 +216,8 @@ def has_friction_added(cube: xr.Dataset, ranked: xr.Dataset) -> bool:
 def with_friction(
     ranked: xr.Dataset, cube: xr.Dataset, judging: Judging, cubes: Iterable[xr.Dataset]
 ) -> xr.Dataset:
-    """Say in a ranking at which largest friction of the particle its best damper keeps its value, or which command
-    finds it.
+    """Say in a ranking up to which friction of the particle its best damper keeps its value, or which command finds
+    this.
 
     Parameters
     ----------

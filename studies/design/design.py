@@ -70,7 +70,7 @@ def designing(asked: Specification, budget: int) -> Rounds:
     asked : Specification
         What is designed.
     budget : int
-        Largest number of points. The search leaves half of them for the later steps.
+        Largest number of points. The search leaves half of these points for the later steps.
 
     Raises
     ------

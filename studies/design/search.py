@@ -60,7 +60,7 @@ class Search:
     effort : Effort
         How many dampers it examines.
     told : bool
-        Whether the book's stage describes its activity.
+        Whether this search describes its activity in the stage of the book.
     """
 
     asked: Specification

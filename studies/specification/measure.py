@@ -105,7 +105,7 @@ ACCELERATIONS = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
 
 @dataclass(frozen=True)
 class Limit:
-    """A result of a response that may be limited.
+    """A result of a response on which a specification may set a limit.
 
     Parameters
     ----------
