@@ -242,7 +242,10 @@ def _cost(record: Record, cube: xr.Dataset, worst_case: bool) -> Iterable[str]:
             limited = float(found["max_cycles_share"].values @ number)
             worst = max(found["error_high"].values.tolist(), default=float("nan"))
             rows += [
-                ("relative error that nine of ten points do not exceed, in the slowest bin", f"{worst:.2g}"),
+                (
+                    "relative error that nine of ten points of similar run time do not exceed, at its largest",
+                    f"{worst:.2g}",
+                ),
                 ("points that reached the cycle limit", f"{limited:.0f} of {int(number.sum()):,}"),
             ]
     yield table("Cost", ("What", "How much"), rows)

@@ -41,7 +41,7 @@ class Kind:
     also : tuple of str
         Further dimensions that no designer controls; by default a map shows the worst over them too.
     axes : tuple of str
-        Dimensions in the order in which a map takes its axes by default; dimensions of the other kind follow.
+        Dimensions in the order in which a map takes its axes by default; those with only one value come last.
     ranking : frozenset of str
         Fields of `Judging` and `Ranking` that apply to it.
     instead : str

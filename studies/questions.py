@@ -175,7 +175,7 @@ class Fragile:
     )
     quantile: float = asked(
         0.9,
-        "Share of the records below the quantile.",
+        "Also give the value below which this share of the records stays.",
         least=0.01,
         most=0.99,
     )
@@ -363,7 +363,8 @@ class Simulated:
     )
     excitation: Excitation = asked(
         "base",
-        "Excitation: base motion, or a force on the structure. In ratios its static displacement F₀/k replaces Z.",
+        "Excitation: base motion, or a force on the structure. With a force, its static displacement F₀/k takes the "
+        "place of Z in the ratios.",
     )
     particle_friction_ratio: float = asked(
         0.0,

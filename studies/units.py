@@ -144,8 +144,8 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
 
 
 def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
-    """Give the ratios of a cube over base amplitudes, whose dimensions are quantities in units. A ratio varies along
-    the dimensions of Z, and along that of its own quantity if it has one.
+    """Give the ratios that belong to a cube over base amplitudes; the cube's own dimensions are in units. A ratio
+    varies along the dimensions along which Z varies, and along that of its own quantity if it has one.
     """
     if AMPLITUDE not in cube.sizes:
         return {}

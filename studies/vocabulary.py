@@ -129,7 +129,7 @@ CASES: dict[str, str] = {
 
 AccelerationUnits = Literal["g", "m/s2", "cm/s2"]
 ACCELERATION_UNITS: dict[str, float] = {"g": 9.80665, "m/s2": 1.0, "cm/s2": 0.01}
-"""Units of an acceleration, and each in m/s²; g by definition."""
+"""Units of an acceleration with their values in m/s²; that of g is its definition."""
 
 OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
 """The dimensions without meaning in a scene without a particle."""

@@ -244,7 +244,9 @@ def _read(folder: Path, file: str, safe: Callable[[Path], bool]) -> _Stored | No
 
 
 def _taken_over(file: str) -> _Stored | None:
-    """Take over a kernel of other sources whose own functions are unchanged, and store it for these sources too."""
+    """Take over a kernel compiled from other sources if its own functions are unchanged, and store it for these
+    sources too.
+    """
     for folder in CACHE_FOLDER.parent.glob(f"kernels-*-{folder_name().rpartition('-')[2]}"):
         found = _read(folder, file, is_private) if folder != CACHE_FOLDER else None
         if found and all(part == fingerprint(name) != UNKNOWN for name, part in found[0]["parts"].items()):

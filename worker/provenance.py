@@ -95,8 +95,8 @@ def identity() -> dict[str, str]:
 def target() -> str:
     """Target of the kernels, and the versions of the C library's functions in use.
 
-    Kernels are the same machine code on every processor with their target, and numpy's part of a result has the same
-    bits on every processor (`damperlab.studies.portable`). Exponentials and sines come from the C library.
+    Kernels of one target have the same machine code on every processor, and the part of a result that numpy computes
+    has the same bits everywhere (`damperlab.studies.portable`). Exponentials and sines come from the C library.
 
     Returns
     -------

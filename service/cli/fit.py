@@ -78,7 +78,8 @@ def fit(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="File with the known values, in the form of a study; an axis is a range to estimate.",
+            help="File with the known values, in the form of a study; a parameter given as an axis is estimated within "
+            "that range.",
         ),
     ] = None,
     no_particle: Annotated[

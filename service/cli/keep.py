@@ -80,7 +80,7 @@ def gc(
         typer.Option(
             "--orphans-older-than",
             metavar="TIME",
-            help="Keep younger cubes without a study.",
+            help="Keep cubes without a study that are younger than this.",
         ),
     ] = "7d",
     dry_run: Annotated[

@@ -30,7 +30,8 @@ def warm(
         bool,
         typer.Option(
             "--all",
-            help="Compile the kernels of every scene; by default those of a study, a point and an earthquake.",
+            help="Compile the kernels of every combination of friction, contact, excitation and results; by default only "
+            "the usual ones, for a study, a point and an earthquake.",
         ),
     ] = False,
     target: Annotated[

@@ -75,7 +75,7 @@ def map_brief(
     phrases : Phrases
         Of its study.
     subtracted : bool
-        Whether it is the difference of two.
+        Whether the map is the difference of two maps.
     sizes : mapping of int
         Points along the dimensions of the study. The answer names the value along each that has several and is not
         shown.

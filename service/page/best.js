@@ -7,7 +7,7 @@ import { drawn } from "./numbers.js";
 import { Shown } from "./shown.js";
 import { LARGEST } from "./thumbnail.js";
 
-/** By study and the number of its computed points. @type {Map<string, Promise<Best | null>>} */
+/** By study and revision. @type {Map<string, Promise<Best | null>>} */
 const known = new Map();
 
 /**

@@ -183,7 +183,7 @@ function respectsOf({ selection, shown, words, variables }) {
 }
 
 /**
- * The name of a respect; that of the quantity if it is shown in units.
+ * The name of a respect, or the title of its quantity if it is shown in units.
  *
  * @param {Shown} shown
  * @param {string} respect

@@ -198,8 +198,8 @@ export function debounced(milliseconds, run) {
 }
 
 /**
- * Parse JSON while it is typed. As long as it is not an object, the result is null, the fault is shown, and
- * the button is disabled.
+ * Parse JSON while it is typed. As long as the text is not a JSON object, the result is null, the fault is
+ * shown, and the button is disabled.
  *
  * @param {HTMLTextAreaElement} text
  * @param {HTMLElement} wrong where the fault is shown

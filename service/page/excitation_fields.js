@@ -31,7 +31,7 @@ const TITLES = {
   shock: "Shock",
   records: "Ground-motion records",
 };
-/** The values with which the form of another kind begins. */
+/** The values with which the form begins when another kind of excitation is chosen. */
 const BEGINNING = {
   band: { base_amplitude_m: 0.001, frequency_hz: 2.5 },
   sweep: { sweep: { start_hz: 2, stop_hz: 3, rate_hz_per_s: 0.1, base_amplitude_m: 0.001 } },
@@ -157,7 +157,7 @@ function list(held, path, each, usual = "") {
 }
 
 /**
- * A choice of which of several fields is given, and that field.
+ * A picker of one among several fields, and the box of the picked field.
  *
  * @param {Held} held
  * @param {string} path

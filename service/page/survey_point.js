@@ -197,8 +197,8 @@ export class SurveyPoint {
   }
 
   /**
-   * Draw the fragility for the request with this number; by now another result may be shown, to which this
-   * limit does not apply.
+   * Draw the fragility, unless a newer request than the one with this number has begun: the limit may not apply
+   * to its result.
    *
    * @param {number} mine
    */

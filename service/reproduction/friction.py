@@ -48,7 +48,7 @@ def figure_9(solve: Solve, quick: bool) -> Section:
             at(cube, "amplitude_error", friction_ratio=0.0, frequency_ratio=1.0)),
         Row("no damper, r = 1", None, after(cycles, 0.0, damping, 1.0), f"largest peak in {cycles} cycles from rest"),
         Row("γ_F above which friction bounds the resonance", theirs, friction_limit(),
-            f"where the steady amplitude at r = 1 vanishes on a line through γ_F = 0.2 and 0.6, ζ = {SMALL_DAMPING:g}"),
+            f"zero of the straight line through the steady amplitudes at γ_F = 0.2 and 0.6; r = 1, ζ = {SMALL_DAMPING:g}"),
         Row(f"γ_F = {above:g}, r = 1", None, at(cube, "amplitude_ratio", friction_ratio=above, frequency_ratio=1.0),
             "steady; (12) has it infinite for any friction",
             at(cube, "amplitude_error", friction_ratio=above, frequency_ratio=1.0)),
@@ -150,7 +150,7 @@ def friction_for(peak: float, value: Callable[[float], float]) -> float:
 
 
 def friction_limit() -> float:
-    """Friction ratio at which the steady relative amplitude at r = 1 would vanish, by the line through two others."""
+    """Zero of the straight line through the steady relative amplitudes at two friction ratios, at r = 1."""
     first, second = (
         float(simulate(Design(SMALL_DAMPING, 1.0, g)).metrics["relative_amplitude_ratio"]) for g in (0.2, 0.6)
     )

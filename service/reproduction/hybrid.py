@@ -217,9 +217,9 @@ def table_3(solve: Solve, quick: bool) -> Section:
         "the paper's six "
         f"numbers with a particle (alone: {printed['particle']}; hybrid: {printed['hybrid']}). It also "
         "lists the default "
-        f"({LABELS}, instant, γ_F = {CHOSEN_FRICTION:g}, r = 1, mean), which comes {ahead}th. A factor is the root mean "
-        f"square of the logarithms. The nearest is off by a factor of {readings[0].factor:.3g} on "
-        "average. The paper's numbers are measured on a prototype.",
+        f"({LABELS}, instant, γ_F = {CHOSEN_FRICTION:g}, r = 1, mean), which comes {ahead}th. A factor is exp of the "
+        "root mean square of the logarithms of our values over the paper's. The nearest is off by a factor of "
+        f"{readings[0].factor:.3g} on average. The paper's numbers are measured on a prototype.",
     ]  # fmt: skip
     return section
 

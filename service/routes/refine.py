@@ -55,7 +55,7 @@ FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
 def refine(
     settings: Settings, study: Record, known: FollowUps, search: Search, judging: Judging
 ) -> Refinement:
-    """Search where a better design may lie; completed follow-ups are named by `with`."""
+    """Search where a better design may lie; `with` names the follow-up studies that are complete."""
     cubes = _cubes(settings, study, known)  # called first, because it refuses other kinds of study
     return refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
 
@@ -72,9 +72,11 @@ def refine_class(
 
 
 def particle_friction(settings: Settings, study: Record, known: FollowUps, judging: Judging) -> Refinement:
-    """Compute the best damper with friction of its particle; completed follow-ups are named by `with`.
+    """Make the follow-up studies of the best damper with friction of its particle; `with` names those that are
+    complete.
 
-    The best designs, asked `with` the follow-ups, give the largest coefficient at which the damper keeps its value.
+    The question for the best designs, asked `with` the follow-ups, then gives the largest coefficient at which the
+    damper keeps its value.
     """
     subject = Subject(study, store_of(settings), "friction")
     ranked = OPTIMAL_DESIGNS.of(subject, judging, Ranking(with_=known.with_))

@@ -22,7 +22,9 @@ Key = tuple[float, ...]
 NOISE = 2.0
 """Standard errors of a difference below which it counts as zero."""
 LUCK = 4.0
-"""The same for differences from the best value, which is low partly by chance because it is the least of many."""
+"""Standard errors below which a difference from the best value counts as zero. The best value is low partly by
+chance, because it is the least of many.
+"""
 STEEPEST = 2.0
 """Largest ratio of a cell to its neighbour for which a slope is extrapolated."""
 
@@ -62,8 +64,8 @@ class Cells:
         """Find the cells within `ranges`; leave out a cell that a later study divides.
 
         A range may end within a cell: the cell is cut off there, and its corner outside is still used for bounds. A
-        study whose tolerance differs from that of the first one adds values, because some of its designs are more
-        exact, but no cells.
+        study with another tolerance than the first one adds no cells; it adds values, because some of its designs are
+        more exact.
         """
         grids = [_Grid.of(cube, question, ranges, varied) for cube in cubes.values()]
         best: dict[Key, tuple[float, float]] = {}

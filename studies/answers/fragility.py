@@ -75,8 +75,9 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
 
     Each record gives one observation, since its runs are not independent. It is the scale at which its result reaches
     the limit, interpolated between the two scales around it, as in incremental dynamic analysis [2]_. The observation
-    is an interval if a run is missing or the limit is never exceeded; for all records, if a failed run counts as
-    exceeding. A lognormal distribution is fitted to these observations by maximum likelihood [1]_.
+    is an interval if a run is missing or the limit is never exceeded. If any failed run counts as exceeding, the
+    observations of all records are intervals. A lognormal distribution is fitted to these observations by maximum
+    likelihood [1]_.
 
     Parameters
     ----------
@@ -330,7 +331,7 @@ def _details(found: Mapping[str, Any], failed: int) -> Iterator[str]:
         )
     if failed:
         count = "count as exceeding" if failed > 1 else "counts as exceeding"
-        yield f"{counted(failed, 'failed run')} above the scales that are known of a record {count}."
+        yield f"{counted(failed, 'failed run')} above every known scale of the record {count}."
 
 
 def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, share: float) -> str:

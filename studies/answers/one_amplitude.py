@@ -28,8 +28,8 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     -------
     Dataset
         Computed lazily, over the six ratios; its attribute `study` is a definition with that amplitude. If a velocity
-        or an acceleration of the base is constant, the ratios of a damper vary with the frequency. The cube then stays
-        one over clearances and forces, with one base amplitude.
+        or an acceleration of the base is constant, the ratios of a damper vary with the frequency. The cube then
+        keeps its dimensions, clearances and forces in units, with one base amplitude.
     mapping of float
         The point for that cube: without its base amplitude if the cube has ratios.
 

@@ -97,9 +97,9 @@ def merged_designs(
     Returns
     -------
     Dataset
-        As of `optimal_designs`, with `study`, the id of the study with each design. A design in several studies appears
-        once, with the value of the smallest error: that of the longest run, not the luckiest one. `complete` covers all
-        studies; the counts of designs left out are those of the first.
+        As of `optimal_designs`, with `study`, the id of the study that holds each design. A design in several studies
+        appears once, with the value of the smallest error: that of the longest run, not the luckiest one. `complete`
+        covers all studies; the counts of designs left out are those of the first.
 
     Raises
     ------

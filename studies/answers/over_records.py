@@ -71,5 +71,5 @@ def over_records(values: Floats, share: float) -> OverRecords:
 
 
 def enough_records(share: float) -> int:
-    """Give the number of records from which the quantile's interval has both ends."""
+    """Give the least number of records for which the interval of the quantile has both ends."""
     return int(np.ceil(np.log(BEYOND) / np.log(max(share, 1.0 - share))))

@@ -216,8 +216,8 @@ def has_friction_added(cube: xr.Dataset, ranked: xr.Dataset) -> bool:
 def with_friction(
     ranked: xr.Dataset, cube: xr.Dataset, judging: Judging, cubes: Iterable[xr.Dataset]
 ) -> xr.Dataset:
-    """Say in a ranking at which largest friction of the particle its best damper keeps its value, or which command
-    finds it.
+    """Say in a ranking up to which friction of the particle its best damper keeps its value, or which command finds
+    this.
 
     Parameters
     ----------
@@ -244,7 +244,9 @@ def with_friction(
 
 
 def _told(words: Mapping[str, Any], said: str, notes: list[NoteDocument]) -> dict[str, Any]:
-    """Add a sentence to the row of the acceleration, and notes, in the words of an answer."""
+    """Give the attributes that change: `brief` with a sentence appended to the row of the acceleration, and the notes
+    of the answer, if it has any, followed by these.
+    """
     brief = words["brief"]
     rows = [[*row[:2], f"{row[2]}; {said}"] if row[0] == ACCELERATION else row for row in brief["rows"]]
     told: dict[str, Any] = {"brief": brief | {"rows": rows}}

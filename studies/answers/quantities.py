@@ -38,8 +38,8 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
     Returns
     -------
     Dataset
-        Of the same type. Coordinates gain coordinates of the same dimensions, as `clearance_m`, and variables gain
-        variables, as `amplitude_m`; an answer's own names get the unit appended, as `hybrid_m`. Unchanged if the
+        Of the same type. Each ratio gains a coordinate or variable in units with the same dimensions, as
+        `clearance_m` and `amplitude_m`; an answer's own names get the unit appended, as `hybrid_m`. Unchanged if the
         study is given in ratios alone.
     """
     known = {each.source: each for each in quantities_of(definition)}
@@ -62,7 +62,7 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
 
 
 def in_quantities(answer: D, metric: str) -> tuple[D, str]:
-    """Give a map with the axes and the result that it has in units instead of the ratios, and the result's name.
+    """Give a map whose axes and result are in units wherever it has them, and the name of that result.
 
     Parameters
     ----------

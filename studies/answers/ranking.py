@@ -19,7 +19,8 @@ Opened = Callable[[Iterable[str]], Mapping[str, xr.Dataset]]
 
 
 def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened: Opened) -> xr.Dataset:
-    """Rank the designs of a study, the best first. For a suite or several base amplitudes, the worst case ranks them.
+    """Rank the designs of a study, the best first. The designs of a suite, or of a study over base amplitudes, are
+    ranked by their worst case.
 
     Parameters
     ----------

@@ -60,10 +60,10 @@ def resonance_map(
 ) -> xr.Dataset:
     """Slice the cube along two dimensions.
 
-    A quantity is shown at its largest over the frequencies of the study unless the question names a frequency. A map at
-    r = 1 alone would recommend designs that are terrible a few per cent away. Likewise a suite is shown under its worst
-    record, and a damper over base amplitudes at the worst of them. With `over`, both are reduced: the result is the
-    reduction of the worst.
+    A quantity is shown at its largest over the frequencies of the study unless the question names a frequency. A map
+    at r = 1 alone would recommend designs that are terrible a few per cent away. Likewise a suite is shown under its
+    worst record, and a damper over base amplitudes at the worst of them. With `over`, the worst values are reduced
+    along that dimension.
 
     Parameters
     ----------

@@ -58,8 +58,8 @@ class Beside:
     nominal : float
         The same without tolerances.
     detuned : float
-        The worst case if its own natural frequency is also off by up to `DETUNED`, either way. Under records only this
-        deviation is tried, on the nominal structure and on the one that moves most.
+        The worst case if its own natural frequency is also off by up to `DETUNED`, either way. Under records no
+        smaller deviation is tried, and only two structures: the nominal one and the one that moves most.
     stroke, detuned_stroke : float
         The largest displacement of its mass against the structure within the tolerances: tuned, and detuned by
         `DETUNED`.

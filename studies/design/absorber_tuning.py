@@ -44,8 +44,8 @@ which it is added.
 def tuned_for(asked: Specification, start: Absorber) -> Absorber:
     """Tune an absorber for the smallest worst case over the bands.
 
-    It is tuned for some structures. The structure with the worst case is then added, until it is no worse than those
-    (method of exchange).
+    The absorber is tuned for some structures. Then the structure with the worst case is added to them and the
+    absorber tuned again, until no structure is worse than those it is tuned for (method of exchange).
     """
     judged = judged_of(asked)
     # more damping of the structure hardly ever increases its motion

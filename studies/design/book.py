@@ -58,7 +58,7 @@ ABOUT_THE_RUN = ("cycles", "run_time", "status")
 STUDY_COST = 40
 """Number of points that cost as much as one more study."""
 MOST_MERGED = 40
-"""Sets of designs that are compared for joining."""
+"""Largest number of sets of designs whose joining is examined pair by pair."""
 
 
 class BudgetSpent(Exception):

@@ -70,7 +70,7 @@ def designing(asked: Specification, budget: int) -> Rounds:
     asked : Specification
         What is designed.
     budget : int
-        Largest number of points. The search leaves half of them for the later steps.
+        Largest number of points. The search leaves half of these points for the later steps.
 
     Raises
     ------
@@ -178,7 +178,10 @@ def _require(search: Search) -> None:
     if first <= search.book.budget / 2:
         return
     found, dampers = f"{search.book.budget:,} points", counted(len(search.first()), "damper")
-    told = f"{{field}} allows {found}; the first look at {dampers} takes {first:,}, and as many are kept for the later steps."
+    told = (
+        f"{{field}} allows {found}. The first look at {dampers} takes {first:,}, and may take at most half of the budget; "
+        "the later steps need the rest."
+    )
     key = search.asked.budget_key
     more = key.removeprefix("budget_")
     advice = f"give more {more}, choose fewer quantities, or give one amplitude in place of a range"

@@ -46,8 +46,8 @@ class Found:
     under : tuple of Score
         As `nominal`, under a single excitation; one for each excitation over a band.
     shown : tuple of Amplitude
-        Amplitudes of the binding excitation, some beyond its range, for which the damper as drawn is known at every
-        frequency of the survey.
+        Amplitudes of the binding excitation at which the response of the damper as drawn is known at every frequency
+        of the survey. Some lie beyond the range of the excitation.
     starts : Starts or None
         Responses to other starts than rest; None if the budget did not cover them.
     stopped : str

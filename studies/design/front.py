@@ -67,7 +67,9 @@ class OfMass:
 
 
 def masses_of(asked: Specification, recommended: Build) -> list[float]:
-    """Choose the masses, including the recommended one: over its range, or around a given mass, within its limit."""
+    """Choose the masses, including the recommended one: over the range of the mass or, if the mass is given, around
+    it and within its limit.
+    """
     choice, own = asked.choices[MASS], recommended.particle_mass_kg
     if choice.values:
         count = min(len(choice.values), MOST_LISTED)

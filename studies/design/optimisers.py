@@ -72,7 +72,7 @@ def sought(space: Space, values: Values, effort: Effort) -> Wants:
     space : Space
         The candidates.
     values : mapping
-        Values of known candidates; whoever answers a request adds to them.
+        Values of known candidates; the caller adds the requested ones.
     effort : Effort
         Its effort.
     """

@@ -29,7 +29,7 @@ Asks = Generator[list[Wanted], None, None]
 FEW = 3
 """Amplitudes of each excitation under which candidates are judged."""
 CLOSE = 1
-"""Accuracy levels of a build: every frequency of the survey."""
+"""Accuracy level of a build that is known at every frequency of the survey."""
 CLOSEST = 3
 """Two more rounds of brackets: for comparing dampers, with each maximum known to a 64th of the survey's steps."""
 BETWEEN, SURE = 4, 6
@@ -37,7 +37,9 @@ BETWEEN, SURE = 4, 6
 recommended damper.
 """
 NEAR = 0.95
-"""A bracketed build or maximum is bracketed again if it reaches this share of the largest value."""
+"""Share of the largest value that a build, or a maximum of its response, must reach to be bracketed after the first
+round. Builds that exceed a limit are always bracketed, and so are all builds if the rms is judged.
+"""
 MARGIN = 0.05
 """Excess over the best beyond which a damper is not refined."""
 WORST, EXCEEDING = 1e4, 1e3
@@ -58,7 +60,7 @@ class Search:
     effort : Effort
         How many dampers it examines.
     told : bool
-        Whether the book's stage describes its activity.
+        Whether this search describes its activity in the stage of the book.
     """
 
     asked: Specification

@@ -123,7 +123,7 @@ class Starts:
 
 
 def started(search: Search, build: Build, over: Score) -> Step[None]:
-    """Compute the damper as drawn from several starts; its worst case over the bands is given."""
+    """Compute the damper as drawn from several starts; `over` is its worst case over the bands."""
     largest = binding(search.asked, over).largest
     at = (*search.sample(build, largest, False), build.own(over.frequency_ratio))
     yield search.book.from_starts(Wanted(build, largest, tuple(sorted(set(at)))))

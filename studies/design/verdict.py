@@ -54,7 +54,7 @@ CALLED: dict[Damper, str] = {
     "no_damper": "without damper",
 }
 CAVITY = {*MADE_BY.values()}
-"""Optional keys of a specification for the cavity; by default it is level and frictionless."""
+"""Optional keys of a specification for the cavity; by default it is lying and frictionless."""
 NAMES = NAMES_IN_FULL | {
     "friction_force_n": "friction",
     "restitution": "restitution",

@@ -26,7 +26,9 @@ AT_END = 0.05
 ALIKE = 0.95
 """Absolute correlation above which the data do not separate two parameters."""
 BARELY = 0.99
-"""The same if one of the two is undetermined anyway; then only a correlation near 1 is mentioned."""
+"""Absolute correlation above which a pair is mentioned if the data leave one of the two parameters undetermined
+anyway.
+"""
 DOUBTED = 0.01
 """Probability of chi-square below which the model and the stated deviations disagree."""
 OUTLIER = 0.01
@@ -54,7 +56,7 @@ class Estimate:
     lowest, highest : float
         The range of the search.
     share_low, share_high : float
-        The interval as shares of that range, in its logarithm if it was searched so.
+        The ends of the interval as shares of that range, or of its logarithm if the logarithm was searched.
     """
 
     name: str

@@ -72,7 +72,7 @@ def check_lines(lines: Lines, columns: int) -> None:
 def columns_of(
     lines: Lines, names: Sequence[str], read: Callable[[str, str], float | Fault], faults: list[Fault]
 ) -> dict[str, NDArray[np.float64]]:
-    """Read the numbers of a table, by column; raise StudyFaults with their faults and `faults`."""
+    """Read the numbers of a table, by column; raise StudyFaults with `faults` and the faults found here."""
     rows: list[list[float]] = []
     for number, line in lines.rows:
         cells = lines.cells(line)

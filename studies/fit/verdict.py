@@ -208,7 +208,7 @@ def _stretch(fitted: FittedHistory) -> Iterator[str]:
         return
     yield (
         f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s are used. Later, impacts make the response "
-        "depend so steeply on the parameters that agreement would be chance, or the model describes it worse."
+        "depend so steeply on the parameters that agreement would be chance, or the model agrees less well."
     )
 
 

@@ -17,7 +17,7 @@ class Measure:
     variable : str
         The result variable, over Z, on which it is based.
     factor : float
-        The factor of that variable, apart from Z.
+        The measure is the variable times this factor, times Z, and times ω_n to the power of `order`.
     words : str
         For sentences.
     limit : str
@@ -105,7 +105,7 @@ ACCELERATIONS = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
 
 @dataclass(frozen=True)
 class Limit:
-    """A result of a response that may be limited.
+    """A result of a response on which a specification may set a limit.
 
     Parameters
     ----------

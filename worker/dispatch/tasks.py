@@ -139,8 +139,8 @@ def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[byt
     """Give an equivalent of a function and its arguments that only the executing worker can read.
 
     A Dask scheduler unpickles tasks, and so loads the modules of their functions and arguments. The solver and the
-    stores would double its start. Of a sealed call it sees only bytes. Workers need nothing from this module, so that
-    one of another version can report its version.
+    stores would double its start. Of a sealed call it sees only bytes. Workers need nothing from this module, so a
+    worker with another version of damperlab can still report its version.
 
     Parameters
     ----------

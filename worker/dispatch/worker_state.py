@@ -112,7 +112,7 @@ class Standings:
 
     @property
     def able(self) -> bool:
-        """Whether a worker computes and need not prove itself after an exclusion."""
+        """Whether any worker computes; one that must prove itself after an exclusion does not count."""
         return any(
             one.standing == "usable" or (one.held and one.standing in ("joining", "leaving"))
             for one in self.states.values()

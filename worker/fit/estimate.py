@@ -30,10 +30,11 @@ START = {1: 64, 2: 160, 3: 320, 4: 480, 5: 640}
 FOLLOWED = 3
 """Number of the best points that are refined."""
 CLOSER_ROUNDS, CLOSER = 3, 0.6
-"""Rounds in which a region narrows around its best point, and the factor of each."""
+"""Rounds in which a region narrows around its best point, and the factor on its size in each round."""
 LEAST_ROUNDS, MOST_ROUNDS, SETTLED = 3, 12, 0.5
 """Smallest and largest number of rounds for the region of the polynomials, and the limit below which it counts as
-settled. The limit applies to its motion, in standard deviations, and to the logarithm of its size.
+settled. The limit applies to its motion, in standard deviations, and to the logarithm of the factor by which its size
+changes.
 """
 LINEAR = 3.0
 """Residual, in standard deviations, above which its weight is linear (Huber 1964), so that one wrong row does not

@@ -12,8 +12,8 @@ from damperlab.worker.fit.singular_values import covariance_of, inverse, length_
 Matrix = NDArray[np.float64]
 
 RADIUS, EDGE = 2.5, 1.2
-"""Radius of a region, in standard deviations of the parameters, and the factor of it up to which its polynomials are
-trusted.
+"""Radius of a region, in standard deviations of the parameters, and the multiple of this radius up to which its
+polynomials are trusted.
 """
 FULL, WIDER = 0.85, 2.0
 """If draws in a region reach this share of the spread of a uniform density, the region is too small, and grows by the

@@ -1,4 +1,4 @@
-"""The data that every block of a study is sent with; the workers agree on them once."""
+"""The data sent with every block of a study. The workers are compared once, before the first block."""
 
 from collections.abc import Mapping
 from contextlib import suppress

@@ -156,8 +156,9 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     stays within the margin does not move the mass.
 
     A displacement outwards makes the mass creep more, so the bound is computed again, allowing for twice its first
-    value. Two assumptions are confirmed by integrations, but not proved. First, impacts during the creep, at most one
-    per cycle, add no more than this. Second, twice the first value is a bound if the second value exceeds it.
+    value. Two assumptions are confirmed by integrations, but not proved. First, the impacts during the creep, at most
+    one per cycle, move the mass no farther than the bound allows. Second, twice the first value is a bound if the
+    second value exceeds it.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)

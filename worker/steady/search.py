@@ -60,8 +60,8 @@ class Found(NamedTuple):
     Attributes
     ----------
     state : State
-        State on the orbit, or at the end of the run. It is the latter also for a moving particle whose limit is a
-        locked state.
+        State on the orbit, or at the end of the run. If a particle still moves and the limit is a locked state, it is
+        the state at the end of the run too.
     outcome : int
         ARRIVED, or why the run ended early, for example because its peaks grow without a visible bound.
     look : SectionLook

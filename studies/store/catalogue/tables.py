@@ -90,7 +90,7 @@ Index(
     postgresql_where=studies.c.deleted.is_(None),
 )
 WAITING = and_(text("state IN ('queued', 'running')"), studies.c.deleted.is_(None))
-"""The studies that have not ended; in the same words as the index below, so that it is used."""
+"""The studies that have not ended. The index below has the same condition, so that the database uses it."""
 Index(
     "waiting",
     studies.c.priority.desc(),

@@ -100,7 +100,7 @@ class StoredCoordinate:
     text : bool
         Whether they are texts instead of doubles.
     value : float, optional
-        The value of a dimension with only one: it is stored in the metadata instead of a piece.
+        The value, if the dimension has only one; it is then stored in the metadata, not in a piece of its own.
     key : str
         Key of the piece with the only chunk.
     attributes : dict

@@ -94,7 +94,8 @@ class Submissions(Entering):
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
         """Record the solver of a study before its first block: one cube, one solver on one kind of processor.
 
-        If the solver changed while a study waited, it has no older results yet, and is simply recorded again.
+        If the solver changed while the study waited, the study has no results yet, so the new solver replaces the
+        recorded one.
 
         Parameters
         ----------

@@ -80,7 +80,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
 
 
 def built(question: HistoryQuestion, given: Mapping[str, float]) -> tuple[Structure, Damper]:
-    """Convert numbers in a study's names into a structure and its damper."""
+    """Make a structure and its damper from numbers, given by the names that a study uses for them."""
     mass = given.get("mass_kg", NOMINAL_KG)
     structure = Structure(mass, given["natural_frequency_hz"], given.get("damping_ratio", 0.0))
     if "damping_n_s_per_m" in given:

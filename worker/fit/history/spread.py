@@ -77,7 +77,7 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
 
     Along each principal direction, `REACH` standard deviations to either side, chi-square must rise about as for a
     linear response. If it rises less, the direction is lengthened accordingly. If a shorter beginning left little
-    uncertainty (`before`), chi-square must rise so over that range as well. Only then does the best parameter set of
+    uncertainty (`before`), chi-square must rise likewise over that range. Only then does the best parameter set of
     the longer beginning follow from that of the shorter one; otherwise it may be one of the countless minima that
     impacts create.
     """

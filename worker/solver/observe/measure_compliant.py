@@ -118,8 +118,8 @@ def measure_contact(
 
 @inlined
 def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
-    """Force of the base on a mass that it holds against the wall; 0 under a force, for which neither work nor u'' needs
-    it.
+    """Force of the base on a mass that friction holds while the wall is pressed; 0 under an exciting force, where
+    neither work nor u'' needs it.
     """
     if isinstance(base, RecordBase):
         return value(buffers.wall_force, t) + record_acceleration(buffers, t)

@@ -12,8 +12,9 @@ from damperlab.worker.solver.sliding import with_pull
 def measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
     """Add the loss of a particle that slides through the cavity.
 
-    The work of a shaken base is integrated with the offset of the spring centre. This includes the particle's pull,
-    which the spring does not transmit. Its part is restored here, and also in the work at rest, which lacks it.
+    The work of a shaken base is integrated with the offset of the spring centre. This offset includes the particle's
+    pull, which the spring does not transmit. The share of the pull is therefore added here, and to the work at rest,
+    which also lacks it.
     """
     if scene.particle is not None:
         if scene.particle.friction is not None:
