@@ -14,6 +14,7 @@ from damperlab.studies.ground.variables import DAMPER as SUITE_DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
+from damperlab.studies.unit_names import COORDINATE_SOURCES
 from damperlab.studies.variables import BEFORE, DIMENSIONS, MADE_BY, VARIABLES, Variable
 
 
@@ -176,12 +177,16 @@ def shown_axes(
     sizes : mapping of int
         Points along each dimension.
     x, y : str, optional
-        The named axes.
+        The named axes, as ratios or in units.
     taken : collection of str
-        Dimensions that the question uses for another purpose.
+        Dimensions that the question uses for another purpose, as ratios or in units.
     """
     favourites = [name for name in kind_of(sizes).axes if name in sizes]
-    free = [name for name in favourites if name not in {*taken, x, y}]
+    used = {
+        name if name is None or name in sizes else COORDINATE_SOURCES.get(name, name)
+        for name in (*taken, x, y)
+    }
+    free = [name for name in favourites if name not in used]
     free.sort(key=lambda name: sizes[name] == 1)
     # if none is left, the question is refused because it names a dimension twice
     free += favourites

@@ -43,7 +43,7 @@ def number_advice(raw: object, unit: str | None = None) -> str:
         return QUOTED
     if comma := _COMMA.match(raw):
         point = f"use a decimal point, as in {comma[1]}.{comma[2]}"
-        if len(comma[2]) == _THOUSANDS:
+        if len(comma[2]) == _THOUSANDS and comma[1].lstrip("+-") != "0":
             return f"{point}, or write {comma[1]}{comma[2]} if thousands are meant; a number has no commas"
         return f"{point}; a number has no commas"
     if percent := _PERCENT.match(raw):

@@ -124,7 +124,9 @@ def _halves(part: np.ndarray) -> list[np.ndarray]:
             size = sum(math.prod(len(axis) for axis in _axes(half)) for half in halves)
             if best is None or size < best[0]:
                 best = size, halves
-    assert best is not None  # a grid with more points than wanted designs has several values of some parameter
+    assert (
+        best is not None
+    )  # a grid with more points than wanted designs has several values of some parameter
     return best[1]
 
 

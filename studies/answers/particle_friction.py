@@ -58,8 +58,7 @@ def studies_with_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging
         acts on the particle, or friction cannot be combined with the contact or the solver.
     """
     kind, lead = kind_of(cube.sizes), leading(ranked)
-    strikes = ranked.attrs.get("brief", {}).get("damper") in ("hybrid", "particle_alone")
-    if kind is SUITE or lead is None or not strikes or ranked.attrs["complete"] < 1:
+    if kind is SUITE or lead is None or not _strikes(ranked, lead) or ranked.attrs["complete"] < 1:
         return ()
     definition = definition_of(cube)
     if not definition.get("physical"):
@@ -97,12 +96,21 @@ def find_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> Ref
             "a finished study in units, with instantaneous impacts and no friction or tilt of its own, whose best damper "
             "works by impacts",
             "leave it out",
+            "Friction of the particle cannot be added to the best damper of this study. It can be to one that works by "
+            "impacts, in a finished study in units, with instantaneous impacts and no friction or tilt of its own.",
         )
     known = [each for each in ranked.attrs["notes"] if each["kind"] == FRICTION]
     notes = tuple(Note(each["kind"], each["severity"], each["values"]) for each in known)
     studies = () if known else asked
     found = {name: value for name, value in lead.items() if not isinstance(value, str)}
     return Refinement(studies, bool(known), found, points=sum(each.points for each in studies), notes=notes)
+
+
+def _strikes(ranked: xr.Dataset, lead: Mapping[str, Any]) -> bool:
+    """Whether the recommended damper works by impacts; over base amplitudes, whether it has a particle."""
+    if "impact_share" in lead:
+        return lead["impact_share"] != 0.0  # NaN if unknown
+    return ranked.attrs.get("brief", {}).get("damper") in ("hybrid", "particle_alone")
 
 
 def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[str, float]) -> Study | None:

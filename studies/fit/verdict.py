@@ -58,7 +58,7 @@ def told(confidence: float, each: Estimate) -> str:
 def _agreement(fitted: Fitted) -> Iterator[str]:
     if fitted.question.deviation is None:
         share = float(np.median(fitted.deviation / fitted.question.measured.amplitude))
-        yield _scatters(f"{100 * share:.2g} %,")
+        yield _scatters(f"{100 * share:.2g} %")
         if share > POOR:
             yield (
                 "This is more than the scatter of a measurement: the model, or a value taken as known, does "
@@ -217,7 +217,7 @@ def _history_agreement(fitted: FittedHistory) -> str:
         return _agrees(fitted, fitted.probability)
     deviation = float(np.median(fitted.deviation_m))
     share = 100 * deviation / fitted.question.measured.largest_m
-    return _scatters(f"{spelled(deviation, 'm', 3)}, {share:.2g} % of its largest displacement,")
+    return _scatters(f"{spelled(deviation, 'm', 3)}, {share:.2g} % of its largest displacement")
 
 
 def _correlated(fitted: FittedHistory) -> Iterator[str]:

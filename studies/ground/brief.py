@@ -37,7 +37,9 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     if best == "none":
         told = f"Under {under} no damper is worth building: without one the structure moves {moves} against the base"
     else:
-        told = f"Under {under} {cases[best]['label']} moves least against the base: {moves}"
+        least_of_all = float(cases[best][PEAK]) == least
+        by = "moves least" if least_of_all else f"moves as little as any, within {100 * SAME:.0f} %,"
+        told = f"Under {under} {cases[best]['label']} {by} against the base: {moves}"
         if "none" in cases:
             share = 1 - float(cases[best][PEAK]) / float(cases["none"][PEAK])
             told += f", {100 * share:.0f} % less than without damper"

@@ -75,7 +75,7 @@ def test_the_amplitude_of_a_constant_acceleration_is_a_list_also_where_it_is_one
     ("field", "text", "advised"),
     [
         ("damping_ratio", "1.1 %", "1.1 % is 0.011"),
-        ("damping_ratio", "0,011", "use a decimal point, as in 0.011"),
+        ("damping_ratio", "0,011", "use a decimal point, as in 0.011; a number has no commas"),
         ("damping_ratio", "0.011", "without quotation marks"),
         ("physical.friction_force_n", "1,000", "as in 1.000, or write 1000 if thousands are meant"),
         ("physical.base_amplitude_m", "0.08 mm", "write the number alone, in m"),

@@ -8,7 +8,7 @@ import xarray as xr
 
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.ranking import ranked_designs
-from damperlab.studies.kinds import AMPLITUDES, HARMONIC, KINDS, SUITE, Kind, kind_of
+from damperlab.studies.kinds import AMPLITUDES, HARMONIC, KINDS, SUITE, Kind, kind_of, shown_axes
 from damperlab.studies.questions import Judging, Ranking
 from damperlab.studies.unit_names import RESULTS
 
@@ -63,3 +63,10 @@ def test_what_applies_to_the_other_kind_alone_is_refused(
     ) as caught:
         ranked_designs(cube_of(kind), judging, ranking, lambda others: {})
     assert caught.value.fault.field == field
+
+
+def test_an_axis_in_units_is_not_shown_twice() -> None:
+    sizes = dict.fromkeys(HARMONIC.dimensions, 3)
+    assert shown_axes(sizes, "clearance_m", None, ()) == ("clearance_m", "friction_ratio")
+    assert shown_axes(sizes, None, "friction_force_n", ()) == ("clearance_ratio", "friction_force_n")
+    assert "friction_ratio" not in shown_axes(sizes, "clearance_m", None, ("friction_force_n",))

@@ -89,6 +89,13 @@ def test_the_friction_up_to_which_the_best_damper_holds_is_that_of_the_damper_on
     xr.testing.assert_equal(completed, ranked)
 
 
+def test_a_damper_that_a_tuned_mass_damper_beats_is_computed_with_friction_too() -> None:
+    cube, ranked = ranked_with(ONE | {"physical": ONE["physical"] | {"friction_force_n": 20}})
+    assert ranked.attrs["brief"]["damper"] == "tuned_mass_damper"
+    assert "`optimum --friction`" in row_of(ranked)
+    assert find_friction(cube, ranked, Judging()).points > 0
+
+
 def test_studies_of_another_damper_say_nothing_of_the_best() -> None:
     cube, ranked = ranked_with(SEVERAL)
     clearance = 0.003 if ranked["clearance_m"].values[0] > 0.0035 else 0.004

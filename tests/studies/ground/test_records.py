@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.ground.brief import PEAK, brief_of
 from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record
 from damperlab.studies.ground.files import read_record
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi, read_kanai_tajimi, spectrum
@@ -271,3 +272,22 @@ def test_every_fault_of_a_comparison_at_once(tmp_path: Path) -> None:
         )
     fields = {fault.field for fault in caught.value.faults}
     assert fields == {"record", "scale", "mass", "restitution", "starts", "cases[0]"}
+
+
+@pytest.mark.parametrize(
+    ("tuned", "told"),
+    [
+        (5.8e-3, "tuned mass damper moves as little as any, within 2 %, against the base: 5.8 mm"),
+        (5.9e-3, "particle and friction moves least against the base: 5.75 mm"),
+        (5.7e-3, "tuned mass damper moves least against the base: 5.7 mm"),
+    ],
+)
+def test_the_damper_with_fewer_parts_is_named_as_good_and_not_as_least(tuned: float, told: str) -> None:
+    labels = {"tmd": ("tuned mass damper", tuned), "hybrid": ("particle and friction", 5.75e-3)}
+    cases = {
+        name: {"label": label, PEAK: peak, "peak_absolute_acceleration_m_s2": 1.0}
+        for name, (label, peak) in labels.items()
+    }
+    record = {"name": "quake", "peak_displacement_m": 0.01}
+    answer = {"cases": cases, "record": record, "design": {"scale": 1.0}}
+    assert told in brief_of(answer).sentences[0]
