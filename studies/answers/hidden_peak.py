@@ -57,13 +57,15 @@ def hidden(
 ) -> NDArray[np.bool_]:
     """Find the frequencies between which the response of each design may exceed `HIGHER` times its largest value.
 
-    Only coarse intervals count. They are wider than ζ, half of the half-power bandwidth. They also overlap the range of
-    natural frequencies, from 1/√(1 + β), where the particle moves with the structure, to 1. There a peak may hide in
-    two cases:
+    Only coarse intervals count: those wider than ζ, half of the half-power bandwidth. There a peak may hide in two
+    cases:
 
-    * a resonance that raises both ends, as in `may_hide`; its height is at most 1/(2ζ), that without a damper;
-    * the particle strikes at one end only: the response jumps between the two, and the resonance that raises one end
-    * may extend as far as the other. By the same law without its height, it reaches at most 1/(1/X − (1 + β) Δr²).
+    * a resonance that raises both ends, as in `may_hide`; its height is at most 1/(2ζ), that without a damper. The
+      interval overlaps the range of natural frequencies, from 1/√(1 + β), where the particle moves with the structure,
+      to 1;
+    * the particle strikes at one end only: the response jumps between the two, and the flank of a resonance through one
+      end may extend as far as the other. By the same law without its height, it reaches at most 1/(1/X − (1 + β) Δr²).
+      A flank rises towards the range of natural frequencies.
 
     Nothing hides between two frequencies at which friction holds the mass: the required force increases with the
     frequency.
@@ -85,17 +87,19 @@ def hidden(
     ends = values[:, :-1], values[:, 1:]
     known = np.isfinite(ends[0]) & np.isfinite(ends[1])
     highest = np.nanmax(np.where(np.isfinite(values), values, 0.0), axis=1, keepdims=True)
-    coarse = (r[1:] >= 1.0 / np.sqrt(1.0 + beta)) & (r[:-1] <= 1.0) & (np.diff(r) > zeta)
+    coarse = np.diff(r) > zeta
+    rises, falls = r[:-1] <= 1.0, r[1:] >= 1.0 / np.sqrt(1.0 + beta)
     with np.errstate(divide="ignore"):
         flank = 1.0 / np.where(known, np.maximum(*ends), np.inf)
+        rising = 1.0 / np.where(known, np.maximum(ends[0] * rises, ends[1] * falls), np.inf)
         limit = 1.0 / (HIGHER * highest)
         alone = np.sqrt(1.0 + beta) * np.sqrt(1.0 + 4.0 * zeta**2) / (2.0 * zeta)
     width = (1.0 + beta) * np.diff(r * r)
     strikes = may_strike(kinds) & (beta > 0)
     jumps = (strikes[:, :-1] != strikes[:, 1:]) & (kinds[:, :-1] >= 0) & (kinds[:, 1:] >= 0)
     held = (kinds[:, :-1] == ResponseClass.LOCKED) & (kinds[:, 1:] == ResponseClass.LOCKED)
-    seen_by_both = flank**2 - (0.5 * width) ** 2 < limit**2
-    seen_by_one = jumps & (flank - width < limit)
+    seen_by_both = rises & falls & (flank**2 - (0.5 * width) ** 2 < limit**2)
+    seen_by_one = jumps & (rising - width < limit)
     return np.asarray(
         known & coarse & ~held & (HIGHER * highest < alone) & (seen_by_both | seen_by_one), np.bool_
     )

@@ -78,8 +78,13 @@ def test_a_jump_hides_more_than_a_resonance_does_and_a_locked_mass_nothing() -> 
     wide = np.array([0.5, 1.5])
     assert hidden(wide, values, np.array([[still, still]]), damping, heavy).all()
     assert not hidden(wide, values, np.full((1, 2), ResponseClass.LOCKED), damping, heavy).any()
-    # away from the natural frequencies, from 1/√1.1 to 1, nothing is said
-    assert not hidden(np.array([1.1, 1.5]), values, np.array([[still, strikes]]), damping, heavy).any()
+    # a flank rises towards the natural frequencies, from 1/√1.1 to 1
+    below, above = np.array([0.9, 0.94]), np.array([1.1, 1.14])
+    for r_there, falling in ((below, [2.5, 0.5]), (above, [0.5, 2.5])):
+        towards = np.array([falling])
+        assert hidden(r_there, towards, np.array([[still, strikes]]), damping, heavy).all()
+        assert not hidden(r_there, towards[:, ::-1], np.array([[still, strikes]]), damping, heavy).any()
+        assert not hidden(r_there, towards, np.array([[still, still]]), damping, heavy).any()
     assert not hidden(r, np.array([[np.nan, 2.6]]), np.array([[-1, still]]), damping, heavy).any()
 
 
