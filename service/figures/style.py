@@ -126,7 +126,8 @@ def told(name: str, value: float | str, units: str = "1") -> str:
         return value
     if units == "m":
         value, units = value * MILLIMETRES, "mm"
-    return f"{SYMBOLS.get(name, name)} = {value:.4g}" + ("" if units == "1" else f" {units}")
+    space = "" if units in ("1", "°") else " "
+    return f"{SYMBOLS.get(name, name)} = {value:.4g}{space}{units.strip('1')}"
 
 
 def fixed_title(answer: xr.Dataset) -> str:

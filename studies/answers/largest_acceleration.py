@@ -129,7 +129,7 @@ def _particle_friction(cube: xr.Dataset) -> xr.DataArray:
         return xr.DataArray(0.0)
     physical = definition_of(cube)["physical"]
     cavity = cavity_of({each.name: physical.get(each.name) for each in OF_CAVITY})
-    at_one_metre, _ = cavity.ratios(float(physical["natural_frequency_hz"]), 1.0)
+    at_one_metre, *_ = cavity.ratios(float(physical["natural_frequency_hz"]), 1.0)
     found: xr.DataArray = at_one_metre / base_of(cube)
     return found
 

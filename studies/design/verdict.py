@@ -328,19 +328,17 @@ def _span(asked: Specification, name: str, low: float, high: float) -> str:
 
 
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
-    """Describe tilt and friction of a particle's cavity, and the largest friction at which the damper works."""
+    """Describe the cavity of the particle, and the largest friction at which the damper works."""
     asked = found.asked
     told = {*asked.document, *asked.document.get("choose", {})}
     if CAVITY.intersection(told):
         cavity = found.build.cavity
-        lies = f"cavity tilted by {cavity.tilt_deg:.3g}°" if cavity.tilt_deg else "lying"
         stands = cavity.tilt_deg == 90.0 and cavity.particle_friction_coefficient > 0.0
-        given = PARTICLE_FRICTION.name in told
-        rubs = f"μ_i = {cavity.particle_friction_coefficient:.3g}" if given else "assumed frictionless"
+        assumed = "" if PARTICLE_FRICTION.name in told else "its friction is not given, and assumed to be 0"
         yield (
             "chosen" if CAVITY.intersection(asked.free) else "given",
-            f"{lies}, {rubs}",
-            "friction has no effect in an upright cavity" if stands else "",
+            cavity.words,
+            "friction has no effect in an upright cavity" if stands else assumed,
         )
     elif asked.choices["particle_mass_kg"].stop:
         yield (
