@@ -237,7 +237,8 @@ def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
         yield from rubbing_faults(field, describe(document.get(name, physical.get(source))), beside)
     friction, tilt = (MADE_BY[name] for name in (PARTICLE_FRICTION, GRAVITY))
     if is_axis(physical.get(tilt)) and physical.get(friction) is not None:
-        told = f"{{field}} is an axis that changes {PARTICLE_FRICTION} and {GRAVITY} together, but an axis may change one ratio only."
+        both = f"{PARTICLE_FRICTION} and {GRAVITY}"
+        told = f"{{field}} is an axis that changes {both} together, but an axis may change one ratio only."
         advice = "submit one study for each tilt"
         yield Fault(f"physical.{tilt}", "an axis", f"a single number with {friction}", advice, told)
 
