@@ -10,9 +10,12 @@ UNITS = {
     "_hz_per_s": "Hz/s",
     "_m_per_s2": "m/s²",
     "_m_per_s": "m/s",
+    "_m_s2": "m/s²",
+    "_m_s": "m/s",
     "_m": "m",
     "_n": "N",
     "_kg": "kg",
+    "_j": "J",
     "_hz": "Hz",
     "_s": "s",
     "_deg": "°",
@@ -32,7 +35,16 @@ def spelled(value: float, unit: str, digits: int = 4) -> str:
 
 def unit_of(name: str) -> str:
     """Give the unit of a quantity by its name; empty for a ratio."""
-    return next((unit for ending, unit in UNITS.items() if name.endswith(ending)), "")
+    return UNITS.get(_ending_of(name), "")
+
+
+def without_unit(name: str) -> str:
+    """Give the words of a quantity's name without its unit, as ``clearance`` for `clearance_m`."""
+    return name.removesuffix(_ending_of(name)).replace("_", " ")
+
+
+def _ending_of(name: str) -> str:
+    return next((ending for ending in UNITS if name.endswith(ending)), "")
 
 
 def quantity(name: str, value: float, digits: int = 4) -> str:
