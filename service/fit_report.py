@@ -15,7 +15,7 @@ from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.verdict import told, verdict
 from damperlab.studies.shapes import Count, Number, Range, Says
-from damperlab.studies.spelling import unit_of
+from damperlab.studies.spelling import unit_of, without_unit
 from damperlab.worker.fit.model import FittedCurve
 
 COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
@@ -138,7 +138,7 @@ def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.fl
 
 def _heading(name: str) -> str:
     """Name a parameter at the head of a row, with the unit of its values; lengths are in millimetres."""
-    return f"{name.removesuffix('_m').replace('_', ' ')} [mm]" if unit_of(name) == "m" else name
+    return f"{without_unit(name)} [mm]" if unit_of(name) == "m" else name
 
 
 def _number(name: str, value: float, digits: int = 4) -> str:

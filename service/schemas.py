@@ -7,9 +7,9 @@ from damperlab.service.simulation import HISTORY_CYCLES, SAMPLES
 from damperlab.studies.field import fields_of
 from damperlab.studies.ground.generated import SCHEMAS
 from damperlab.studies.ground.quantities import QUANTITIES
-from damperlab.studies.quantity import RATIOS
+from damperlab.studies.quantity import QUANTITY_OF, RATIOS
 from damperlab.studies.questions import Compared, Simulated
-from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import BEFORE, DIMENSIONS
 from damperlab.studies.vocabulary import DEFAULTS
 
 TYPES: dict[Any, str] = {int: "integer", float: "number"}
@@ -57,6 +57,7 @@ def simulation_schema() -> dict[str, Any]:
                 "description": "false for a scene without a particle; otherwise clearance_ratio is required",
             },
             "contact": _contact("Instant", "Dwell", "Compliant"),
+            **{name: QUANTITY_OF[name].schema(0.0) for name in BEFORE},
             **_fields(Simulated, history=HISTORY_CYCLES, samples=SAMPLES),
             "cycles": _or_null(_fields(Simulated)["cycles"]),
         },

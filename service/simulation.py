@@ -43,7 +43,7 @@ from damperlab.worker.steady.settle import Settings as Steadiness
 Columns = Annotated[dict[str, NDArray[np.float64]], Like(dict[str, Numbers])]
 """Columns of a time history, by name."""
 FIELDS = {each.name: each for each in fields_of(Simulated)}
-KEYS = (*DIMENSIONS, "particle", "contact", *FIELDS)
+KEYS = (*DIMENSIONS, *BEFORE, "particle", "contact", *FIELDS)
 
 STEADY_CYCLES = 4000
 """Excitation cycles after which a response is returned even if it is not steady."""

@@ -3,7 +3,6 @@ versions.
 """
 
 import json
-import re
 from collections.abc import Iterable, Mapping
 from html import escape
 from itertools import combinations
@@ -25,6 +24,7 @@ from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Ranking, Selection
 from damperlab.studies.rounding import ROUNDING_WORD, is_rounding
+from damperlab.studies.spelling import without_unit
 from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.store.record import Record
 from damperlab.studies.units import InUnits, coordinates_in_units, place_in_units, results_in_units
@@ -32,7 +32,6 @@ from damperlab.studies.units import InUnits, coordinates_in_units, place_in_unit
 TOP = 5
 MAPS = 3
 """Largest number of maps: those of the first three axes, in pairs."""
-_SUFFIX = re.compile(r"_(m|n|kg|hz)$")
 
 
 def study_report(record: Record, cube: xr.Dataset) -> str:
@@ -123,7 +122,7 @@ def _unit(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: s
 def _head(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str) -> str:
     """Name a column; lengths are in mm, as on a drawing."""
     unit = _unit(ranked, units, name, column)
-    label = _SUFFIX.sub("", units[name].name if name in units else name).replace("_", " ")
+    label = without_unit(units[name].name if name in units else name)
     return label + ("" if unit in ("1", "") else f" [{'mm' if unit == 'm' else unit}]")
 
 

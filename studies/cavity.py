@@ -43,14 +43,23 @@ class Cavity:
         """Whether friction or gravity acts on the particle between impacts."""
         return any(self.numbers.values())
 
-    def ratios(self, natural_frequency_hz: float, base_amplitude_m: float) -> tuple[float, ...]:
-        """Give κ and G, in the order of `BEFORE`, under a base amplitude, or a static displacement."""
-        given = self.numbers | {
-            "natural_frequency_hz": natural_frequency_hz,
-            "base_amplitude_m": base_amplitude_m,
-        }
-        of = {name: np.array([value]) for name, value in given.items()}
-        return tuple(float(DERIVATIONS[name].values(of)[0]) for name in BEFORE)
+    def ratio(self, name: str, case: Mapping[str, float]) -> float:
+        """Give one ratio of `BEFORE` in a physical case.
+
+        Parameters
+        ----------
+        name : str
+            The ratio.
+        case : mapping of float
+            The quantities of a physical block, apart from those of the cavity, that determine it together with the
+            cavity; `base_amplitude_m` may be a static displacement.
+        """
+        of = {quantity: np.array([value]) for quantity, value in {**case, **self.numbers}.items()}
+        return float(DERIVATIONS[name].values(of)[0])
+
+    def ratios(self, case: Mapping[str, float]) -> tuple[float, ...]:
+        """Give every ratio of `BEFORE`, in this order, in a physical case, see `ratio`."""
+        return tuple(self.ratio(name, case) for name in BEFORE)
 
 
 FRICTIONLESS = "frictionless"

@@ -53,7 +53,7 @@ NOT_WITH_RUBBING = {
     "no_particle": ("a scene without a particle", "leave it out"),
     "contact": ("a contact that takes time", "leave out one of the two"),
     "rk4": ("method rk4", "use method event"),
-    "amplitudes": ("several base amplitudes", "give the coefficient or the tilt as one number in `physical`"),
+    "amplitudes": ("several base amplitudes", "give each quantity of the cavity as one number in `physical`"),
     "ratios": ("a specification in ratios", "give the structure and its excitation in units"),
 }
 """Features that cannot be combined with friction of a particle or gravity along its cavity, and the advice for each."""
@@ -237,7 +237,8 @@ def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
         yield from rubbing_faults(field, describe(document.get(name, physical.get(source))), beside)
     friction, tilt = (MADE_BY[name] for name in (PARTICLE_FRICTION, GRAVITY))
     if is_axis(physical.get(tilt)) and physical.get(friction) is not None:
-        told = f"{{field}} is an axis that changes {' and '.join(BEFORE)} together, but an axis may change one ratio only."
+        both = f"{PARTICLE_FRICTION} and {GRAVITY}"
+        told = f"{{field}} is an axis that changes {both} together, but an axis may change one ratio only."
         advice = "submit one study for each tilt"
         yield Fault(f"physical.{tilt}", "an axis", f"a single number with {friction}", advice, told)
 

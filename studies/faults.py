@@ -8,6 +8,7 @@ from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
+from damperlab.studies.spelling import unit_of
 from damperlab.studies.user_error import UserError
 from damperlab.studies.variables import MADE_BY
 
@@ -198,10 +199,6 @@ MEANT: dict[str, tuple[str, ...]] = {
 """Names from other programs and their equivalents here, for which the nearest spelling would be wrong."""
 
 
-UNITS = {"m": "m", "n": "N", "kg": "kg", "hz": "Hz", "s": "s", "deg": "degrees"}
-"""Endings of the names of quantities, and their units."""
-
-
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known name that was probably meant, or None."""
     names = list(known)
@@ -244,9 +241,9 @@ def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Contain
     left = [name for name in known if name not in beside]
     near = nearest(key, left) if isinstance(key, str) else None
     advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
-    what, _, unit = (near or "").rpartition("_")
-    if what and unit in UNITS and str(key).rpartition("_")[0] == what:
-        advice = f"write `{near}`, with its value in {UNITS[unit]}"
+    unit = unit_of(near or "")
+    if near and unit and str(key).rpartition("_")[0] == near.rpartition("_")[0]:
+        advice = f"write `{near}`, with its value in {unit}"
     found = f"the unknown key {printable(key)}" if isinstance(key, str) else f"{describe(key)} as a key"
     allowed = f"the keys {', '.join(known)}"
     told = f"{{field}} is not a known key; allowed are {listing(known)}."

@@ -5,7 +5,6 @@ from dataclasses import MISSING, dataclass
 from damperlab.studies.field import NONE, At, Range, Ranges, asked, asked_at
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import EVERY_DIMENSION, EVERY_VARIABLE
-from damperlab.studies.quantity import GRAVITY_RATIO, PARTICLE_FRICTION_RATIO
 from damperlab.studies.unit_names import COORDINATES, RESULTS
 from damperlab.studies.variables import DIMENSIONS, VARIABLES
 from damperlab.studies.vocabulary import (
@@ -341,7 +340,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Simulated:
-    """Settings for computing one design point."""
+    """Settings for computing one design point; its ratios are those of a study."""
 
     cycles: int | None = asked(
         None,
@@ -365,23 +364,6 @@ class Simulated:
         "base",
         "Excitation: base motion, or a force on the structure. With a force, its static displacement F₀/k takes the "
         "place of Z in the ratios.",
-    )
-    particle_friction_ratio: float = asked(
-        0.0,
-        "Friction of the particle in its cavity, κ = μ_i g/(ω_n²·Z): the largest acceleration at which the "
-        "particle still moves with the cavity, over Z·ω_n².",
-        least=0.0,
-        most=PARTICLE_FRICTION_RATIO.highest,
-        # a separate option, apart from those of the other ratios
-        doors=("http", "client"),
-    )
-    gravity_ratio: float = asked(
-        0.0,
-        "Gravity along the cavity, G = g·sin α/(ω_n²·Z), towards negative u: 0 for a level cavity.",
-        least=0.0,
-        most=GRAVITY_RATIO.highest,
-        # a separate option, apart from those of the other ratios
-        doors=("http", "client"),
     )
     starts: int = asked(
         0,

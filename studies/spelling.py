@@ -2,8 +2,25 @@
 and grams.
 """
 
-UNITS = {"_m": "m", "_n": "N", "_kg": "kg", "_hz": "Hz", "_s": "s", "_deg": "°"}
-"""By the ending of the quantity's name."""
+UNITS = {
+    "_n_s_per_m": "N s/m",
+    "_n_per_m": "N/m",
+    "_m2_per_s3": "(m/s²)²/Hz",
+    "_g2_per_hz": "g²/Hz",
+    "_hz_per_s": "Hz/s",
+    "_m_per_s2": "m/s²",
+    "_m_per_s": "m/s",
+    "_m_s2": "m/s²",
+    "_m_s": "m/s",
+    "_m": "m",
+    "_n": "N",
+    "_kg": "kg",
+    "_j": "J",
+    "_hz": "Hz",
+    "_s": "s",
+    "_deg": "°",
+}
+"""By the ending of the quantity's name; an ending of several words comes first."""
 
 
 def spelled(value: float, unit: str, digits: int = 4) -> str:
@@ -18,7 +35,16 @@ def spelled(value: float, unit: str, digits: int = 4) -> str:
 
 def unit_of(name: str) -> str:
     """Give the unit of a quantity by its name; empty for a ratio."""
-    return UNITS.get(name[name.rfind("_") :] if "_" in name else "", "")
+    return UNITS.get(_ending_of(name), "")
+
+
+def without_unit(name: str) -> str:
+    """Give the words of a quantity's name without its unit, as ``clearance`` for `clearance_m`."""
+    return name.removesuffix(_ending_of(name)).replace("_", " ")
+
+
+def _ending_of(name: str) -> str:
+    return next((ending for ending in UNITS if name.endswith(ending)), "")
 
 
 def quantity(name: str, value: float, digits: int = 4) -> str:

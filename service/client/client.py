@@ -251,8 +251,8 @@ class Client:
         history: int | None = None,
         samples: int | None = None,
         excitation: Excitation = Simulated.excitation,
-        particle_friction_ratio: float = Simulated.particle_friction_ratio,
-        gravity_ratio: float = Simulated.gravity_ratio,
+        particle_friction_ratio: float = 0.0,
+        gravity_ratio: float = 0.0,
         method: Method = Simulated.method,
         starts: int = Simulated.starts,
         seed: int = Simulated.seed,
@@ -261,6 +261,7 @@ class Client:
 
         The design point has ``frequency_ratio``, ``clearance_ratio``, ``friction_ratio``, ``restitution``,
         ``mass_ratio`` and ``damping_ratio``; with ``particle=False`` clearance, restitution and mass have no effect.
+        Friction and gravity act on the particle in its cavity, ``particle_friction_ratio`` and ``gravity_ratio``.
         The ``contact`` is written as in a study, ``{"model": "dwell", "contact_time": 0.1}``.
 
         Returns
@@ -277,6 +278,8 @@ class Client:
             "damping_ratio": damping_ratio,
             "friction_ratio": friction_ratio,
             "frequency_ratio": frequency_ratio,
+            "particle_friction_ratio": particle_friction_ratio,
+            "gravity_ratio": gravity_ratio,
         }
         if particle:
             ratios |= {
@@ -291,8 +294,6 @@ class Client:
                 history=history,
                 samples=samples,
                 excitation=excitation,
-                particle_friction_ratio=particle_friction_ratio,
-                gravity_ratio=gravity_ratio,
                 starts=starts,
                 seed=seed,
             )

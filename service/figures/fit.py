@@ -19,26 +19,12 @@ from damperlab.service.figures.style import (
 )
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
-from damperlab.studies.quantity import CAVITY_NAMES
+from damperlab.studies.spelling import unit_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 from damperlab.worker.fit.model import FittedCurve
 
 MILLIMETRES = 1e3
-UNITS = {
-    "natural_frequency_hz": "Hz",
-    "mass_kg": "kg",
-    "particle_mass_kg": "kg",
-    "clearance_m": "m",
-    "base_amplitude_m": "m",
-    "friction_force_n": "N",
-    "damping_n_s_per_m": "N s/m",
-}
-"""Units of parameters and measurements; all others are ratios."""
-_ALSO = {
-    "mass_kg": "$M$",
-    "damping_n_s_per_m": "$c$",
-    **{name: f"${symbol}$" for name, (_, symbol, _) in CAVITY_NAMES.items()},
-}
+_ALSO = {"mass_kg": "$M$", "damping_n_s_per_m": "$c$"}
 """Symbols of quantities that no study varies."""
 MOST_NAMED = 8
 """Largest number of conditions that are all named; of more, only the first are."""
@@ -142,4 +128,4 @@ def _condition(conditions: Mapping[str, float]) -> str:
 
 
 def _equal(name: str, value: float) -> str:
-    return told(_ALSO.get(name, name), value, UNITS.get(name, "1"))
+    return told(_ALSO.get(name, name), value, unit_of(name) or "1")

@@ -18,7 +18,6 @@ from damperlab.service.figures.style import (
     DARK,
     EMPTY,
     SYMBOLS,
-    UNITS,
     VERMILION,
     drawn,
     fixed_title,
@@ -28,6 +27,7 @@ from damperlab.service.figures.style import (
     styled,
     ticks_1_2_5,
     title_of,
+    unit_behind,
 )
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.ground.variables import RECORD
@@ -204,9 +204,7 @@ def _place(candidates: np.ma.MaskedArray[Any, Any], x: xr.DataArray, y: xr.DataA
 
 
 def _unit(array: xr.DataArray) -> str:
-    """Give the unit with a leading space; empty for a ratio."""
-    units = str(array.attrs.get("units", "1"))
-    return "" if units == "1" else f" {UNITS.get(units, units)}"
+    return unit_behind(str(array.attrs.get("units", "1")))
 
 
 def _contours(

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
+from damperlab.studies.quantity import CAVITY_NAMES
+from damperlab.studies.spelling import unit_of
 from damperlab.studies.unit_names import COORDINATE_SOURCES, with_what_it_is_over
 from damperlab.studies.variables import SYMBOLS as RATIO_SYMBOLS
 
@@ -51,7 +53,9 @@ MILLIMETRES = 1e3
 DARK, EMPTY = "#3b3b6d", "#e6e6e6"
 """Colour behind the hatch of locked points in the legend, and of a map's cells without a value."""
 
-UNITS = {"m s-1": "m/s", "m s-2": "m/s²"}
+UNITS = {"m s-1": "m/s", "m s-2": "m/s²"} | {
+    units: unit_of(name) for name, (_, _, units) in CAVITY_NAMES.items() if units != "1"
+}
 """Units of CF conventions as written on an axis."""
 
 LOG_FROM = 10.0
@@ -63,6 +67,7 @@ SYMBOLS: dict[str, str] = {
     RECORD: "",
     "scale": "scale",
     **{name: f"${symbol}$" for name, symbol in SUITE_SYMBOLS.items()},
+    **{name: f"${symbol}$" for name, (_, symbol, _) in CAVITY_NAMES.items()},
     AMPLITUDE: "$Z$",
     "frequency_hz": "$f$",
 }
@@ -110,7 +115,7 @@ def title_of(array: xr.DataArray) -> str:
         ("F_f", "$F_f$"),
         ("over Z", "over $Z$"),
         ("ω_n", "$ω_n$"),
-        ("μ_i", "$μ_i$"),
+        *((symbol, f"${symbol}$") for _, symbol, _ in CAVITY_NAMES.values()),
         ("d/Z", "$d/Z$"),
         ("X/Z", "$X/Z$"),
         ("restitution e", "restitution $e$"),
@@ -126,7 +131,13 @@ def told(name: str, value: float | str, units: str = "1") -> str:
         return value
     if units == "m":
         value, units = value * MILLIMETRES, "mm"
-    return f"{SYMBOLS.get(name, name)} = {value:.4g}" + ("" if units == "1" else f" {units}")
+    return f"{SYMBOLS.get(name, name)} = {value:.4g}{unit_behind(units)}"
+
+
+def unit_behind(units: str) -> str:
+    """Give a unit as written behind a number; empty for a ratio."""
+    space = "" if units in ("1", "degree", "°") else " "
+    return f"{space}{UNITS.get(units, units).strip('1')}"
 
 
 def fixed_title(answer: xr.Dataset) -> str:

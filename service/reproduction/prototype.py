@@ -18,6 +18,7 @@ from damperlab.studies.cavity import Cavity
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.paper import paper_numbers
 from damperlab.studies.plan import Block
+from damperlab.studies.variables import PARTICLE_FRICTION
 from damperlab.worker.block import solve_block
 
 BAND = {"start": 0.86, "stop": 1.12, "num": 53}
@@ -86,8 +87,12 @@ class Prototype:
             "metrics": ["amplitude_ratio"],
         }
         if self.particle_friction > 0.0:
-            cavity, frequency_hz = Cavity(self.particle_friction), known["natural_frequency_hz"].value
-            document["particle_friction_ratio"] = cavity.ratios(frequency_hz, self.base_amplitude_m)[0]
+            case = {
+                "natural_frequency_hz": known["natural_frequency_hz"].value,
+                "base_amplitude_m": self.base_amplitude_m,
+            }
+            cavity = Cavity(self.particle_friction)
+            document[PARTICLE_FRICTION] = cavity.ratio(PARTICLE_FRICTION, case)
         return parse_harmonic(document)
 
     def shares(self, names: Sequence[str]) -> NDArray[np.float64]:

@@ -129,7 +129,8 @@ def _particle_friction(cube: xr.Dataset) -> xr.DataArray:
         return xr.DataArray(0.0)
     physical = definition_of(cube)["physical"]
     cavity = cavity_of({each.name: physical.get(each.name) for each in OF_CAVITY})
-    at_one_metre, _ = cavity.ratios(float(physical["natural_frequency_hz"]), 1.0)
+    case = {"natural_frequency_hz": float(physical["natural_frequency_hz"]), "base_amplitude_m": 1.0}
+    at_one_metre = cavity.ratio(PARTICLE_FRICTION, case)
     found: xr.DataArray = at_one_metre / base_of(cube)
     return found
 

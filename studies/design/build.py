@@ -118,8 +118,13 @@ class Build:
             return NOTHING_INSIDE
         if not self.cavity.acts:
             return (self._contact_time(structure), *NOTHING_INSIDE[1:])
-        frequency_hz = structure.natural_frequency_hz * (1.0 + self.frequency_off)
-        return (self._contact_time(structure), *self.cavity.ratios(frequency_hz, amplitude_m))
+        case = {
+            "mass_kg": structure.mass_kg * (1.0 + self.mass_off),
+            "natural_frequency_hz": structure.natural_frequency_hz * (1.0 + self.frequency_off),
+            "base_amplitude_m": amplitude_m,
+            "particle_mass_kg": self.particle_mass_kg,
+        }
+        return (self._contact_time(structure), *self.cavity.ratios(case))
 
     def _numbers_inside(self, structure: Structure) -> Inside:
         """Give the parameters of the forces on the particle, as the numbers of its cavity."""

@@ -41,7 +41,7 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled, unit_of
 from damperlab.studies.tmd.absorber import NO_DAMPER
 from damperlab.studies.understood import unusual_specification
-from damperlab.studies.variables import BEFORE, MADE_BY, ResponseClass
+from damperlab.studies.variables import MADE_BY, ResponseClass
 from damperlab.studies.variables import PARTICLE_FRICTION as PARTICLE_FRICTION_RATIO
 
 GROWS = 1.5
@@ -328,19 +328,17 @@ def _span(asked: Specification, name: str, low: float, high: float) -> str:
 
 
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
-    """Describe tilt and friction of a particle's cavity, and the largest friction at which the damper works."""
+    """Describe the cavity of the particle, and the largest friction at which the damper works."""
     asked = found.asked
     told = {*asked.document, *asked.document.get("choose", {})}
     if CAVITY.intersection(told):
         cavity = found.build.cavity
-        lies = f"cavity tilted by {cavity.tilt_deg:.3g}°" if cavity.tilt_deg else "lying"
         stands = cavity.tilt_deg == 90.0 and cavity.particle_friction_coefficient > 0.0
-        given = PARTICLE_FRICTION.name in told
-        rubs = f"μ_i = {cavity.particle_friction_coefficient:.3g}" if given else "assumed frictionless"
+        assumed = "" if PARTICLE_FRICTION.name in told else "its friction is not given, and assumed to be 0"
         yield (
             "chosen" if CAVITY.intersection(asked.free) else "given",
-            f"{lies}, {rubs}",
-            "friction has no effect in an upright cavity" if stands else "",
+            cavity.words,
+            "friction has no effect in an upright cavity" if stands else assumed,
         )
     elif asked.choices["particle_mass_kg"].stop:
         yield (
@@ -381,14 +379,12 @@ def acceleration_g(found: Found) -> float | None:
 def _accelerations(asked: Specification, build: Build, curve: Curve) -> NDArray[np.float64]:
     """Give the largest acceleration of the structure at each frequency, (n,) [g]."""
     scale, structure = curve.rate**2 * curve.base_m, asked.structure
-    ratios_at_one_metre = dict(
-        zip(BEFORE, build.cavity.ratios(structure.natural_frequency_hz, 1.0), strict=True)
-    )
+    case = {"natural_frequency_hz": structure.natural_frequency_hz, "base_amplitude_m": 1.0}
     acting = Acting(
         structure.damping_ratio,
         build.friction_force_n / structure.mass_kg / scale,
         build.particle_mass_kg / structure.mass_kg,
-        ratios_at_one_metre[PARTICLE_FRICTION_RATIO] / curve.base_m,
+        build.cavity.ratio(PARTICLE_FRICTION_RATIO, case) / curve.base_m,
     )
     ratios = accelerations(curve["relative_amplitude_ratio"], curve.r, curve["response_class"], acting)
     found: NDArray[np.float64] = scale * ratios / STANDARD_GRAVITY

@@ -11,6 +11,8 @@ import yaml
 from tests.service.cli.commands import run
 
 from damperlab.service.client import Client, Refused
+from damperlab.service.fit_report import parameter_rows
+from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.tmd.transfer import without_absorber
 
 FITS = "/api/v1/fits"
@@ -91,6 +93,16 @@ def test_an_axis_in_the_file_of_what_is_known_is_sought(table: str, tmp_path: Pa
 def test_a_dry_run_says_whether_kernels_are_there(client: httpx.Client, table: str) -> None:
     answer = client.post(FITS, json=asked(table), params={"dry_run": True}).raise_for_status().json()
     assert answer["phase"] in ("ready", "compiling")
+
+
+def test_only_a_length_is_reported_in_millimetres() -> None:
+    rows = parameter_rows(
+        [
+            Estimate(name, 0.5, 0.4, 0.6, 0.05, 0.0, 1.0, 0.4, 0.6)
+            for name in ("clearance_m", "damping_n_s_per_m")
+        ]
+    )
+    assert [each[:2] for each in rows] == [("clearance [mm]", "500"), ("damping_n_s_per_m", "0.5")]
 
 
 def test_a_time_history_is_fitted_and_one_without_a_predictable_stretch_is_refused(

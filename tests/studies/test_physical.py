@@ -1,6 +1,7 @@
 """A physical case makes the ratios of the model, over base amplitudes and under a force too, and says where it cannot."""
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,14 @@ import pytest
 from damperlab.studies.amplitudes import DIMENSIONS
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.ground.random_vibration import LEVELS
+from damperlab.studies.ground.sweep_reading import PACES
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, kind_of_definition
+from damperlab.studies.physical import QUANTITIES
+from damperlab.studies.quantity import Quantity
+from damperlab.studies.specification.limit_fields import LIMIT_QUANTITIES
+from damperlab.studies.specification.schema import OF_SCENE
+from damperlab.studies.spelling import unit_of
 
 STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 1.5e-3}
 
@@ -22,6 +30,15 @@ def faults(document: object) -> dict[str, str]:
     with pytest.raises(StudyFaults) as caught:
         parse_study(document)
     return {fault.field: str(fault) for fault in caught.value.faults}
+
+
+NAMED = {each.name: each for each in QUANTITIES} | OF_SCENE | LIMIT_QUANTITIES | LEVELS | PACES
+
+
+@pytest.mark.parametrize(("name", "quantity"), NAMED.items(), ids=NAMED)
+def test_the_unit_of_a_name_is_that_of_its_meaning(name: str, quantity: Quantity) -> None:
+    found = re.search(r"\[(.+?)\]", quantity.meaning)
+    assert unit_of(name) == (found[1] if found else "")
 
 
 def test_ratios_follow_their_definitions() -> None:

@@ -122,7 +122,13 @@ def particle_of(damper: Damper, scale: Scale) -> Particle | None:
         return None
     restitution, mass_ratio = float(damper.restitution), damper.particle_mass_kg / scale.mass_kg
     cavity = damper.cavity
-    ratios = cavity.ratios(scale.omega / (2.0 * pi), scale.length_m) if cavity.acts else (0.0,) * len(BEFORE)
+    case = {
+        "mass_kg": scale.mass_kg,
+        "natural_frequency_hz": scale.omega / (2.0 * pi),
+        "base_amplitude_m": scale.length_m,
+        "particle_mass_kg": damper.particle_mass_kg,
+    }
+    ratios = cavity.ratios(case) if cavity.acts else (0.0,) * len(BEFORE)
     return Particle(
         damper.clearance_m / scale.length_m,
         rebound_of(restitution),

@@ -150,6 +150,16 @@ def test_the_scale_of_colours_says_its_unit_or_what_it_is_over(metric: str, titl
     assert draw_map(a_map(study, metric), metric).axes[1].get_ylabel() == title
 
 
+def test_a_map_over_the_friction_of_the_particle_in_units_names_its_coefficient() -> None:
+    study = cube(np.tile(2.0 - Y, (X.size, 1))).rename(friction_ratio="particle_friction_ratio")
+    study = study.expand_dims(friction_ratio=[1.0])
+    structure = {"mass_kg": 2.0, "natural_frequency_hz": 4.0, "base_amplitude_m": 0.001}
+    study.attrs["study"] = json.dumps({"physical": structure})
+    found = resonance_map(study, "clearance_m", "particle_friction_coefficient", Selection("amplitude_ratio"))
+    least = float(found["particle_friction_coefficient"].values[-1])
+    assert labels(draw_map(found, "amplitude_ratio")) == [f"optimum: 1.1 at $μ_i$ = {least:.4g}, any $d$"]
+
+
 def test_an_optimum_that_a_whole_row_shares_is_said_to_be_one() -> None:
     figure = draw_map(a_map(cube(np.tile(2.0 - Y, (X.size, 1)))), "amplitude_ratio")
     assert labels(figure) == ["optimum: 1.1 at $γ_F$ = 0.9, any $d/Z$"]

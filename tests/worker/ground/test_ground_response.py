@@ -261,7 +261,7 @@ def test_a_particle_that_rubs_or_falls_moves_as_another_integrator_says(
     damper = Damper(force_n, 0.3, clearance_m, restitution, cavity=Cavity(coefficient, tilt_deg))
     found = ground_response(structure, damper, motion)
     length, omega = motion.peak_m_s2 / structure.omega**2, structure.omega
-    rubs, falls = damper.cavity.ratios(1.5, length)
+    rubs, falls = damper.cavity.ratios({"natural_frequency_hz": 1.5, "base_amplitude_m": length})
     gamma = force_n / (structure.stiffness_n_per_m * length)
     truth = UnderRecord(
         0.02, 1.0, gamma, clearance_m / length, restitution, 0.15, rubs, falls,
