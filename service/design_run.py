@@ -283,7 +283,8 @@ class _Search:
         return [known[study.digest] for study in ask.studies]
 
     def _enter(self, new: list[Submission]) -> tuple[list[Record], TooManyUnfinished | None]:
-        """Enter as many studies as there is room for, in their order, and give the reason against more."""
+        """Enter all studies or, while there is no room, half as many from the first on; give the reason against more.
+        """
         count, refused = len(new), None
         while count:
             try:

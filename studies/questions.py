@@ -377,7 +377,7 @@ class Simulated:
     )
     gravity_ratio: float = asked(
         0.0,
-        "Gravity along the cavity, G = g·sin α/(ω_n²·Z), towards negative u: 0 for a level cavity.",
+        "Gravity along the cavity, G = g·sin α/(ω_n²·Z), towards negative u: 0 for a lying cavity.",
         least=0.0,
         most=GRAVITY_RATIO.highest,
         # a separate option, apart from those of the other ratios
