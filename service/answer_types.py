@@ -47,7 +47,7 @@ def declare(*kinds: Any) -> None:
 
 
 def name_of(kind: Any) -> str:
-    """Give the name of a type's schema: that of the type, without `Document` at its end."""
+    """Give the name of a type's schema: the name of the type, without `Document` at its end."""
     return str(kind.__name__).removesuffix("Document")
 
 

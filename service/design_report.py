@@ -154,7 +154,7 @@ def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
         yield _named("excitation", records.name), under_records(records), ""
     largest = "" if asked.measure.mean else "largest "
     yield "judged by", f"{largest}{asked.measure.judged}", ""
-    yield "assumed", "the cavity is level; the particle slides without friction", ""
+    yield "assumed", "the cavity is lying; the particle slides without friction", ""
     if asked.judge != "rest":
         yield "of several responses", JUDGES[asked.judge], ""
     yield "confidence", f"{asked.confidence:.3g}", ""

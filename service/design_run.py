@@ -283,7 +283,9 @@ class _Search:
         return [known[study.digest] for study in ask.studies]
 
     def _enter(self, new: list[Submission]) -> tuple[list[Record], TooManyUnfinished | None]:
-        """Enter as many studies as there is room for, in their order, and give the reason against more."""
+        """Enter all studies; as long as there is no room for them, try the first half instead. Give the reason
+        against more.
+        """
         count, refused = len(new), None
         while count:
             try:

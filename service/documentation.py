@@ -66,7 +66,9 @@ class Documentation(StaticFiles):
 
 @lru_cache(maxsize=64)
 def policy_of(path: str, changed_ns: int) -> str:
-    """Give the policy of a page: its inline scripts are named by their SHA-256, so that no other can be injected."""
+    """Give the policy of a page: it allows the page's inline scripts by their SHA-256, so that no other script can be
+    injected.
+    """
     scripts = _SCRIPT.findall(Path(path).read_bytes())
     hashes = sorted({b64encode(sha256(script).digest()).decode() for script in scripts})
     return _POLICY.format(scripts="".join(f" 'sha256-{each}'" for each in hashes))

@@ -112,8 +112,8 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
 
 
 def unknown_name(name: str, wanted: Kind, named: Iterable[str], others: Container[str]) -> StudyFaults:
-    """Report that a text names neither a file nor a built-in document. If it names a document of the other kind, name
-    the right command.
+    """Report that a text names neither a file nor a built-in document. If it names a study where a specification is
+    wanted, or the reverse, name the right command.
     """
     allowed = f"a .json, .yaml or .yml file, or one of {listing(named)}"
     told = f"{printable(name)} is neither a file nor a named {wanted}: name {allowed}."

@@ -37,7 +37,7 @@ OBJECTIVES_IN_UNITS: dict[Objective, str] = {
     "band_mean": "mean amplitude over the band",
     "band_rms": "rms of the amplitude over the band",
 }
-"""The same for a study whose amplitudes are in units."""
+"""Meanings of these criteria for a study whose amplitudes are in units."""
 
 Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
 CRITERIA: dict[Criterion, str] = {
@@ -61,7 +61,7 @@ CRITERION_NAMES: dict[Criterion, str] = {
     "h2": "H2",
     "minimax": "least peak (minimax)",
 }
-"""The same for a list of choices."""
+"""Short names of these tunings, for a list of choices."""
 
 ContactModel = Literal["instant", "dwell", "compliant"]
 CONTACT_MODELS: dict[ContactModel, str] = {

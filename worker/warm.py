@@ -30,7 +30,7 @@ try:
     import resource
 except (
     ImportError
-):  # on other than POSIX systems, every process compiles for itself, and ends where elements change
+):  # outside POSIX systems every process compiles for itself, and ends before scenes with other elements
     fcntl = resource = None  # type: ignore[assignment]
 
 SHARE = 1 / 3

@@ -76,7 +76,7 @@ function clearFaults(fields) {
 }
 
 /**
- * A fault in the words of a form.
+ * A fault with the label and the unit of the field in the form.
  *
  * @param {Fault} fault
  * @param {Looks} looks of its field

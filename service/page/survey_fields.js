@@ -166,7 +166,7 @@ function ids(given) {
 }
 
 /**
- * The id of a record that may be named by its earthquake.
+ * The id of a record, of which the id or the name of its earthquake is given.
  *
  * @param {string} written
  * @param {GroundRecord[]} records

@@ -16,7 +16,8 @@ HARD: dict[str, dict[str, object]] = {
     PRINTED: {"model": "dwell", "contact_time": "paper_hard_printed"},
     REAL: {"model": "dwell", "contact_time": "paper_hard_real"},
 }
-"""The same for the aluminium wall, under the name of the foam's: both times are read in the same way."""
+"""Contact models of the aluminium wall, by the names of the foam's: the times of both walls are read in the same way.
+"""
 
 LABELS = "labels of Figure 12"
 FRICTION_RATIOS = (0.6, 0.69, 0.8)

@@ -120,7 +120,7 @@ class Work:
                 429, "too-many-waiting", "Too many of your requests are already waiting.", (fault,), headers
             ) from None
         except BrokenWorkerProcess:
-            # the system ends a process at its processor time, and if the machine lacks memory
+            # the system ends a process that has used its processor time, and may end one if the machine lacks memory
             _log.warning("work for %s was ended at its limit", request.scope.get("request_id"))
             found = f"more than {seconds:g} s of processor time, or more memory than the machine has"
             raise self._too_much(found, seconds) from None

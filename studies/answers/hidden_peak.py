@@ -191,7 +191,7 @@ def hidden_note(
     damping_ratio : ndarray, (designs,)
         ζ of each.
     whose : mapping
-        The value that may be higher, in the words of `notes.sentence_of`.
+        The value that may be higher, as data for the note (`studies.answers.notes`).
     """
     if not where.any():
         return []

@@ -109,7 +109,7 @@ def find_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> Ref
 def _strikes(ranked: xr.Dataset, lead: Mapping[str, Any]) -> bool:
     """Whether the recommended damper works by impacts; over base amplitudes, whether it has a particle."""
     if "impact_share" in lead:
-        return lead["impact_share"] != 0.0  # NaN if unknown
+        return bool(lead["impact_share"] != 0.0)  # NaN if unknown
     return ranked.attrs.get("brief", {}).get("damper") in ("hybrid", "particle_alone")
 
 

@@ -56,7 +56,7 @@ class Beside:
     value : float
         Its worst case over band, amplitudes and tolerances, in the unit of the measure.
     nominal : float
-        The same without tolerances.
+        The worst case without tolerances.
     detuned : float
         The worst case if its own natural frequency is also off by up to `DETUNED`, either way. Under records no
         smaller deviation is tried, and only two structures: the nominal one and the one that moves most.

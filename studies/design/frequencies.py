@@ -1,9 +1,9 @@
 """Frequencies of a response over the band, chosen so that its peak is found reliably.
 
 A particle that stays on its wall is added mass, and the structure then resonates at r = 1/√(1+β). Where the particle
-does not act, it resonates at r = 1. Between the two, and a margin beyond, frequencies are spaced by the half width of
-the structure's own resonance, ζ. So a resonance of that width reaches at least 1/√(1 + ¼) of its height at one of them
-(a Lorentzian, half a step off its peak). Every maximum of that height is then bracketed.
+does not act, the structure resonates at r = 1. Between the two, and a margin beyond, frequencies are spaced by the
+half width of the structure's own resonance, ζ. So a resonance of that width reaches at least 1/√(1 + ¼) of its height
+at one of them (a Lorentzian, half a step off its peak). Every maximum of that height is then bracketed.
 """
 
 import math

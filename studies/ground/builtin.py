@@ -34,7 +34,7 @@ FIRST_COMPONENTS: dict[str, str] = {
 
 
 def whole_id(written: str) -> str:
-    """Give the complete id of a record that may be named by its earthquake."""
+    """Give the complete id of a record; `written` is this id or the name of its earthquake."""
     return FIRST_COMPONENTS.get(written, written)
 
 

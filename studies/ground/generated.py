@@ -55,7 +55,7 @@ LISTED_SCHEMAS = {
     way: schema | {"properties": schema["properties"] | ({"seeds": SEEDS_SCHEMA} if way in SEEDED else {})}
     for way, schema in SCHEMAS.items()
 }
-"""The same for an entry of a list, which may stand for several records."""
+"""JSON schema of each method for an entry of a list, which may stand for several records."""
 
 
 def recipe_in(document: dict[Any, Any]) -> str:
@@ -73,7 +73,8 @@ def same_process(recipe: str, other: str) -> bool:
 
 
 def each_of(entry: object) -> tuple[list[object], list[Fault]]:
-    """Give the records that one entry of a list stands for: as many as `seeds` says, with seeds from `seed` on.
+    """Give the records that one entry of a list stands for: `seeds` is their number, and their seeds count up from
+    `seed`.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Self-check of a worker: points whose values are known, and a file whose time is that of the last success."""
+"""Self-check of a worker: it computes points with known values, and the time of a file shows the last success."""
 
 import asyncio
 from collections.abc import Callable

@@ -33,8 +33,8 @@ SWING, LEAST_SWINGS = 0.2, 4
 are needed.
 """
 SLOWER, FASTER = 0.9, 1.25
-"""Bounds of the natural frequency over the frequency of a decay. A particle that sticks to its wall lowers the latter
-by the root of 1 + mass ratio.
+"""Bounds of the natural frequency over the frequency of a decay. A particle that sticks to its wall lowers the
+frequency of the decay by the root of 1 + mass ratio.
 """
 MOST_FRICTION = 1.5
 """Largest friction in the search, over the friction that would account for all losses of a decay in a typical swing."""

@@ -44,7 +44,7 @@ class Quota:
     unfinished : int, optional
         Waiting and running studies.
     of_owner : Quota, optional
-        The same for the studies of each owner of keys.
+        Limits of the studies of each owner of keys.
     setting : str
         Prefix of the settings for quotas.
     """

@@ -55,7 +55,7 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
 VALUES = 500
 """Largest number of values, or rows, in one statement."""
 FIRST_DIGITS = 4
-"""Fewest digits that identify an id; fewer are as likely a mistyped name."""
+"""Fewest digits that identify an id; a shorter text may as well be a mistyped name."""
 NAMES_COMPARED = 1000
 """Newest studies whose names are searched for a mistyped one."""
 

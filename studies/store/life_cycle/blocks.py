@@ -190,7 +190,7 @@ class Blocks(Lookup):
         why : str
             Recorded among the study's events.
         in_turn : bool
-            Whether this, which queues the study, counts as a submission.
+            Whether queuing the study in this way counts as a submission.
         owner : str, optional
             The owner that works on the study and computes them next; its state is unchanged.
 

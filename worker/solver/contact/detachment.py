@@ -1,4 +1,6 @@
-"""Detachment: a rigid wall stops pushing a particle in sustained contact, which leaves it with zero relative speed."""
+"""Detachment: a rigid wall stops pushing a particle in sustained contact, and the particle leaves the wall with zero
+relative speed.
+"""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import Phase, largest_forcing, net_resistance

@@ -40,8 +40,8 @@ def is_chaotic(
     state : State
         On the attractor.
     longest : int
-        Largest number of excitation cycles for averaging the growth, if more than 16. They follow one sixteenth as many
-        cycles, which turn the vector.
+        Largest number of excitation cycles for averaging the growth, if more than 16. Before them the vector turns
+        for a sixteenth of that number.
 
     Notes
     -----
