@@ -20,8 +20,8 @@ const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
  * is the best with impacts.
  *
  * @param {Pick<Ranking, "designs" | "best_with_impacts" | "clamped">} ranked the service's ranking
- * @returns {{best: Ranked | null, other: Ranked | null}} The recommended design; and, if the particle strikes in
- *   only one of the two, the best design with impacts or the best of all, whichever is not recommended.
+ * @returns {{best: Ranked | null, other: Ranked | null}} The recommended design; and, if the particle strikes
+ *   in only one of the two, the best design with impacts or the best of all, whichever is not recommended.
  */
 export function leading(ranked) {
   const first = ranked.designs[0] ?? null;

@@ -197,8 +197,8 @@ export class SurveyPoint {
   }
 
   /**
-   * Draw the fragility, unless a newer request than the one with this number has begun: the limit may not apply
-   * to its result.
+   * Draw the fragility, unless a newer request than the one with this number has begun: the limit may not
+   * apply to its result.
    *
    * @param {number} mine
    */
