@@ -214,6 +214,7 @@ export type Ranking = Worded & {
   objective: string;
   columns: Record<string, unknown>;
   best_with_impacts?: Ranked | null;
+  brief: { damper: string | null };
   /** Whether friction clamps the structure with the best design. */
   clamped?: boolean;
   /** The band to compute where one frequency was. */

@@ -49,6 +49,7 @@ export function headline({ record, selection, shown }, ranked) {
   const judged = shown.has(VALUE) ? WORDS.objectives_in_units[ranked.objective] : ranked.long_name;
   // while points are missing, a better design may follow; a band is judged at the frequencies so far
   const soFar = record.points_done < record.points_total ? " so far" : "";
+  const beaten = ranked.brief.damper === "tuned_mass_damper";
   const few = record.points_done < FRAGMENT * record.points_total;
   const doubts = shown
     .words(ranked)
@@ -61,14 +62,19 @@ export function headline({ record, selection, shown }, ranked) {
       {},
       next
         ? "No design is recommended yet"
-        : clamps
-          ? `Best design with impacts${soFar}`
-          : `Best design${soFar}`,
+        : beaten
+          ? `A tuned mass damper does better${soFar}`
+          : clamps
+            ? `Best design with impacts${soFar}`
+            : `Best design${soFar}`,
     ),
     el(
       "p",
       {},
-      capital(`${judged}${next && clamps ? ", the least so far with impacts" : ""}: `),
+      capital(
+        `${beaten && !next ? "best of the study, " : ""}${judged}` +
+          `${next && clamps ? ", the least so far with impacts" : ""}: `,
+      ),
       el("strong", {}, value),
       named.length > 0 && " at ",
       at,

@@ -7,7 +7,7 @@
  */
 
 import { KEY_NEEDED, refusalBox } from "./api.js";
-import { el, fill } from "./dom.js";
+import { el, fill, say } from "./dom.js";
 import { accuracyView } from "./accuracy.js";
 import { compareView } from "./compare.js";
 import { designsView } from "./design_list.js";
@@ -104,6 +104,20 @@ function signIn() {
   fill(/** @type {HTMLElement} */ (document.getElementById("main")), root);
 }
 
+/**
+ * Write the comma of a number as a decimal point: the browser would leave it out and make 605 of 60,5.
+ *
+ * @param {InputEvent} event
+ */
+function decimalPoint(event) {
+  const { target, data } = event;
+  if (!(target instanceof HTMLInputElement) || target.type !== "number" || !data?.includes(",")) return;
+  event.preventDefault();
+  document.execCommand("insertText", false, data.replace(",", "."));
+  say("The comma was taken for a decimal point.");
+}
+
+document.addEventListener("beforeinput", decimalPoint);
 document.querySelector("nav")?.append(documentationLink() || "");
 window.addEventListener("hashchange", show);
 window.addEventListener(KEY_NEEDED, signIn);

@@ -339,6 +339,18 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
     expect(page.locator(".designs")).not_to_contain_text("[mm]")
 
 
+def test_a_comma_typed_or_pasted_into_a_number_is_its_decimal_point(open_page: Callable[..., Any]) -> None:
+    page = open_page().go("#/new?scene=figure-11")
+    mass = page.get_by_role("group", name="Mass ratio β").get_by_label("Mass ratio β", exact=True)
+    mass.fill("")
+    mass.press_sequentially("0,125")
+    expect(mass).to_have_value("0.125")
+    mass.press("Control+A")
+    page.keyboard.insert_text("0,25")
+    expect(mass).to_have_value("0.25")
+    assert json.loads(page.get_by_label("The study as JSON").input_value())["axes"]["mass_ratio"] == 0.25
+
+
 @pytest.mark.night
 def test_fields_and_json_follow_each_other_and_faults_stand_at_their_fields(
     open_page: Callable[..., Any],

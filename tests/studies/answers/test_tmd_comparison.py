@@ -44,6 +44,14 @@ def test_curves_peaks_and_ratio_are_those_of_the_oracle(cube, whole):
     np.testing.assert_array_equal(inside, better)
 
 
+def test_the_peak_without_a_damper_is_that_of_the_band_and_not_of_the_grid(cube):
+    between = cube.isel(frequency_ratio=np.abs(cube["frequency_ratio"].values - 1.0) > 1e-3)
+    peak = transmissibility.absolute_amplitude(0.0038, 1.0)
+    for answer in (tmd_comparison(between), optimal_designs(between)):
+        rows = {row[0]: row[1] for row in answer.attrs["brief"]["rows"]}
+        assert float(rows["without damper"]) == pytest.approx(peak, rel=5e-3)
+
+
 def test_h2_follows_the_excitation_and_is_refused_where_it_has_no_optimum(cube):
     tunings = {
         how: tmd_comparison(cube, Tuning("h2", excitation=how)).attrs["tmd_tuning"]
