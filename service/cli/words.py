@@ -93,9 +93,6 @@ def map_brief(
     fixed = [name for name in sizes if sizes[name] > 1 and name in answer.coords and not answer[name].ndim]
     if fixed:
         what += f" at {', '.join(_at(str(name), answer[name].item(), phrases) for name in fixed)}"
-    if other := answer.attrs.get("other_at"):
-        where = ", ".join(_at(name, value, phrases) for name, value in other.items())
-        what += f" (second study at {where})"
     if (shares := _class_shares(metric, known, "places")) is not None:
         told = f"{what[:1].upper()}{what[1:]} over {known.size:,} places."
         return Brief(None, (told,), shares, "-o map.png")
@@ -108,8 +105,11 @@ def map_brief(
 
     finite = np.where(np.isfinite(values), values, np.nan)
     least, largest = spelled(int(np.nanargmin(finite))), spelled(int(np.nanargmax(finite)))
-    what = f"Change of the {what}" if subtracted else what
     told = f"{what}: least {least[0]} at {least[1]}; largest {largest[0]} at {largest[1]}."
+    if subtracted:
+        from damperlab.studies.answers.map_difference import where_apart
+
+        told = f"{what}, the first study less the second. {where_apart(answer, metric, phrases)}"
     unknown = values.size - known.size
     missing = f"{unknown:,} of {values.size:,} points have no value." if unknown else ""
     return Brief(

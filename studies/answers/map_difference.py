@@ -90,7 +90,7 @@ def map_difference(
     def words(phrases: Phrases) -> dict[str, Any]:
         apart = "; ".join(_apart(cube, other, first, second, phrases))
         about = f"The studies differ in {apart}." if apart else "The studies differ in nothing else."
-        return {"note": f"{_where(answer, metric, phrases)} {about}"}
+        return {"note": f"{where_apart(answer, metric, phrases)} {about}"}
 
     spoken = words(RATIOS)
     if "in_units" in first.attrs:
@@ -137,7 +137,7 @@ def _span(values: np.ndarray) -> str:
     return f"{values.size} values from {values[0]:.6g} to {values[-1]:.6g}"
 
 
-def _where(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
+def where_apart(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
     """Say where the difference is largest in each direction, and how often it exceeds the errors."""
     array = answer[DIFFERENCE]
     values = array.values

@@ -64,7 +64,7 @@ def test_the_difference_is_that_of_the_cubes(whole: xr.Dataset, other: xr.Datase
     assert "mass ratio β (0.1 and 0.2)" in note
     assert answer.attrs["other_at"] == {"mass_ratio": 0.2}
     brief = map_brief(answer, "amplitude_ratio", Phrases.of(whole), True, whole.sizes)
-    assert "second study at β = 0.2" in brief.sentences[0]
+    assert f"by at most {-lowest:.4g} at d/Z" in brief.sentences[0]
 
 
 def test_of_the_worst_over_the_band_each_study_has_its_own(whole: xr.Dataset, other: xr.Dataset) -> None:
