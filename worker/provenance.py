@@ -35,8 +35,8 @@ _FUNCTIONS: tuple[Callable[[float], float], ...] = (
 )
 """Functions of the C library that kernels and closed forms use."""
 _ARGUMENTS = tuple(8.0 * ((k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0) for k in range(1, 1001))
-"""Arguments of these functions, equally spaced from 0 to 8. Two versions differ at one in a hundred to one in a
-thousand of them.
+"""Arguments of these functions, spread evenly over 0 to 8. Two versions of the C library differ at 1 to 10 of these
+1,000.
 """
 
 

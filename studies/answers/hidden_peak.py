@@ -64,8 +64,9 @@ def hidden(
       interval overlaps the range of natural frequencies, from 1/√(1 + β), where the particle moves with the structure,
       to 1;
     * the particle strikes at one end only: the response jumps between the two, and the flank of a resonance through one
-      end may extend as far as the other. By the same law without its height, it reaches at most 1/(1/X − (1 + β) Δr²).
-      A flank rises towards the range of natural frequencies.
+      end may extend as far as the other. Without a height, the law of `may_hide` is X = 1/((1 + β)|r² − r₀²|). So a
+      flank with X at its end reaches at most 1/(1/X − (1 + β) Δ(r²)) within the interval, and is unbounded if that
+      difference is not positive. A flank rises towards the range of natural frequencies.
 
     Nothing hides between two frequencies at which friction holds the mass: the required force increases with the
     frequency.

@@ -213,7 +213,7 @@ def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
 
 
 def _pool(search: Search, mass: float) -> set[Candidate]:
-    """Give the search's dampers of a mass that are best as drawn."""
+    """Give the `POOL` best of the computed dampers of this mass, judged as drawn; without their mass."""
     same = (each for each in search.values if search.space.build(each).particle_mass_kg == mass)
     ranked = sorted(same, key=lambda each: (*search.score(search.space.build(each)).rank, each))
     return {_others(search, each) for each in ranked[:POOL]}

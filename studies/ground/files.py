@@ -179,7 +179,7 @@ def _is_announcement(rows: Sequence[Row]) -> bool:
     count, below = int(rows[0][1][0][:12]), [cells for _, cells in rows[1:]]
     if all(len(cells) == 1 for cells in below):
         return True
-    # times would continue after the first
+    # if the first line held a time and a sample, the next line would begin with a later time
     return 1 < count > read_decimal(below[0][0]) and count in (len(below), sum(map(len, below)))
 
 

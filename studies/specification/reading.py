@@ -251,7 +251,7 @@ class _Reader(LimitFields):
 
     def _not_the_worst(self) -> None:
         told = "{field} cannot be worst: for the responses from other starts only the displacement of the structure is known."
-        advice = "choose likely, or measure and limit the displacement of the structure alone"
+        advice = "choose `likely`, or measure and limit the displacement of the structure alone"
         self._fault("judge", "worst", "rest or likely", advice, told)
 
     def _name(self) -> str:

@@ -70,8 +70,8 @@ class Reference:
     state : tuple of float
         u, u', p, p'.
     amplification : float
-        Change of the end state per change of the start. An error below this times 1e-16 comes from the rounding of the
-        inputs.
+        Change of the end state over the change of the start that causes it. An error of the end state below 1e-16 times
+        this ratio comes from the rounding of the inputs.
     """
 
     state: State

@@ -159,11 +159,11 @@ def _grazing() -> list[Extreme]:
 
 
 def _chatter_until_release() -> list[Extreme]:
-    """A locked mass is a shaken box. Bisection finds two neighbouring e, between which the end of the chatter passes
-    the detachment; both are cases.
+    """A locked mass, in whose cavity a chatter ends just before or just after the detachment.
 
-    The particle meets the wall at the same instant for every e. With larger e the chatter lasts longer, until it no
-    longer ends before the detachment, and the number of attachments in the first half cycle changes.
+    The locked mass is a shaken box. The particle meets its wall at the same instant for every e. With larger e the
+    chatter lasts longer, until it no longer ends before the detachment; then the number of attachments in the first
+    half cycle changes. Bisection finds the two neighbouring e on either side of this change. Both are cases.
     """
 
     def attachments(restitution: float) -> int:

@@ -2,8 +2,8 @@
 
 Each answer is compared with an integration from the same start: in its class, period, amplitude, impacts and, if
 periodic, the stability given by its multiplier. If they differ, the integration continues from the end of the answer's
-own run. If it then stays on the answer, the point has several responses or a transient longer than the run, and
-rounding decides between them.
+own run. If it then agrees with the answer, the verdict is `several responses`: rounding decides which of them a run
+reaches. (A transient longer than the integration looks the same.)
 """
 
 from collections import Counter

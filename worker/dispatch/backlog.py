@@ -54,7 +54,7 @@ class Attempt:
     tries : int
         Number of earlier attempts.
     moved : bool
-        Whether it was taken from a worker at which it did not end; the next attempt has no time limit.
+        Whether it was taken from a worker at which it did not end. An attempt at a moved block has no time limit.
     """
 
     index: int

@@ -33,8 +33,8 @@ RUN_SECONDS, RECORD_WINDOW_SECONDS = 5e-5, 0.15e-6
 STEP_SECONDS = 0.04e-6
 """One step of the fixed-step method, for any scene."""
 MOST_RIDING, RIDING_CLEARANCE = 9.1, 1.8
-"""Largest factor of a cycle if the clearance is below the amplitude, where the particle chatters and stays on a wall,
-and the clearance ratio over which the factor decreases.
+"""In a short cavity the particle chatters and stays on a wall, and a cycle takes up to 1 + `MOST_RIDING` times as long.
+The excess falls as exp(−clearance_ratio/`RIDING_CLEARANCE`).
 """
 FEWEST_CYCLES = 40.0
 """Average number of cycles until a response counts as steady, far from resonance."""
@@ -123,7 +123,7 @@ def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDAr
     width = RESTLESS_WIDTH * moving * (coordinates["mass_ratio"] / damping) ** RESTLESS_POWER
     restless = np.exp(-((np.log(ratio) / np.maximum(width, NARROWEST)) ** 2)) * rattles * (moving > 0.0)
     settling = max(FEWEST_RESTLESS, RESTLESS_CYCLES * (RESTLESS_TOLERANCE / study.steady.tolerance) ** 2)
-    # an average over points that settle and points that continue, each with the limit
+    # an average over points that settle and points that continue; the limit applies to either kind
     cycles = np.minimum(most, FEWEST_CYCLES + TRANSIENT * ratio / damping + min(most, settling) * restless)
     per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
     riding = 1.0 + MOST_RIDING * np.exp(-coordinates["clearance_ratio"] / RIDING_CLEARANCE)

@@ -13,8 +13,8 @@ from damperlab.worker.provenance import WrongCode
 from damperlab.worker.worker_process.examination import Answer, examine, majority
 
 LATE_SECONDS = 10.0
-"""Longest wait for further workers once a first one has answered; the others join later. Also the longest time for
-which an existing answer may be unreachable.
+"""Longest wait for further workers once a first one has answered; the others join later. An answer that exists but
+cannot be fetched for this time counts as lost.
 """
 
 
@@ -72,7 +72,7 @@ class Examiner:
         look : callable
             Called repeatedly; it updates the present workers and calls `ask`.
         look_on : callable
-            Called equally often; False ends the wait.
+            Called each time after `look`; False ends the wait.
 
         Returns
         -------

@@ -83,7 +83,7 @@ class Tasks:
         Parameters
         ----------
         wait_seconds : float
-            Longest wait for the first of them [s]; after it, no more are given even if more have ended.
+            Longest wait for the first key, and for the call as a whole [s]. Further keys are left to the next call.
         """
         block = True
         deadline = time.monotonic() + wait_seconds
@@ -138,14 +138,14 @@ class _Call:
 def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[bytes], Any], bytes]:
     """Give an equivalent of a function and its arguments that only the executing worker can read.
 
-    A Dask scheduler unpickles tasks, and so loads the modules of their functions and arguments. The solver and the
-    stores would double its start. Of a sealed call it sees only bytes. Workers need nothing from this module, so a
-    worker with another version of damperlab can still report its version.
+    A Dask scheduler unpickles tasks, and so loads the modules of their functions and arguments. Loading the
+    solver and the stores would double the time that the scheduler needs to start. It sees only bytes of a sealed call.
+    Workers need nothing from this module, so a worker with another version of damperlab can still report its version.
 
     Parameters
     ----------
     function : callable
-        The function. It is sent by name if it can be imported; otherwise in the way of Dask's own calls.
+        The function. It is sent by name if it can be imported; otherwise it is pickled as Dask pickles its own calls.
     *arguments
         Its arguments.
     """

@@ -147,8 +147,8 @@ class Window:
         Parameters
         ----------
         wait_seconds : float
-            Longest wait for the first of them [s]; after it, no more are taken even if more have ended, so that a large
-            cluster receives new blocks.
+            Longest wait for the first block, and for the call as a whole [s]. Further blocks are left to the next call,
+            so that a large cluster receives new blocks meanwhile.
 
         Yields
         ------

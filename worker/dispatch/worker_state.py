@@ -42,9 +42,9 @@ class Suspicion:
     blamed : set of int
         Blocks that failed there for an unknown reason.
     confirmed : int
-        Number of these blocks that were since computed elsewhere.
+        Number of blocks that failed there and that another worker has since computed.
     last_error : str
-        Error of the last of them.
+        Error here of the last such block.
     """
 
     unreadable: int = 0
@@ -75,7 +75,7 @@ class WorkerState:
     again_at : float
         Time of its next test, by the caller's clock.
     held : dict of Attempt
-        Its blocks by task key, in the order of sending, in which a worker computes them.
+        Its blocks by task key, in the order of sending. A worker computes them in this order.
     against : Suspicion
         Its failures.
     compiled : bool

@@ -17,8 +17,7 @@ COARSE = 0.1
 
 
 class Archive:
-    """Parameter sets, as fractions of the ranges, and the computed values at each that are compared with the
-    measurement.
+    """Parameter sets, as fractions of the ranges, and their computed values, which are compared with the measurement.
 
     Parameters
     ----------
@@ -31,7 +30,8 @@ class Archive:
     ----------
     places : ndarray, shape (n, parameters)
     amplitude, error : ndarray, shape (n, rows)
-        Amplitude and its error; if deviations are relative, its logarithm and the error of that.
+        Amplitude and its error. If deviations are relative, the logarithm of the amplitude and the error of that
+        logarithm.
     measured : ndarray, shape (rows,)
         The measured values in the same form.
     responses : list of Responses

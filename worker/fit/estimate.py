@@ -32,9 +32,9 @@ FOLLOWED = 3
 CLOSER_ROUNDS, CLOSER = 3, 0.6
 """Rounds in which a region narrows around its best point, and the factor on its size in each round."""
 LEAST_ROUNDS, MOST_ROUNDS, SETTLED = 3, 12, 0.5
-"""Smallest and largest number of rounds for the region of the polynomials, and the limit below which it counts as
-settled. The limit applies to its motion, in standard deviations, and to the logarithm of the factor by which its size
-changes.
+"""Smallest and largest number of rounds for the region of the polynomials, and the limit below which the region counts
+as settled. Two changes of a round must be below the limit: the region's motion, in standard deviations, and the
+logarithm of the factor by which its size changes.
 """
 LINEAR = 3.0
 """Residual, in standard deviations, above which its weight is linear (Huber 1964), so that one wrong row does not

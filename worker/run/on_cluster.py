@@ -88,7 +88,9 @@ class OnCluster:
         Raises
         ------
         Outage
-            A wait takes longer than this. ClusterUnusable There was no cluster from the start.
+            A wait takes longer than `wait_seconds` or `return_seconds`.
+        ClusterUnusable
+            There was no cluster from the start.
         """
         lost: SchedulerLost | None = None
         pending, gives_up_at = self._pending(), 0.0

@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 
 WINDOW_SECONDS = 60.0
-"""Time over which the speed is measured; since the longest blocks come first, only the latest count."""
+"""Time over which the speed is measured. Earlier blocks do not count, because the longest blocks come first."""
 
 
 @dataclass(frozen=True)

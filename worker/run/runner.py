@@ -123,8 +123,8 @@ def run_study(
         if run.begin(only_from):
             try:
                 run.complete(stopped_as, client_factory, here_seconds, wait_seconds, return_seconds)
-            # Each is a single step, because a process killed between two would leave the state of the first
-            # permanently.
+            # Each ending is a single write: a process killed between two writes would leave the state of the first one
+            # for ever.
             except Outage as error:
                 run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
             except Interrupted as error:

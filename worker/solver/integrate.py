@@ -86,7 +86,7 @@ def half_cycle_on_addresses(
                     if span.remaining <= 0.0:
                         break
             segment, is_free = _propagate(state, span, scene)
-            # most panels; a time history has a row of each
+            # the fast path of most panels; a time history needs a row for each panel, so it does not take it
             if is_free and span.whole and not isinstance(log, Log):
                 if measured_at_ends(meter, segment, scene):
                     state = segment.end

@@ -122,8 +122,9 @@ def ensemble_values(responses: Sequence[Response]) -> dict[str, float | int]:
     Returns
     -------
     dict
-        The response that most starts lead to, as measured from the first of these, and the variables of the ensemble.
-        `cycles` is the total over all starts. If every start failed, it is the failure of the first.
+        The response that most starts lead to, as measured from the first of these starts, and the variables of the
+        ensemble. `cycles` is the total over all starts. If every start failed, the response is the failed one of the
+        first start.
     """
     found = attractors(responses)
     stored = responses[found[0][0]] if found else responses[0]

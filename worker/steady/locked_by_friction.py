@@ -43,14 +43,14 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
     """Locked state that a one-sided creep tends to.
 
     Let P be the largest forcing: r² for a shaken base, 1 for a force. For γ_F ≥ P every rest position |v| ≤ γ_F − P is
-    locked permanently. From a position outside by x, each cycle slips inwards by about 4.5 x²/(P r²), so the mass
-    approaches the edge only as 1/N. The limit is used instead of integrating towards it. A particle at rest stays where
+    locked permanently. From a position outside by x, the mass slips inwards by about 4.5 x²/(P r²) in each cycle.
+    So after N cycles its distance from the edge has fallen only as 1/N. The limit is used instead of integrating. A particle at rest stays where
     it is if it stays clear of both walls.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
-    # the forcing exceeds friction by less than x, for the time √(8x/P)/r; the slip lasts half as long again, over 4.5
-    # x²/(P r²)
+    # The forcing exceeds friction by less than x, and does so for the time √(8x/P)/r. The slip lasts one and a half
+    # times as long and covers 4.5 x²/(P r²).
     if (
         edge >= 0.0
         and state.slip == 0.0

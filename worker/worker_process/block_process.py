@@ -18,7 +18,7 @@ import cloudpickle
 from damperlab.worker.outcomes import Crashed, Leaving
 
 _TO_ALL = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""The signal that ends all processes of a worker."""
+"""Signals that are sent to all processes of a worker to end it."""
 
 
 def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:

@@ -91,9 +91,9 @@ async def _let_in(scheduler: str, security: Security) -> None:
     while True:
         began = time.monotonic()
         try:
-            # the files are read again each time
+            # the certificates are read again at each attempt
             comm = await connect(scheduler, **security.get_connection_args("worker"))
-        # a value error if the other side sends before encryption has begun
+        # the other side causes a value error if it sends before encryption has begun
         except (OSError, ValueError) as error:
             why = refusal(error) or ("" if isinstance(error, OSError) else str(error))
         else:

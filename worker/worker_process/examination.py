@@ -36,7 +36,7 @@ class Answer:
 
 
 def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Answer:
-    """Report this worker's solver, after reading the study from its cube; the value of a Dask task.
+    """Report this worker's solver, after reading the study from its cube. A Dask task calls this function.
 
     Parameters
     ----------

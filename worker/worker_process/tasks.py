@@ -41,7 +41,7 @@ def run_block(
     sources: tuple[Source, ...] = (),
     solver: str = "",
 ) -> BlockOutcome:
-    """Solve one block and write its region; the value of the Dask task.
+    """Solve one block and write its region. A Dask task calls this function.
 
     The study's definition is not sent with the task: it may have axes of a million values, and the worker must reach
     the cube anyway.

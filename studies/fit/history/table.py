@@ -186,7 +186,7 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
         advice = "hold the structure aside for half a period, or add the column `base acceleration (m/s2)`"
         return [Fault(field, share, f"at least {100 * HELD:g} %", advice, told)]
     if moved.size - release < LEAST_ROWS:
-        found = f"{counted(moved.size - release, 'row')} from the release on, in row {release + 1}"
+        found = f"{counted(moved.size - release, 'row')} from the release in row {release + 1} on"
         told, allowed = f"The time history has {found}.", f"at least {LEAST_ROWS} rows"
         return [Fault("measured", found, allowed, "measure longer", told)]
     decay = np.abs(moved[release:])

@@ -14,7 +14,7 @@ def seal(content: bytes) -> bytes:
     """Compute the CRC-32C of a document with the placeholder, and insert it there."""
     blank = _FIELD.sub(f'"crc32c": "{PLACEHOLDER}"'.encode(), content)
     if len(_FIELD.findall(blank)) != 1:
-        raise ValueError("the document has no one place for its checksum")
+        raise ValueError("the document must have exactly one place for its checksum")
     return _FIELD.sub(f'"crc32c": "{google_crc32c.value(blank):08x}"'.encode(), blank)
 
 

@@ -224,7 +224,8 @@ class Blocks(Lookup):
             with self.catalogue.writing() as connection:
                 return self._take_back(connection, look(connection), blocks, why, queue=owner is None)
         except StoreFault:
-            # for example if it was claimed just now, perhaps by a process that will not end the study again
+            # for example if the study was claimed since the first look; its owner may never write the marks that were
+            # dropped above, so they are written again
             if row.state in ENDED:
                 with suppress(StoreFault, OSError):
                     keep_marks(self, study_id, {})

@@ -30,11 +30,11 @@ class Spread:
     directions : ndarray, shape (parameters, parameters)
         Columns of unit length.
     sizes : ndarray, shape (parameters,)
-        Standard deviation along each.
+        Standard deviation along each direction.
     slopes : ndarray, shape (rows, parameters)
-        Of the residuals, in their standard deviations.
+        Derivatives of the residuals by the parameters; residuals are in their standard deviations.
     residual : ndarray, shape (rows,)
-        At the centre, in standard deviations.
+        Residuals at the centre, in standard deviations.
     """
 
     centre: Matrix
@@ -76,10 +76,12 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
     """Find the uncertainty of the parameters; None if the response does not change smoothly over it.
 
     Along each principal direction, `REACH` standard deviations to either side, chi-square must rise about as for a
-    linear response. If it rises less, the direction is lengthened accordingly. If a shorter beginning left little
-    uncertainty (`before`), chi-square must rise likewise over that range. Only then does the best parameter set of
-    the longer beginning follow from that of the shorter one; otherwise it may be one of the countless minima that
-    impacts create.
+    linear response. If it rises less, the direction is lengthened accordingly.
+
+    Along each direction that a shorter part of the history already determined well (`before`, standard deviation below
+    `LITTLE`), chi-square must also rise as for a linear response, over `REACH` of the earlier standard deviations.
+    Only then does the best parameter set of the longer part follow from that of the shorter one. Otherwise it may be
+    one of the countless minima that impacts create.
     """
     spread = Spread.at(trials, place, rows)
     sizes = spread.sizes.copy()

@@ -39,7 +39,7 @@ _SPEED_ROUNDING = 1e-14  # relative size below which an outgoing speed is roundi
 
 @inlined
 def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Meter | None) -> State:
-    """The state just after an event, with consistent slip, contact and orders of zeros."""
+    """The state just after an event, with consistent slip, contact, `slip_order` and `gap_order`."""
     if scene.particle is not None:
         if scene.particle.friction is not None:
             rubs = scene.particle.friction

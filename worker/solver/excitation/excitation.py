@@ -154,8 +154,8 @@ def travel(base: Excitation, phase: Phase, end: Phase) -> float:
 
 @inlined
 def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, out: Floats) -> None:
-    """Coefficients of `sign` times the friction force required to hold the mass, apart from its spring: inertia, or
-    a force.
+    """Taylor coefficients of `sign` times the friction force that holds the mass, without the part that balances the
+    spring: the inertia on a shaken base, or the force on the structure.
     """
     factor = sign * inertia
     if isinstance(base, RecordBase):

@@ -41,7 +41,7 @@ class Orbit(NamedTuple):
 
 
 class SectionLook(NamedTuple):
-    """Data for an examination of the section.
+    """State of the run at a section, as a search for an orbit needs it.
 
     Attributes
     ----------

@@ -27,7 +27,9 @@ _ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
 _GROWN = 0.1  # share by which the last third of a series without a bound exceeds the first
 # Relative error of a constant. The differences of its samples are rounding, which has its own correlation and trend.
 _ROUNDING = 1e-12
-_TREND = 86  # of 171 pairs of 19 batches, the excess of rising pairs that chance exceeds three times in 1,000
+# Largest difference between the numbers of rising and of falling pairs, among the 171 pairs of 19 batches, that counts
+# as chance. Batches without a trend exceed it, in either direction, three times in 1,000.
+_TREND = 86
 
 
 class Estimate(NamedTuple):
