@@ -84,8 +84,8 @@ class Kept:
         answered = False
         while key not in self._kept and not answered and (under_way := self._under_way.get(key)) is not None:
             await asyncio.wait([under_way])
-            # if it was not answered, its client has left; one of the waiting requests computes the answer, and the
-            # others wait again
+            # The request that computed is without an answer if its client has left. Then one of the waiting requests
+            # computes the answer, and the others wait again.
             answered = under_way.result()
         if key in self._kept:
             self._kept.move_to_end(key)

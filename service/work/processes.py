@@ -46,8 +46,8 @@ class Work:
     seconds : float
         Largest processor time of one request [s].
     wait_seconds : float
-        Longest wait for this time once the request has its turn [s]. If it is exceeded, other work has the processors,
-        and the request is not too large.
+        Longest wait for this time once the request has its turn [s]. If this wait is exceeded, other work has the
+        processors; the request itself is not too large.
     memory_bytes : int
         Largest memory of one process.
     """

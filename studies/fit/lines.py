@@ -14,7 +14,7 @@ from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, comma_
 
 MOST_BYTES = 4 * 1024 * 1024
 _BLANKS = re.compile(r"\s{2,}|(?<=[)\]\d.])\s+(?=\S)")
-"""Between the cells of a line without separators: a name may contain a blank."""
+"""Gap between two cells of a line without separators; a single blank may belong to a name."""
 MOST_COLUMNS = 30
 """Largest number of columns of a table; each name is compared with all known ones."""
 

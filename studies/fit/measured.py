@@ -23,7 +23,7 @@ from damperlab.studies.spelled_numbers import read_decimal
 MOST_ROWS = 2_000
 """Largest number of rows: each is computed some hundred times."""
 _FEW_LINES = 30
-"""Lines among which a heading is sought that is not the first."""
+"""Number of lines in which a heading is sought if the first line is none."""
 LARGEST = 1e12
 """Bound on every number; beyond it the unit must be wrong."""
 

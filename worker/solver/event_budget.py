@@ -7,12 +7,12 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.solver.events import ARRIVED, BUDGET, IDLE, OUT_OF_EVENTS, SEGMENTS, STALLED
 
 _MOST_IDLE = 64  # events without progress in time before the integration gives up
-_NO_TIME = 1e-15  # relative
+_NO_TIME = 1e-15  # largest segment, relative to `scale`, that counts as no progress
 
 
 @inlined
 def spend(counts: NDArray[np.int64], time: float, scale: float) -> int:
-    """Outcome after a segment of this length, which is already counted: ARRIVED if the integration may continue."""
+    """Outcome after a segment of the given length, which `counts` already includes: ARRIVED to continue."""
     if counts[SEGMENTS] > counts[BUDGET]:
         return OUT_OF_EVENTS
     if time <= _NO_TIME * scale:

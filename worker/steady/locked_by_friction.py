@@ -44,8 +44,8 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
 
     Let P be the largest forcing: r² for a shaken base, 1 for a force. For γ_F ≥ P every rest position |v| ≤ γ_F − P is
     locked permanently. From a position outside by x, the mass slips inwards by about 4.5 x²/(P r²) in each cycle.
-    So after N cycles its distance from the edge has fallen only as 1/N. The limit is used instead of integrating. A particle at rest stays where
-    it is if it stays clear of both walls.
+    So its distance from the edge falls only as 1/N over N cycles, and the limit is used instead of integrating. A
+    particle at rest stays where it is if it stays clear of both walls.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)

@@ -50,9 +50,10 @@ class Notes(NamedTuple):
     ring : array, shape (RING, SECTION_SIZE)
         The last section points.
     struck : array, shape (RING,)
-        Impacts of the run up to each of them.
+        Impacts of the run up to each section point in `ring`.
     recurrences, recurrences_before : array, shape (LONGEST + 1,)
-        The recurrence for each period, at this examination and at the previous one.
+        Distance between the present section point and the one a period ago, for each period: at this examination and at
+        the previous one.
     trace : array, shape (half cycles + 1, columns)
         One row per metered half cycle; row 0 is the beginning.
     cycles : array, shape (2, cycles)

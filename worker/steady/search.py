@@ -39,17 +39,17 @@ from damperlab.worker.steady.stopping_rules import (
 )
 
 _UNBOUNDED = int(Status.UNBOUNDED)
-# Half cycles between examinations of the section, twice as many while metering. The number is even, so that whole
-# cycles lie between, and smaller if a half cycle takes long.
+# Half cycles between two examinations of the section; while metering there are twice as many. The number is even, so
+# that whole cycles lie between two examinations. The smaller one is used if a half cycle takes long.
 _CHUNK = 32
 _SHORT_CHUNK = 8
 _LONG_HALF = 1000  # windows
 _SPARE_EVENTS = 20_000  # added to the number allowed for its cycles, so that a short run is not cut off
-# number of metered half cycles before the burn-in is over; `advance` and `nearby` treat any number below 0 so
+# number of metered half cycles before the burn-in is over; to `advance` and `nearby` any number below 0 means this
 _NOT_METERED = -1
 _LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
-# Remaining displacement, over the static one, that a run ignores at any time; and the least amplitude to which
-# `tolerance` refers, once as many cycles are metered as a mean needs.
+# First, the remaining displacement, over the static one, that a run ignores at any time. Second, the least amplitude to
+# which `tolerance` refers once the metered cycles suffice for a mean.
 _AT_ONCE = 1e-6
 _SMALL = 1e-2
 

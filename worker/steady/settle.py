@@ -115,7 +115,8 @@ def _settled(
     """Do the work of `settle` after its arrays are created. The caller keeps them alive, and all later functions
     receive their addresses.
 
-    An address is one number. An array is seven, and numba writes code for each of them whenever it is passed on.
+    An address is one number, whereas numba represents an array by seven and writes code for all seven whenever the
+    array is passed on.
     """
     scene, probe, notes = on_addresses(scene), on_addresses(probe), notes_on_addresses(notes)
     found = search(start, scene, probe, notes, settings)
@@ -229,7 +230,7 @@ def _acceleration_of_run(first: int, last: int, notes: Notes) -> tuple[float, fl
 def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, notes: Notes) -> int:
     """The shortest part of a period after which the state already repeats, within the error of the orbit.
 
-    Just beyond a period doubling, the shorter, repelling orbit is very near.
+    It must be the orbit itself that repeats: just beyond a period doubling, a shorter orbit that repels is very near.
     """
     period_halves = found.orbit.period_halves
     known = _CLOSED * found.look.scale + 100.0 * found.orbit.error

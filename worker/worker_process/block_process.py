@@ -29,7 +29,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
     function : callable
         The function.
     *arguments : object
-        With what.
+        Its arguments.
 
     Returns
     -------
@@ -41,7 +41,9 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
     Crashed
         The process ended during the call.
     Leaving
-        It was asked to end by another process. Exception What the function raised.
+        It was asked to end by another process.
+    Exception
+        What the function raised.
     """
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     process = subprocess.Popen(

@@ -86,7 +86,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
 
     def tell(reason: str) -> None:
         if told.done():
-            # the second request is urgent
+            # a second request to leave ends the process immediately
             os._exit(1)
         told.set_result(reason)
 
@@ -164,7 +164,7 @@ async def _leave(worker: Worker, reason: str, seconds: float) -> None:
     say(f"leaving ({reason}): no more blocks, gone within {seconds:g} s")
     # the scheduler then reports that this worker takes no more tasks
     worker.status = Status.closing_gracefully
-    # a result here has not been fetched yet
+    # wait for running blocks, and until every result has been fetched
     while worker.state.tasks and time.monotonic() < deadline:
         await asyncio.sleep(LOOK_SECONDS)
     given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))

@@ -19,13 +19,13 @@ HELD, RESTING = 0.8, 0.2
 shaking begins.
 """
 BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
-"""A struck structure stays above `HELD` for about the time in which it then swings to `BEYOND`. One that is held aside
-stays there for at least `LONGER` times that. A release within the phase `AT_ONCE_RAD` after the first row counts as
-immediate.
+"""A struck structure is above `HELD` for about as long as it then takes to swing on to `BEYOND`. A structure counts as
+held aside if it is above `HELD` for more than `LONGER` times as long. A release within the phase `AT_ONCE_RAD` after
+the first row counts as a release in the first row.
 """
 FALL, WINDOW = (0.8, 0.3), 5
 """The fall after a release is measured between the shares of `FALL`, because an impact may change it further down.
-`WINDOW` is the multiple of samples before it that are compared with a held structure.
+At most `WINDOW` times as many samples before the fall are compared with the constant position of a held structure.
 """
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"

@@ -297,7 +297,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
 
 
 def _drop_damaged(catalogue: Catalogue) -> None:
-    """Remove damaged rows that cubes do not contain: events and keys, of submissions and of access."""
+    """Remove damaged rows that no cube can restore: events, keys of submissions, and access keys."""
     with catalogue.writing() as connection:
         for table in (keys, events, access_keys):
             own = next(iter(table.primary_key.columns))

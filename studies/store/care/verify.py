@@ -171,8 +171,8 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
 def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:
     """Give the rows of the studies, and the cubes without one; wait briefly for pending submissions.
 
-    A submission reserves its number, makes its cube and enters its study. If it stays between two of these steps, it
-    was interrupted or the catalogue has lost its last step.
+    A submission reserves its number, makes its cube and enters its study. If a cube still has no study after the wait,
+    its submission was interrupted or the catalogue has lost the study.
     """
     until = time.monotonic() + UNDER_WAY_SECONDS
     while True:

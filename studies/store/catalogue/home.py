@@ -2,8 +2,8 @@
 
 A catalogue would take the cubes of another one for garbage, so each catalogue has an id. The location of its cubes, a
 folder or a bucket, holds an owner marker with that id, which is written once and never replaced. A mismatch is refused
-before anything is read or removed. It may come from another catalogue, an empty one, an older copy, or a disk that is
-not mounted.
+before anything is read or removed. It shows that the catalogue is another one, an empty one or an older copy, or that
+a disk is not mounted.
 """
 
 import json
@@ -140,8 +140,9 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
 
 
 def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) -> None:
-    """Check that a data folder belongs to this catalogue. A catalogue whose cubes are in a bucket may have several
-    folders.
+    """Check that a data folder belongs to this catalogue.
+
+    A catalogue may have several data folders if its cubes are in a bucket.
     """
     folder = Folder(data_dir)
     if not mark and owner_of(folder) is None:

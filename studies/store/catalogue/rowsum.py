@@ -31,7 +31,7 @@ SUMMED = (studies, done_blocks, keys, events, access_keys)
 """The tables whose rows have a checksum."""
 
 _LEFT_OUT = {
-    # the owner of a study is written every few seconds, and corrected by the next claim
+    # the claim is renewed every few seconds, and the next claim corrects a flipped bit
     "studies": {"crc", "claim_owner", "claim_expires"},
     "done_blocks": {"crc"},
     "keys": {"crc"},
@@ -66,7 +66,8 @@ def is_sound(table: Table, row: Row[Any]) -> bool:
     """Whether a complete row of a table is intact."""
     if row.crc is not None:
         return bool(row.crc == row_sum(table, row))
-    # a row that is being written; a row of zeros, which SQLite reads as empty in every column, is not
+    # A row without a checksum is being written and is intact. A page of zeros, which SQLite reads as rows with every
+    # column empty, is damage.
     return all(row._mapping[column.name] is not None for column in table.c if not column.nullable)
 
 

@@ -1,9 +1,9 @@
 """The blocks of a complete cube, many of them joined to a chunk, for readers over a network.
 
 A worker computes a block in two seconds, often a thousand points. A plane of a cube of ten million points touches
-hundreds of blocks, and each costs a request. So a complete cube has larger chunks, which are joined on request. Their
-keys differ from those of blocks (Zarr's encoding `v2`, without the `c`), so a reader that opened the cube before it was
-complete still gets single blocks.
+hundreds of blocks, and each costs a request. So readers of a complete cube get larger chunks, which are joined on
+request. Their keys differ from those of blocks (Zarr's encoding `v2`, without the `c`), so a reader that opened the
+cube before it was complete still gets single blocks.
 """
 
 import json

@@ -1,8 +1,8 @@
 """The codec with which Zarr itself reads a cube's folder, for arrays whose chunks are in the files of the blocks.
 
-Registered as an entry point, so that `xarray.open_zarr(folder)` finds it wherever damperlab is installed, without an
-import. It only reads. In a complete cube the marks name the valid files. In an unfinished one, every complete block
-is shown, and all other points read as not computed. Damage is an error.
+It is registered as an entry point, so that `xarray.open_zarr(folder)` finds it wherever damperlab is installed,
+without an import. It only reads. In a complete cube the marks name the valid files. In an unfinished one, every
+complete block is shown, and all other points read as not computed. Damage is an error.
 """
 
 from contextlib import suppress

@@ -41,10 +41,10 @@ class Entry:
 
 
 def removed_last(key: str) -> tuple[bool, bool]:
-    """Give the sort key for removing pieces in an order in which an incomplete cube never counts as complete, and its
-    study never as existing.
+    """Give the sort key of a piece, by which the pieces of a cube are removed.
 
-    Pieces that describe others are removed after them, and the record of the deletion is removed last.
+    Pieces that describe others are removed after those, and the record of the deletion is removed last. So a cube with
+    missing pieces never counts as complete, and its study never as existing.
     """
     return key.endswith(".json"), key.endswith(TOMBSTONE)
 

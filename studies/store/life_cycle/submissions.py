@@ -92,7 +92,7 @@ class Submissions(Entering):
         return self.enter(decide, "entered to be computed again")
 
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
-        """Record the solver of a study before its first block: one cube, one solver on one kind of processor.
+        """Record the solver of a study before its first block: one solver on one kind of processor computes a cube.
 
         If the solver changed while the study waited, the study has no results yet, so the new solver replaces the
         recorded one.
@@ -123,7 +123,7 @@ class Submissions(Entering):
         if not _may_begin(row, facts, owner):
             return record_of(row)
         provenance = {**record_of(row).provenance, **facts}
-        # written before the row; if the process dies in between, this is repeated
+        # the cube is written before the row; if the process dies in between, the next call writes both
         self._describe(row, provenance)
         with self.catalogue.writing() as connection:
             now = study_row(connection, study_id)

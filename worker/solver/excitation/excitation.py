@@ -97,7 +97,7 @@ def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) ->
 
 @inlined
 def base_displacement(base: Excitation, excitation: Floats, t: float) -> float:
-    """Displacement s from the polynomial of `expand_excitation`; 0 under a force, which that polynomial then describes."""
+    """Displacement s from the polynomial of `expand_excitation`; 0 under a force, for which the base is at rest."""
     if isinstance(base, SineForce):
         return 0.0
     return value(excitation, t)
@@ -105,7 +105,7 @@ def base_displacement(base: Excitation, excitation: Floats, t: float) -> float:
 
 @inlined
 def base_velocity(base: Excitation, excitation: Floats, t: float) -> float:
-    """Velocity s' from the same polynomial; 0 under a force."""
+    """Velocity s' from the polynomial of `expand_excitation`; 0 under a force, for which the base is at rest."""
     if isinstance(base, SineForce):
         return 0.0
     return slope(excitation, t)
@@ -245,7 +245,7 @@ def largest_forcing(base: Excitation) -> float:
 
 @inlined
 def largest_to_hold(base: Excitation, inertia: float) -> float:
-    """Largest friction force required to hold the mass, apart from its spring: inertia, or the exciting force."""
+    """Largest friction force that holds the mass, without the part that balances the spring: inertia or exciting one."""
     if isinstance(base, SineForce):
         return 1.0
     return inertia * largest_forcing(base)

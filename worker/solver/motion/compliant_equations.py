@@ -140,7 +140,7 @@ def _contact_motion(
 def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, between: bool) -> int:
     """Number of fast coordinates, from the rates of the contact and the fastest of all others.
 
-    With `between`: one if y and y' are both fast and y' is much faster than y, else none.
+    With `between` it is one if y and y' are both fast and y' is much faster than y, else none.
     """
     fast = 0
     if contact_slow >= _APART * others:

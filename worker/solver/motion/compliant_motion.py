@@ -1,7 +1,7 @@
 """The linear motion of mass and particle in contact through a compliant wall.
 
-Written in X = x − μy and y = u − p ∓ d, where x = v + σγ_F (σ the direction of slip). y has the sign of the wall:
-wall · y is the penetration of the particle. Let μ = β/(1 + β) and κ = 1/(1 + β), and let g be the force on the
+The coordinates are X = x − μy and y = u − p ∓ d, where x = v + σγ_F (σ the direction of slip). y has the sign of the
+wall: wall · y is the penetration of the particle. Let μ = β/(1 + β) and κ = 1/(1 + β), and let g be the force on the
 structure, 0 on a shaken base. With K of the wall over k, and C over k/ω_n, the contact force is F = Ky + Cy'. It moves
 the common centre of mass only through the spring and dashpot of the structure,
 
@@ -12,9 +12,9 @@ adds two coordinates: sin φ and cos φ, or s'' and the s''' that is constant be
 
 The motion has two expansions. The complete one is for spans that the fastest rate of the contact allows. The slow one
 is what remains after the vibration of the contact has decayed. The slow motion is an invariant subspace of the same
-equations, so it is exact. If a wall is fast in both y and y', complete panels are possible however stiff it is. Of z' =
-Az let q be the one or two fast coordinates (y' where the wall is overdamped and yields slowly, else y and y') and r the
-others:
+equations, so it is exact. If a wall is fast in both y and y', complete panels are possible however stiff it is. In z' =
+Az, let q be the fast coordinates: y' alone if the wall is overdamped and yields slowly, else y and y'. Let r be the
+other coordinates. Then
 
     q = Pr + f,   r = ξ + Bf,   ξ' = Gξ,   f' = Λf,
     A_qr + A_qq P = PG,   G = A_rr + A_rq P,   Λ = A_qq − P A_rq,   BΛ = GB + A_rq.

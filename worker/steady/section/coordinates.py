@@ -35,7 +35,7 @@ def coordinates(state: State, particle: Particle | None, out: Array) -> None:
     """Write the section coordinates of a state into `out`, shape (SECTION_SIZE,): v, w, p, p' at phase 0, where s = 0.
 
     For a particle with friction p' comes before p: if it meets no wall, p does not affect the others and is not part of
-    an orbit. In a contact that takes time the last two are its variables, with the sign of the wall. These are
+    an orbit. In a contact that takes time the last two coordinates describe the contact, with the sign of the wall:
     penetration and its rate, or the time until detachment and the approach speed.
     """
     out[0] = state.v

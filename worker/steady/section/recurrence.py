@@ -22,7 +22,7 @@ SAME = 1e-6
 # These values are chosen in the same way as those of `orbits.candidate`.
 _ROUNDING = 1e-13  # recurrence of a settled response, relative
 _NEAR = 0.05  # relative recurrence below which Newton's method is tried
-# The n-fold of a period is taken if its recurrence is below this share, over n, of that of the period.
+# n times a period is taken instead of the period if its recurrence is below this share, divided by n, of the period's.
 _FAR_BETTER = 0.4
 
 
@@ -80,7 +80,7 @@ def settled_period(
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, way_left = period_halves, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
-            # a slow base leaves more rounding than that; what counts is that the recurrence stays small
+            # under a slow base rounding exceeds `_ROUNDING`: it suffices that the recurrence stays below the tolerance
             if stays_closed(ring, now, period_halves, tolerance * scale):
                 found, way_left = period_halves, d
         if found > 0:
@@ -108,8 +108,8 @@ def near_period(apart: Array, longest: int, scale: float) -> int:
     """Shortest period [half cycles] with which the run almost repeats, or 0.
 
     A multiple of the period is taken if the run repeats far better with it. Near a period doubling, the shorter orbit
-    lies close by but is unstable. A higher multiple must be better still, because a run that spirals into an orbit
-    makes about a whole number of turns in some number of its periods.
+    lies close by but is unstable. The higher the multiple, the better it must repeat: a run that spirals into an orbit
+    turns around it, and after some number of periods it has made about a whole number of turns by chance.
     """
     found = 0
     nearest = _NEAR * scale

@@ -16,9 +16,9 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 from damperlab.worker.steady.stability.variational import propagate
 
 _BATCHES = 16
-# Numbers of cycles for following a tangent vector, and the growth per cycle that counts as chaos after each; most chaos
-# shows soon. The growths are chosen, not derived. The vector has then grown by e^6 and more, over the longest time by
-# e^3.
+# Numbers of cycles for following a tangent vector, and the least growth per cycle that counts as chaos after each.
+# Most chaos shows after few cycles. The growths are chosen, not derived: with them the vector has grown by at least
+# e^6, or by e^3 after 320 cycles.
 _RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
 
 HALVES_FOLLOWED = 2 * 320 * (_BATCHES + 1) // _BATCHES
@@ -40,8 +40,8 @@ def is_chaotic(
     state : State
         On the attractor.
     longest : int
-        Largest number of excitation cycles for averaging the growth, if more than 16. Before them the vector turns
-        for a sixteenth of that number.
+        Largest number of excitation cycles over which the growth is averaged; at least 16 are used. Before averaging,
+        the vector turns towards the direction of growth for a sixteenth of the number used.
 
     Notes
     -----

@@ -119,7 +119,7 @@ def _propagate(
             if kind == LET_GO:
                 if rows[at + AFTER + RIDING] > 0.0 and i + 1 < count:
                     if rows[at + WIDTH + SPAN] == 0.0 and rows[at + WIDTH + EVENT] == RELEASE:
-                        resume = i + 2  # it would stay in contact if the wall did not move away
+                        resume = i + 2  # the particle would stay in contact if the wall did not move away
                         to = at + WIDTH
         if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSHED_AGAIN, REST):
             before = field(rows, at, BEFORE, free, loaded, base, friction, particle, wall)

@@ -1,14 +1,18 @@
 """A compliant wall: from the first touch until the particle is clear of it.
 
-The contact phase is integrated in one of four ways. First, before the contact's own vibration has decayed: in spans of
-half the inverse of its fastest rate, as polynomials of all six coordinates. Second, once y' alone follows the other
-coordinates: in spans that the rate of y allows (`CompliantRegime.between`). Third, if an envelope of the vibration
-proves that it cannot cause an event: in one long step, with the slow motion as polynomials and the vibration by its
-exponential. Fourth, once the vibration has decayed below rounding: as polynomials of the slow motion, in complete
-panels if y and y' are both fast. So rest on the stiffest wall costs no more than rest on a rigid wall.
+The contact phase is integrated in one of four ways:
 
-The wall detaches where its force falls to zero, with some energy left in the spring. The particle still penetrates the
-wall then. It flies until it is clear of the wall, or until spring and dashpot would push again.
+1. Before the contact's own vibration has decayed, polynomials of all six coordinates are used, in spans of half the
+   inverse of its fastest rate.
+2. Once y' alone follows the other coordinates, spans may be as long as the rate of y allows
+   (`CompliantRegime.between`).
+3. If an envelope of the vibration proves that it cannot cause an event, one long step is taken. The slow motion is
+   then given by polynomials, and the vibration by its exponential.
+4. Once the vibration has decayed below rounding, polynomials of the slow motion are used, in complete panels if y and
+   y' are both fast. So rest on the stiffest wall costs no more than rest on a rigid wall.
+
+The particle detaches where the force of the wall falls to zero. It still penetrates the wall then, and some energy is
+left in the wall's spring. The particle flies until it is clear of the wall, or until spring and dashpot push again.
 """
 
 from damperlab.worker.jit import kernel
