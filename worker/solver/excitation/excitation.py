@@ -245,7 +245,9 @@ def largest_forcing(base: Excitation) -> float:
 
 @inlined
 def largest_to_hold(base: Excitation, inertia: float) -> float:
-    """Largest friction force that holds the mass, without the part that balances the spring: inertia or exciting one."""
+    """Largest friction force that holds the mass, without the part that balances the spring: the inertia, or the
+    exciting force.
+    """
     if isinstance(base, SineForce):
         return 1.0
     return inertia * largest_forcing(base)
