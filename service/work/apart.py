@@ -19,7 +19,7 @@ from damperlab.studies.store.store import Store
 PIECE_BYTES = 1 << 20
 """Size of the pieces of a long answer, which is sent as its client reads it."""
 EXPORT_POINTS = 1_000_000
-"""An export may take the processor time of one request, and of one more for each multiple of this number of points."""
+"""An export may take the processor time of one request, plus that of another for every `EXPORT_POINTS` points."""
 
 Result = TypeVar("Result")
 

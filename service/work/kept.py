@@ -1,5 +1,5 @@
-"""Cache of answers in the form in which they are sent, compressed and with their tag. They are valid while their study
-is unchanged.
+"""Cache of answers in the form in which they are sent, compressed and with their tag. A cached answer is
+valid while its study is unchanged.
 """
 
 import asyncio

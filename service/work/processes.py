@@ -77,13 +77,13 @@ class Work:
         *arguments
             Its arguments.
         shares : int
-            Multiple of the processor time of a request that it may take.
+            The computation may take this multiple of the processor time of one request.
 
         Raises
         ------
         Problem
-            422 if it would take more time or memory than a request may take; 429 if the caller has too many waiting
-            requests; 503 if the machine is too busy.
+            422 if the computation would take more time or memory than a request may take; 429 if the caller has too
+            many waiting requests; 503 if the machine is too busy.
         ClientDisconnect
             If the client leaves; the computation then ends.
         """
@@ -160,7 +160,7 @@ class Work:
         Parameters
         ----------
         prepare : callable
-            Function that can be imported by name, from a module that imports all of them.
+            Function that can be imported by name, from a module that imports all modules for computing.
         """
         with contextlib.suppress(BrokenWorkerProcess, TimeoutError, OSError), fail_after(self._seconds):
             await to_process.run_sync(_begin, prepare, cancellable=True, limiter=self._limiter)

@@ -25,7 +25,7 @@ RECIPES: dict[str, Callable[[object], Recipe]] = {
     "random_vibration": random_vibration_of,
     "shock": shock_of,
 }
-"""Reader of each of these methods, which makes no samples yet."""
+"""Reader of each method whose definition describes the base motion; it makes no samples yet."""
 
 
 def _generate(way: str, document: object) -> GroundMotion:

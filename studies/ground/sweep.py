@@ -43,7 +43,7 @@ class Sweep:
     amplitude : float
         Amplitude of the constant quantity: of the displacement [m], the velocity [m/s] or the acceleration [m/s²].
     order : int
-        Which of the three: 0, 1 or 2.
+        0 if `amplitude` is that of the displacement, 1 of the velocity, 2 of the acceleration.
     ramp_cycles : float
         Duration of the rise in cycles of `start_hz`, and of the fall in cycles of `stop_hz`.
     """

@@ -29,7 +29,7 @@ RATIO_OF = {
     "particle_mass_kg": "mass_ratio",
     "restitution": "restitution",
 }
-"""The dimension of a study for each of them."""
+"""The dimension of a study for each quantity of the damper."""
 STARTS = 12
 """Number of starts of one damper; one of them is rest."""
 JUDGES = {

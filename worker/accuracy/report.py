@@ -61,13 +61,14 @@ def make_report(
 
 
 def advantages(diagram: Diagram) -> dict[str, dict[str, float | None]]:
-    """By which factor the event-driven solver is faster than each other method, at that method's smallest error.
+    """Compare each other method, at its smallest error, with the event-driven solver.
 
     Returns
     -------
     dict
-        By method: `error` and `microseconds` of its most accurate run, and `times_slower` than the slowest
-        event-driven variant with no larger error. None if a method gave no result or was as accurate.
+        By method: `error` and `microseconds` of its most accurate run, and `times_slower`, its run time over that of
+        the slowest event-driven run. `times_slower` is None if the method was more accurate than the event-driven
+        solver. Methods without a result are left out.
     """
     ours = [curve for curve in diagram.curves if not curve.setting]
     slowest = max(point.microseconds for curve in ours for point in curve.points)

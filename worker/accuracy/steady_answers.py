@@ -132,7 +132,7 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
 
 
 def truth_of(halves: Halves) -> Truth:
-    """Evaluate the measured half cycles of an integration: the last `_REMEMBERED` of them for a period, else all."""
+    """Evaluate the measured half cycles of an integration: the last `_REMEMBERED` for a period, else all."""
     windows = np.maximum(halves[:-1, 0], halves[1:, 0])
     period_halves = _repeat(halves[-_REMEMBERED:])
     if period_halves > 0:

@@ -50,7 +50,7 @@ RESTLESS_WIDTH, RESTLESS_POWER = 0.0104, 0.55
 which it scales.
 """
 NARROWEST = 0.004
-"""Smallest such width."""
+"""Smallest width of the range around resonance in which only statistics converge."""
 BREAKAWAY = 0.785
 """Friction ratio at which friction suppresses a resonance: from π/4 on it dissipates more energy than the base
 supplies.

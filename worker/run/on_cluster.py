@@ -39,7 +39,7 @@ class OnCluster:
     plan : Plan
         The blocks.
     expected : ndarray of float
-        Expected time of each of them [s].
+        Expected time of each block [s].
     stopping : callable
         Whether to start no more blocks.
     there_before : bool

@@ -25,10 +25,10 @@ class Floats(Protocol):
     """Numbers in a row: an array of one dimension, or its address."""
 
     def __getitem__(self, i: int, /) -> float:
-        """One of them."""
+        """One number of the row."""
 
     def __setitem__(self, i: int, number: float, /) -> None:
-        """Replace one of them."""
+        """Replace one number of the row."""
 
 
 if numba.config.DISABLE_JIT:

@@ -97,7 +97,7 @@ def bits_of(values: Mapping[str, Any]) -> str:
 def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str]) -> str:
     """Hash the stored results of some points in the same way as `bits_of` does for a worker's.
 
-    Empty if one of them has no computed result: its block failed, or its file is missing, or is removed meanwhile.
+    Empty if a point has no computed result: its block failed, or its file is missing, or is removed meanwhile.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ LOOK_SECONDS = 0.2
 ASK_SECONDS = 5.0
 """Interval between requests for a notice from an address: notices come 30 to 120 s before the machine ends."""
 ANSWER_SECONDS = 2.0
-"""Longest time of such a request."""
+"""Longest time of a request for a notice."""
 _NOT_YET = (b"false", b"none", b"")
 
 

@@ -23,7 +23,7 @@ class BlockDamaged(StoreFault):
 
 
 def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDamaged:
-    """Make the fault for a block that cannot be read. The index is None if `what` is not part of a block."""
+    """Make the fault for data that cannot be read. `index` is None if `what` is not part of a block."""
     study_id = shelf.name.removesuffix(".zarr").rpartition("-")[0]
     where = f"{'' if index is None else f'block {index} of '}study {study_id}"
     return BlockDamaged(

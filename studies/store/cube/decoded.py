@@ -83,7 +83,7 @@ def read_outer(
     Parameters
     ----------
     array : StoredArray
-        For shape, chunks, type and fill value.
+        The array, for its shape, chunks, type and fill value.
     key : tuple
         For each dimension an integer, a slice, or an array of integers.
     chunk : callable

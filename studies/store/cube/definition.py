@@ -44,7 +44,7 @@ def with_attachments(study: Study | Suite, shelf: Shelf) -> Study | Suite:
     Raises
     ------
     OSError, ValueError
-        If one of them is lost or damaged.
+        If one of the files is lost or damaged.
     """
     if isinstance(study, Study):
         return study

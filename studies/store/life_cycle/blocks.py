@@ -66,8 +66,8 @@ class Blocks(Lookup):
         outcomes : BlockOutcome
             Results of the blocks; all are marked, or none.
         owner : str, optional
-            Owner of the claim on the study. An owner that was wrongly thought dead may report results whose files its
-            successor has removed. They are refused if this name is given.
+            Owner of the claim on the study. If it is given, results of any other owner are refused: an owner that was
+            wrongly thought dead may report results whose files its successor has removed.
 
         Returns
         -------
@@ -218,7 +218,7 @@ class Blocks(Lookup):
         with using(shelf.address):
             # this comes first, so that after an interruption the cube claims fewer blocks than it has, never more
             drop_marks(shelf)
-            # these marks may be what was lost
+            # the folder of the blocks may be part of what was lost, so it is created again
             shelf.fill({}, (BLOCKS,))
         try:
             with self.catalogue.writing() as connection:

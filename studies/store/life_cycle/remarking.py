@@ -89,7 +89,7 @@ class Remarking(Lookup):
                     before.state,
                     before.finished,
                 ):
-                    # this write may have replaced newer marks
+                    # the study changed during this write, which may have replaced newer marks
                     with self.catalogue.reading() as connection:
                         number = study_row(connection, study_id).number
                     drop_marks(self.cube_shelf(study_id, number))
@@ -100,5 +100,5 @@ class Remarking(Lookup):
         except OSError as error:
             raise cannot_use(self.shelf.address, error) from error
         with self.catalogue.writing() as connection:
-            # later remarks have their own note
+            # only the note of these remarks is deleted; later remarks have their own
             connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == note))

@@ -46,7 +46,7 @@ class Wanted:
     Raises
     ------
     StoreFault
-        If one of them is not allowed.
+        If one of the conditions is not allowed.
     """
 
     state: str | None = None

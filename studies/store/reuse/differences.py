@@ -61,7 +61,7 @@ class Differences:
     compared : int
         Computed in both.
     only_older, only_newer : int
-        Points computed in only one of them.
+        Points computed in only one of the two versions.
     differing : int
         Points at which any variable differs; run times are not compared.
     variables : list of Difference
@@ -102,7 +102,7 @@ def differences_of(store: Store, newer: Record, older: Record | None = None) -> 
     NothingToDo
         If there is no other version, or it is another study.
     BlockDamaged, StoreFault
-        If one of them cannot be read.
+        If one of the two versions cannot be read.
     """
     if older is None:
         before = [

@@ -40,12 +40,12 @@ class CompliantForcing(NamedTuple):
     fastest : float
         The faster of structure and excitation [ω_n].
     first_rate, second_rate : float
-        Rate of the first coordinate over the second, and of the second over the first.
+        Ratio of the rate of the first coordinate to the second coordinate, and the reverse.
     inertia_force, force : float
-        −s'' and the force on the structure over the first coordinate.
+        Ratios of −s'', and of the force on the structure, to the first coordinate.
     position, velocity : float
-        s over the first and s' over the second; 0 for a record, whose coordinates do not include them, and under a
-        force.
+        Ratios of s to the first coordinate and of s' to the second. Both are 0 under a force, and for a record, whose
+        coordinates do not contain s and s'.
     """
 
     two_zeta: float
@@ -76,9 +76,9 @@ class CompliantMotion(NamedTuple):
     rows, slow_rows : array, shape (4 · DIM · TERMS,)
         Taylor coefficients of x, x + s, y and F for each unit start (`compliant_rows`).
     to_fast : array, shape (2 · DIM,)
-        f of the coordinates, q − Pr; a single fast coordinate takes the second place.
+        Matrix that gives f = q − Pr from the coordinates. A single fast coordinate takes the second row.
     from_fast : array, shape (DIM · 2,)
-        Contribution of f to the coordinates, (Bf, f + PBf).
+        Matrix that gives the contribution of f to the coordinates, (Bf, f + PBf).
     rates, inverse : array, shape (4,)
         Λ and its inverse.
     """

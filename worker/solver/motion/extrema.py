@@ -7,7 +7,7 @@ from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import value
 
-_MOST = 8  # of one segment, whose length is less than a tenth of a period
+_MOST = 8  # extrema in one segment, whose length is less than a tenth of a period
 
 
 @inlined

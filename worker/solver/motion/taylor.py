@@ -60,7 +60,7 @@ def motion_rows(
     relative, absolute : arrays, shape (4 · TERMS,)
         `relative` is for x = v + σγ_F, the displacement from the shifted spring centre, with x'' = r² sin(φ + r t) −
         κ(2ζ x' + x). `absolute` is for x + s. Its acceleration −κ(2ζ x' + x) is formed directly, because for r ≫ 1 the
-        sum of the two would cancel.
+        accelerations of x and s would cancel.
     """
     relative = zero_matrix(4, TERMS)
     absolute = zero_matrix(4, TERMS)
@@ -95,7 +95,8 @@ def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np
     Returns
     -------
     array, shape (4 · TERMS,)
-        Those of x, with x'' = κ(sin(φ + r t) − 2ζ x' − x), and of x + s, which is the same because the base is at rest.
+        Coefficients of x, with x'' = κ(sin(φ + r t) − 2ζ x' − x). They are also those of x + s, because the base is at
+        rest.
     """
     rows = zero_matrix(4, TERMS)
     rows[0, 0] = 1.0

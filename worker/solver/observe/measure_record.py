@@ -97,7 +97,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         most = u_derivative_bound(4, segment, base)
         if ends + bulge * most > peak:
             # −κ(2ζ w + x) as a polynomial of the relative motion: it is zero where the base would dominate
-            polynomial = of_base  # not used any more
+            polynomial = of_base  # its coefficients are not needed any more
             for n in range(ORDER):
                 polynomial[n] = -motion.compliance * (base.two_zeta * (n + 1) * relative[n + 1] + relative[n])
             polynomial[ORDER] = 0.0

@@ -81,7 +81,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
             sums[SQUARE] += v * (v * base.window + 2.0 * moved) + square
             return
         f = regime.motion.forms
-        assert f is not None  # segments inside the metering window have them
+        assert f is not None  # a metered segment has a motion with forms
         x = start.v + offset
         p = products(x, start.w, sine, cosine)
         sums[WORK_IN] += quadratic(f, WORK, p)

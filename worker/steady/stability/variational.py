@@ -1,4 +1,4 @@
-"""The variational equations of a half cycle: linear motion between events, one saltation law at all of them.
+"""The variational equations of a half cycle: linear motion between events, and one saltation law at every event.
 
 A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p, because δp would lose the small δy after a
 chatter. While a particle dwells on a rigid wall, y does not vary. Changes of the time until detachment and of the
