@@ -146,14 +146,16 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 
     Notes
     -----
-    Impacts at walls that creep at most with c leave a particle of speed s no faster than the larger of s and c (1 +
-    e)/(1 − e). Once the mass is within |v| = γ_F − P, mass and particle only lose energy. In all impacts together
-    the particle transmits at most a velocity of W = β (s + c) (1 + e)/(1 − e) to the mass. At a time τ from its
-    maximum, |rτ| ≤ π, the forcing is at least P (1 − cos rτ) ≥ 2P (rτ/π)² below the limit of friction and spring. So
-    a slip that begins with W and passes one maximum ends within 2a + W π²/(2P r² a²), for any a up to π/r; here a =
-    W^¼. If there is a margin to the edge, it also ends within W over that margin. While a slip of the creep or a
-    contact lasts, the mass may also move with W; their durations are added. A compliant wall whose largest force
-    stays within the margin does not move the mass.
+    Let c be the largest speed with which the walls creep, and s the speed of the particle. Impacts leave the particle
+    no faster than the larger of s and c (1 + e)/(1 − e). Once the mass is within |v| = γ_F − P, mass and particle only
+    lose energy. In all impacts together the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to
+    the mass.
+
+    At a time τ from its maximum, |rτ| ≤ π, the forcing is at least P (1 − cos rτ) ≥ 2P (rτ/π)² below the limit of
+    friction and spring. So a slip that begins with the velocity W and passes one maximum ends within the time 2a + W
+    π²/(2P r² a²), for any a up to π/r; here a = W^¼. If there is a margin to the edge, the slip also ends within the
+    time W over that margin. During a slip of the creep or a contact, the mass may also move with W, so the durations
+    of both are added. A compliant wall whose largest force stays within the margin does not move the mass.
 
     A displacement outwards makes the mass creep more, so the bound is computed again, allowing for twice its first
     value. Two assumptions are confirmed by integrations, but not proved. First, the impacts during the creep, at most

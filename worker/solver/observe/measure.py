@@ -1,5 +1,5 @@
-"""Accumulates observables on a segment, by the kind of base: the response to a record needs more of them than that to a
-sine.
+"""Accumulates observables on a segment, by the kind of base: the response to a record needs more observables than
+the response to a sine.
 """
 
 from damperlab.worker.jit import inlined
