@@ -321,7 +321,7 @@ def test_a_decay_about_another_position_is_refused_and_one_that_friction_holds_i
 
 
 def test_a_release_at_the_end_of_a_table_leaves_too_few_rows() -> None:
-    with pytest.raises(StudyFaults, match="20 rows from the release in row ):
+    with pytest.raises(StudyFaults, match="20 rows from the release in row 61 on"):
         parse_table(history_of(np.concatenate([np.full(60, 4.0), DECAY[:20]])))
 
 
