@@ -39,7 +39,7 @@ class Suite:
     name : str
         Free text.
     records : tuple of RecordSource
-        Sorted by id, because they are a set, as the values of every axis are.
+        Sorted by id, because their order has no meaning; the values of every axis are sorted for the same reason.
     axes : dict of AxisSpec
         Every one of `AXES`.
     numbers : dict of float

@@ -57,7 +57,7 @@ class Workers(Standings):
         Parameters
         ----------
         threads : mapping
-            Their threads, by address.
+            Number of threads of each present worker, by address.
         running : collection of str
             Workers that accept blocks; the others were asked to leave, or lack memory.
 

@@ -1,5 +1,6 @@
-"""A particle with friction, or under gravity, in its cavity. Without both, every function in this module is a constant,
-which the compiler drops.
+"""A particle with friction, or under gravity, in its cavity.
+
+Without friction and gravity, every function in this module is a constant, which the compiler drops.
 
 The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. While |u''| ≤ κ,
 friction may carry it along as one body with the mass. A pushing wall carries it along at any u''. Gravity adds −G to

@@ -1,6 +1,6 @@
 """The transitions of a half cycle, for its variational equations.
 
-Between two of them the motion is linear and its state-transition matrix depends only on the time. So panels without
+Between two transitions the motion is linear and its state-transition matrix depends only on the time. So panels without
 events are not logged, and cost nothing more.
 """
 

@@ -1,8 +1,8 @@
 """The marks of a cube, stored with its blocks, from which the catalogue's entry of a study can be restored.
 
-The description holds the definition, and every block's file describes its content. The end of the study is added when
-it happens, in one piece with a checksum. The piece does not change while blocks are marked, and is not outdated by
-later blocks, which have their own marks. It is removed before marks are invalidated.
+The description holds the definition, and every block's file describes its content. When the study ends, the marks are
+added as one piece with a checksum. The piece does not change while blocks are marked, and later blocks do not outdate
+it, because the header of a block's file is a mark too. It is removed before marks are invalidated.
 """
 
 import json
@@ -69,8 +69,9 @@ def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> N
 
 
 def put_off_marks(connection: Connection, study_id: str) -> None:
-    """Note in a transaction that the marks of a study are to be written later. The writer of the marks recognises this
-    note by its text.
+    """Note in a transaction that the marks of a study are to be written later.
+
+    The text of the note is unique, so that the writer of the marks deletes this note and no later one.
     """
     remember(connection, f"{PUT_OFF}{study_id}", uuid.uuid4().hex)
 

@@ -55,7 +55,7 @@ class Differences:
     Parameters
     ----------
     older, newer : str
-        Ids of the two.
+        Ids of the two versions.
     points : int
         Of the grid.
     compared : int
@@ -65,7 +65,7 @@ class Differences:
     differing : int
         Points at which any variable differs; run times are not compared.
     variables : list of Difference
-        Variables that both store.
+        Variables that both versions store.
     """
 
     older: str

@@ -14,7 +14,7 @@ from damperlab.worker.solver.motion.taylor import curvature_bound, slope, value
 
 _FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding
 _MAX_STEPS = 400
-_FEW_STEPS = 32  # most searches need no more steps; others have a root near the start, with far less curvature
+_FEW_STEPS = 32  # most searches need no more; others have a root near the start, with far less curvature
 
 
 @inlined
