@@ -1,5 +1,6 @@
 """The HTTP service: assembling and starting its parts."""
 
+import asyncio
 import logging
 import os
 import signal
@@ -263,6 +264,7 @@ class _Server(uvicorn.Server):
         """Check the connections once a second; the server calls this ten times as often."""
         if counter % 10 == 0:
             now = time.monotonic()
+            await asyncio.sleep(0.001)  # what arrived while the loop was busy is read first
             for connection in list(self.server_state.connections):
                 assert isinstance(connection, Connection)
                 try:

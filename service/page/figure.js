@@ -41,17 +41,20 @@ window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () 
   }
 });
 
-/** @returns {Promise<Library>} the plotting library */
+/** @returns {Promise<Library>} the plotting library; after a failure the next call loads it again */
 function plotly() {
   loading ??= new Promise((resolve, reject) => {
-    const script = el("script", {
-      src: new URL("plotly.min.js", import.meta.url).href,
-      onload: () => resolve(/** @type {typeof window & {Plotly: Library}} */ (window).Plotly),
-      onerror: () => {
-        loading = undefined;
-        reject(new Error("the plotting library could not be loaded"));
-      },
-    });
+    const failed = () => {
+      loading = undefined;
+      reject(new Error("the plotting library could not be loaded"));
+    };
+    const loaded = () => {
+      const { Plotly } = /** @type {typeof window & {Plotly?: Library}} */ (window);
+      if (Plotly) resolve(Plotly);
+      else failed();
+    };
+    const src = new URL("plotly.min.js", import.meta.url).href;
+    const script = el("script", { src, onload: loaded, onerror: failed });
     document.head.append(el("meta", { id: RULES_OF_MAPS }), script);
   });
   return loading;

@@ -18,7 +18,7 @@ from tests.service.security.raw import host_of
 from uvicorn.server import ServerState
 
 from damperlab.service.access import AccessLog
-from damperlab.service.app import create_app
+from damperlab.service.app import _Server, create_app
 from damperlab.service.edge.connection import Connection
 from damperlab.service.settings import Settings
 from damperlab.service.traffic import Traffic
@@ -122,6 +122,34 @@ def test_a_client_that_resets_while_it_is_refused_ends_nothing(tmp_path: Path) -
         made[0].overdue(time.monotonic() + 1000)
         assert made[0].transport.is_closing()
         server.close()
+
+    asyncio.run(ask())
+
+
+def test_a_head_that_arrived_while_the_loop_was_busy_is_no_late_head(tmp_path: Path) -> None:
+    made: list[Connection] = []
+    application = create_app(Settings(data_dir=tmp_path, head_timeout_seconds=0.2))
+
+    async def ask() -> None:
+        config = uvicorn.Config(application, http=Connection, ws="none", log_config=None)
+        config.load()
+        server = _Server(config)
+
+        def connection() -> Connection:
+            made.append(Connection(config=config, server_state=server.server_state, app_state={}))
+            return made[-1]
+
+        listening = await asyncio.get_running_loop().create_server(connection, "127.0.0.1", 0)
+        with socket.create_connection(listening.sockets[0].getsockname()) as client:
+            async with asyncio.timeout(60):
+                while not made or made[0].transport is None:
+                    await asyncio.sleep(0.01)
+            client.sendall(b"GET / HTTP/1.1\r\nHost: h\r\n\r\n")
+            time.sleep(0.3)
+            await server.on_tick(0)
+            assert made[0]._lingers_until is None
+            assert made[0].cycle is not None
+        listening.close()
 
     asyncio.run(ask())
 
