@@ -214,7 +214,10 @@ class Settings(BaseSettings):
         "closes the connection that has been idle longest.",
     )
     head_timeout_seconds: float = Field(
-        10.0, gt=0.0, description="Longest time for receiving the head of a request, in seconds."
+        60.0,
+        gt=0.0,
+        description="Longest time for receiving the head of a request, in seconds. A browser on a busy machine "
+        "may need more than ten.",
     )
     body_timeout_seconds: float = Field(
         60.0, gt=0.0, description="Longest time for receiving the body of a request, in seconds."

@@ -23,12 +23,12 @@ ONE_STEP = 1200
 
 
 def until(
-    page: Page, question: str, good: Callable[[Any], bool], given: object = None, seconds: float = 1800.0
+    page: Page, question: str, good: Callable[[Any], bool], given: object = None, seconds: float = 600.0
 ) -> Any:
     """Ask the page until the answer is good; its policy forbids what `wait_for_function` does."""
     give_up = time.monotonic() + seconds
     while not good(answer := page.evaluate(question, given)):
-        assert time.monotonic() < give_up, answer
+        assert time.monotonic() < give_up, (answer, page.locator(".fault").all_text_contents())
         page.wait_for_timeout(100)
     return answer
 
