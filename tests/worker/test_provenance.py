@@ -77,7 +77,7 @@ def test_record_and_cube_say_by_what_on_what_by_whom_and_when(store: Store) -> N
 NEUTRAL = {
     # what is said, listed, told apart, read or asked, and where it lies; no stored value goes through it
     "studies": "base_motion decoded digest equal_steps examples faults field guard html kind kinds metrics paper "
-    "pydantic_faults questions reads shapes spelled_numbers unit_names user_error written_units",
+    "pydantic_faults questions reads shapes spelled_numbers spelling unit_names user_error written_units",
     # the samples of a record are in the digest
     "studies.ground": "builtin files generated heading kanai_tajimi paper question random_vibration recipe shelf "
     "shock sweep sweep_reading",
