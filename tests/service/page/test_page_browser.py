@@ -61,11 +61,8 @@ def test_the_whole_journey(open_page: Callable[..., Any], client: httpx.Client, 
     page.get_by_role("button", name="Run the study").click()
 
     expect(page.get_by_role("heading", name="journey", level=1)).to_be_visible()
-    at_first = until(page, KNOWN_POINTS, lambda known: known >= 0)
     expect(page.locator(".head .badge")).to_contain_text("done", timeout=1_800_000)
     until(page, KNOWN_POINTS, lambda known: known == 99)
-    # It filled before the reader's eyes: the same page showed fewer points a moment ago.
-    assert at_first < 99
 
     # friction alone has the least value and clamps nothing: it leads, and the best with impacts is marked beside it
     until(page, IS_MARKED, bool, "optimum")
@@ -340,7 +337,9 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
 
 
 def test_a_comma_typed_or_pasted_into_a_number_is_its_decimal_point(open_page: Callable[..., Any]) -> None:
-    page = open_page().go("#/new?scene=figure-11")
+    watched = open_page()
+    watched.allowed = ("status of 422",)  # the estimate refuses what is typed so far
+    page = watched.go("#/new?scene=figure-11")
     mass = page.get_by_role("group", name="Mass ratio β").get_by_label("Mass ratio β", exact=True)
     mass.fill("")
     mass.press_sequentially("0,125")
@@ -410,6 +409,8 @@ def test_cancel_resume_and_delete_which_asks_first_and_the_keyboard_stays_where_
     helpers.wait_for(client, record["id"], lambda now: now["points_done"] > 0)
     words = page.locator(".head .progress .words")
     expect(words).not_to_have_text(re.compile(r"^(Starting|Waiting|Compiling|0 of)"))
+    at_first = until(page, KNOWN_POINTS, lambda known: known >= 0)
+    until(page, KNOWN_POINTS, lambda known: known > at_first)  # the map fills before the reader's eyes
     assert page.evaluate("document.activeElement.textContent") == "Edit a copy"
     page.get_by_role("button", name="Cancel long").focus()
     page.keyboard.press("Enter")
