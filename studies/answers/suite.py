@@ -3,19 +3,19 @@ refuse.
 """
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
+from math import isfinite, isnan, nan
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE
-from damperlab.studies.answers.comparing import Found, least
+from damperlab.studies.answers.comparing import Found, clearly_less, least
 from damperlab.studies.answers.design_question import axes_within
-from damperlab.studies.answers.excited import amplitude_called, definition_of
+from damperlab.studies.answers.excited import amplitude_called, definition_of, excitation_of
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import say_left_out
-from damperlab.studies.answers.largest_acceleration import acceleration_g, acceleration_row
+from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_g, acceleration_row
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import (
@@ -34,6 +34,7 @@ from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.questions import Listed
+from damperlab.studies.tmd.linear_peaks import linear_peaks
 from damperlab.studies.variables import ResponseClass, Status
 
 _MET = {"frequency_ratio": "frequencies", "damping_ratio": "damping ratios of the structure"}
@@ -177,7 +178,9 @@ def worst_case_designs(
             attributes |= {"acceleration_g": most} if isfinite(most) else {}
     attributes["notes"] = notes_document([Note("end_of_range", "hint", ends)] if ends else [])
     answer = xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
-    answer.attrs["brief"] = _brief(cube, answer, damper, ends).document()
+    answer.attrs["brief"] = _brief(
+        cube, answer, damper, ends, _linear_peaks(cube, answer, counting)
+    ).document()
     answer.attrs["verdict"] = answer.attrs["brief"]["sentences"]
     return answer
 
@@ -212,10 +215,34 @@ def _counting(
     return axes_within(cube, ranges) | index
 
 
+def _linear_peaks(
+    cube: xr.Dataset, answer: xr.Dataset, counting: Mapping[str, np.ndarray]
+) -> tuple[float, float]:
+    """Give the worst peaks with a tuned mass damper of the best damper's mass and without any damper, in the unit of the
+    metric; NaN where the study has no such peak.
+    """
+    metric = answer.attrs["metric"]
+    harmonic = kind_of(cube.sizes) is AMPLITUDES and metric in ("amplitude_ratio", "amplitude_m")
+    if not (harmonic and answer.sizes["rank"]) or definition_of(cube)["physical"].get("constant") is not None:
+        return nan, nan
+    met = cube.isel(counting)
+    scale = float(met[AMPLITUDE].max()) if metric == "amplitude_m" else 1.0
+    r, mass = met["frequency_ratio"].values, float(answer["mass_ratio"].values[0])
+    peaks = [
+        linear_peaks(r, zeta, mass, excitation_of(cube)) for zeta in met["damping_ratio"].values.tolist()
+    ]
+    tuned, bare = np.max(peaks, axis=0) * scale
+    return float(tuned), float(bare)
+
+
 def _brief(
-    cube: xr.Dataset, answer: xr.Dataset, damper: tuple[str, ...], ends: Mapping[str, list[Any]]
+    cube: xr.Dataset,
+    answer: xr.Dataset,
+    damper: tuple[str, ...],
+    ends: Mapping[str, list[Any]],
+    linear: tuple[float, float],
 ) -> Brief:
-    """Name the best damper, its worst case, and the next ones."""
+    """Name the best damper, its worst case, and the next ones; `linear` is from `_linear_peaks`."""
     if not answer.sizes["rank"]:
         return Brief(None, (f"No damper is left of {answer.attrs['designs']:,}.",))
     phrases, metric = Phrases.of(cube), str(answer.attrs["metric"])
@@ -225,28 +252,45 @@ def _brief(
         str(name) for name in answer.coords if name != "rank" and name not in damper and cube.sizes[name] > 1
     ]
 
+    def valued(value: float) -> str:
+        text = phrases.value(metric, value, ".3g")
+        if phrases.unit(metric):
+            return text
+        return f"{text} {answer['value'].attrs.get('units', '1')}".removesuffix(" 1")
+
     def spelled(rank: int) -> tuple[str, str, str]:
         row = {str(name): answer[name].values[rank].item() for name in (*varied, *met, "value")}
-        value = phrases.value(metric, row["value"], ".3g")
-        if not phrases.unit(metric):
-            value += f" {answer['value'].attrs.get('units', '1')}".removesuffix(" 1")
+        value = valued(row["value"])
         where = [row[name] if name == RECORD else phrases.equal(name, row[name], ".3g") for name in met]
         return value, ", ".join(phrases.equal(name, row[name], ".3g") for name in varied), ", ".join(where)
 
     value, design, where = spelled(0)
     complete = answer.attrs["complete"]
     sentences = [f"So far: {complete:.0%} of the points are computed."] if complete < 1 else []
-    sentences.append(
-        f"Best damper: {design or 'the only one'}. At worst {value}{f', at {where}' if where else ''}."
-    )
+    best = f"{design or 'the only one'}. At worst {value}{f', at {where}' if where else ''}."
+    tuned, bare = linear
+    beaten = clearly_less(tuned, float(answer["value"].values[0]))
+    mass = "" if isnan(tuned) else phrases.equal("mass_ratio", float(answer["mass_ratio"].values[0]), ".3g")
+    if beaten:
+        sentences.append(f"A tuned mass damper of {mass} does better: at worst {valued(tuned)}.")
+        sentences.append(f"The study's best: {best}")
+    else:
+        sentences.append(f"Best damper: {best}")
     if ends:
         sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
     kind = _kind(answer)
     rows = [(PLACES[rank], *spelled(rank)[:2]) for rank in range(1, min(answer.sizes["rank"], len(PLACES)))]
+    if not (beaten or isnan(tuned)):
+        rows.append(("tuned mass damper", valued(tuned), mass))
+    if not isnan(bare):
+        rows.append(("without damper", valued(bare), ""))
     if "acceleration_g" in answer.attrs:
         cavity = left_open(definition_of(cube)) if kind in ("hybrid", "particle_alone") else []
-        rows.append(acceleration_row(answer.attrs["acceleration_g"], cavity))
-    return Brief(kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases))
+        whose = "with the study's damper" if beaten else LARGEST
+        rows.append(acceleration_row(answer.attrs["acceleration_g"], cavity, whose))
+    return Brief(
+        "tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases)
+    )
 
 
 def _kind(answer: xr.Dataset) -> Damper:

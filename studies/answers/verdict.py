@@ -29,8 +29,7 @@ from damperlab.studies.brief import (
     notes_document,
 )
 from damperlab.studies.cavity import left_open
-from damperlab.studies.tmd.transfer import highest, without_absorber
-from damperlab.studies.tmd.tunings import tuned
+from damperlab.studies.tmd.linear_peaks import linear_peaks
 from damperlab.studies.variables import ResponseClass, Status, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
@@ -199,7 +198,10 @@ class _Known:
                 lead_flat = flatness(cube, question, place, float(active["value"]))
         beside = [row for row in rows[1:] if row["value"] > lead["value"]][:OTHERS]
         striking = active if lead is best and best["impact_share"] == 0 else None
-        tuned_peak, bare = _beside(cube, question, lead)
+        beside_peaks = (math.nan, math.nan)
+        if question.objective == "peak":
+            zeta, mass = float(lead["damping_ratio"]), float(lead["mass_ratio"])
+            beside_peaks = linear_peaks(question.frequencies, zeta, mass, excitation_of(cube))
         peaks = hidden_peaks(cube, question, ranked, lead, homes)
         complete = float(ranked.attrs.get("complete", 1.0))
         most = acceleration_of(lead, question, homes[str(lead["study"])] if homes else cube)
@@ -213,8 +215,7 @@ class _Known:
             beside,
             flat,
             lead_flat,
-            tuned_peak,
-            bare,
+            *beside_peaks,
             most,
             complete,
             [],
@@ -420,23 +421,6 @@ def _ends(cube: xr.Dataset, flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
         if end and not (entry["below"] is None and entry["above"] is None):
             ends[name] = [end, value]
     return ends
-
-
-def _beside(cube: xr.Dataset, question: DesignQuestion, lead: Row) -> tuple[float, float]:
-    """Give the peaks of a tuned mass damper of the same mass and of no damper over the band; NaN if no peak is
-    judged.
-    """
-    r = question.frequencies
-    if question.objective != "peak" or r.size == 1:
-        return math.nan, math.nan
-    excitation, zeta, mass = excitation_of(cube), float(lead["damping_ratio"]), float(lead["mass_ratio"])
-    at = np.unique(np.append(r, np.clip(1.0, r[0], r[-1])))
-    bare = float(without_absorber(at, zeta, excitation).max())
-    if not 0 < mass < 1:
-        return math.nan, bare
-    return highest(
-        tuned("minimax", mass, zeta, excitation), zeta, excitation, (float(r[0]), float(r[-1]))
-    ).value, bare
 
 
 def _cut_off(cube: xr.Dataset, question: DesignQuestion, best: Row) -> int:

@@ -27,6 +27,8 @@ from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.export.export import write_file
 from damperlab.studies.store.export.table import csv_lines
 from damperlab.studies.store.store import Store
+from damperlab.studies.tmd.transfer import amplitude_ratio
+from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.units import base_of, with_units
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
@@ -243,6 +245,41 @@ def test_a_tuned_mass_damper_is_compared_at_one_base_amplitude(
     answer = tmd_comparison(one, Tuning(mass_ratio=0.05), rest)
     worst = whole["amplitude_ratio"].sel(base_amplitude_m=0.002).max("frequency_ratio")
     assert float(answer["hybrid"].max()) == float(worst.min())
+
+
+@pytest.mark.parametrize("metric", ["amplitude_m", "amplitude_ratio"])
+@pytest.mark.parametrize("share", [1.0, 0.1], ids=["a poor damper", "a good damper"])
+def test_the_worst_case_is_compared_with_a_tuned_mass_damper_and_with_the_bare_structure(
+    cube: xr.Dataset, metric: str, share: float
+) -> None:
+    (mass, zeta), r = (
+        (cube[name].item() for name in ("mass_ratio", "damping_ratio")),
+        np.linspace(0.9, 1.2, 200_001),
+    )
+    largest = Z[-1] * 1000 if metric == "amplitude_m" else 1.0
+    peak = amplitude_ratio(r, tuned("minimax", mass, zeta, "base"), zeta).max() * largest
+    bare = np.abs((1 + 2j * zeta * r) / (1 - r**2 + 2j * zeta * r)).max() * largest
+    brief = worst_case_designs(cube.assign({metric: cube[metric] * share}), metric).attrs["brief"]
+    rows = {row[0]: float(row[1].split()[0]) for row in brief["rows"]}
+    assert rows["without damper"] == pytest.approx(bare, rel=5e-3)
+    if share == 1.0:
+        assert brief["damper"] == "tuned_mass_damper"
+        assert f"at worst {peak:.3g}" in brief["sentences"][0]
+        assert "tuned mass damper" not in rows
+    else:
+        assert brief["damper"] == "hybrid"
+        assert brief["sentences"][0].startswith("Best damper: ")
+        assert rows["tuned mass damper"] == pytest.approx(peak, rel=5e-3)
+
+
+@pytest.mark.parametrize("constant", ["velocity", "acceleration"])
+def test_no_linear_peak_stands_beside_a_base_whose_displacement_varies(
+    stored: tuple[Store, str], constant: str
+) -> None:
+    store, _ = stored
+    brief = worst_case_designs(store.cube(keep(store, PHYSICAL | {"constant": constant}))).attrs["brief"]
+    assert {"tuned mass damper", "without damper"}.isdisjoint(row[0] for row in brief["rows"])
+    assert brief["damper"] == "hybrid"
 
 
 @pytest.mark.parametrize("constant", ["displacement", "velocity"])
