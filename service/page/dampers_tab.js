@@ -254,7 +254,9 @@ class DampersTab {
       ...this.where(one),
       ...("growth" in one ? [short(one.growth, 3)] : []),
     ]);
+    const beaten = ranked.brief.damper === "tuned_mass_damper";
     return [
+      beaten && el("p", {}, prose(shown.words(ranked).verdict.join(" "))),
       grid("Best dampers", heads, rows, false),
       el("p", { class: "quiet note" }, prose(ranked.note ?? "")),
     ];

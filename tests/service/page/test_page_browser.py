@@ -334,6 +334,15 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
     until(page, drawn, lambda y: y == pytest.approx([1000 * one for one in amplitudes]))
     page.get_by_label("Quantities").select_option("ratios")
     expect(page.locator(".designs")).not_to_contain_text("[mm]")
+    of_particles = {
+        "name": "beaten",
+        "damping_ratio": 0.02,
+        "physical": physical | {"friction_force_n": 60.0, "particle_mass_kg": 10.0, "clearance_m": [0.5, 1.0]},
+    }
+    beaten = client.post("/api/v1/studies", json=of_particles).raise_for_status().json()
+    helpers.wait_for(client, beaten["id"], helpers.ended)
+    page = open_page().go(f"#/studies/{beaten['id']}")
+    expect(page.locator(".designs")).to_contain_text("A tuned mass damper of m = 10 kg does better")
 
 
 def test_a_comma_typed_or_pasted_into_a_number_is_its_decimal_point(open_page: Callable[..., Any]) -> None:
