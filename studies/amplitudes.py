@@ -18,7 +18,7 @@ order.
 
 AT_NATURAL = "base amplitude Z at the natural frequency"
 STATIC = "static displacement Z of the force"
-"""Meaning of the dimension if a velocity or an acceleration is constant."""
+"""Meaning of the dimension if a velocity or an acceleration is constant, and under a force."""
 
 DIMENSIONS: dict[str, tuple[str, str]] = {
     "damping_ratio": ("1", DIMENSION_LONG_NAMES["damping_ratio"]),

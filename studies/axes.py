@@ -27,10 +27,10 @@ from damperlab.studies.spelled_numbers import range_advice
 from damperlab.studies.vocabulary import DEFAULTS
 
 MAX_AXIS_VALUES = 1_000_000
-"""Values on one axis."""
+"""Largest number of values on one axis."""
 
 LARGEST = 1e15
-"""Above this factor the number of values cannot be inferred from a step."""
+"""The number of values is inferred from a step only if start, stop and step are below this size."""
 
 MAX_FAULTS_PER_AXIS = 20
 """Largest number of faulty values listed for one axis, so that one bad axis does not hide the faults of the others."""
@@ -266,7 +266,7 @@ def _order_faults(numbers: dict[str, float], field: str) -> list[Fault]:
     if num == 1 and start != stop:
         found = f"1, with start {start:g} and stop {stop:g}"
         advice = "ask for more values, or write the one value as a plain number"
-        return [Fault(join(field, "num"), found, "at least 2 where start and stop differ", advice)]
+        return [Fault(join(field, "num"), found, "at least 2 if start and stop differ", advice)]
     if num > 1 and not start < stop:
         advice = "exchange start and stop, or write a single value as a plain number"
         return [Fault(join(field, "stop"), f"{stop:g}", f"greater than start ({start:g})", advice)]
@@ -294,7 +294,7 @@ def axis_schema(quantity: Quantity, default: float | None = None) -> dict[str, A
         "additionalProperties": False,
     }
     numbers = {"type": "array", "items": number, "minItems": 1, "uniqueItems": True}
-    meaning = quantity.meaning if default is None else f"{quantity.meaning}; {default:g} where left out"
+    meaning = quantity.meaning if default is None else f"{quantity.meaning}; {default:g} if left out"
     return {"description": meaning, "anyOf": [number, numbers, span]}
 
 

@@ -53,7 +53,7 @@ def _as_constant(fault: Fault, key: str, physical: Mapping[str, Any], particle: 
         value = f"`{AMPLITUDE}` as the list of its values {law}"
     advice = (
         f"write `constant: {constant}` and {value} in its place{beside}: the amplitude {law} at the natural frequency, "
-        "as a list, also of one value"
+        "as a list, even of one value"
     )
     told = f"{{field}} is a key of designs; a study writes this {constant} of the base as `constant: {constant}`."
     return replace(fault, found=describe(physical[key]), advice=advice, message=told)

@@ -102,7 +102,7 @@ class Brief:
     next: str = ""
 
     def __post_init__(self) -> None:
-        """Drop lines beyond those that an engineer reads."""
+        """Drop empty sentences, and keep the first `MOST_SENTENCES` sentences and `MOST_ROWS` rows."""
         kept = tuple(filter(None, self.sentences))[:MOST_SENTENCES]
         object.__setattr__(self, "sentences", kept)
         object.__setattr__(self, "rows", self.rows[:MOST_ROWS])

@@ -69,7 +69,7 @@ LEVEL = Cavity()
 
 
 def left_open(definition: Mapping[str, Any]) -> list[str]:
-    """Describe the default values of the cavity that a definition assumes because it gives no ratio, axis or quantity."""
+    """Describe the properties of the cavity that a definition leaves at their defaults."""
     given = {**definition, **(definition.get("axes") or {})}
     physical = definition.get("physical") or {}
     return [

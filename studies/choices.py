@@ -134,7 +134,7 @@ class Steady(Choice):
 
 
 class EventSolver(Choice):
-    """Exact between events."""
+    """The solver that is exact between events."""
 
     method: Literal["event"] = "event"
 

@@ -28,7 +28,7 @@ BESIDE_AXES = ("damping_ratio", *BEFORE)
 """Dimensions that a study states at its top level, not under `axes`."""
 
 MAX_POINTS = 1_000_000_000
-"""Design points of one study."""
+"""Largest number of design points of one study."""
 
 LEAST_COMPLIANT = 1e-6
 """Smallest e of a compliant wall. Below it the two decay rates of the contact differ by more than double precision
@@ -83,9 +83,9 @@ def cavity_faults(
     Parameters
     ----------
     document : mapping
-        The raw value.
+        The raw document.
     numbers : mapping of float
-        The parsed value.
+        The parsed numbers, by name.
     contact : Contact
         The model of an impact.
     """
@@ -185,7 +185,7 @@ def _is_stepped(document: Mapping[str, Any]) -> bool:
 
 
 def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Features that the paper's fixed-step method does not support."""
+    """Find features that the paper's fixed-step method does not support."""
     if not _is_stepped(document):
         return
     contact = document.get("contact")
@@ -208,7 +208,7 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find features that cannot be combined with friction or gravity of the particle, and features that require them."""
+    """Find features that friction or gravity of the particle excludes, and metrics that need a friction not given."""
     before, metrics = before_of({**document, "particle": True}), document.get("metrics")
     for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
         needs = isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing
@@ -255,8 +255,8 @@ def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[F
 
 
 def _kept_as_ratio(given: Mapping[str, Any], physical: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
-    """Over base amplitudes a damper keeps its force and its clearance: a constant ratio would mean a different damper
-    at each amplitude.
+    """Refuse a constant ratio over base amplitudes. A damper keeps its force and its clearance, so a constant ratio
+    would mean a different damper at each amplitude.
     """
     for source, ratio in RATIOS_OF.items():
         if source in physical or (ratio in OF_PARTICLE and not particle):
@@ -265,7 +265,7 @@ def _kept_as_ratio(given: Mapping[str, Any], physical: Mapping[str, Any], partic
         if ratio == "friction_ratio" and isinstance(found, int | float) and found == 0:
             continue
         field = f"physical.{source}" if found is None else f"axes.{ratio}"
-        allowed = f"`physical.{source}` where the base amplitude is an axis"
+        allowed = f"`physical.{source}` if the base amplitude is an axis"
         told = f"The base amplitude is an axis, so the damper needs `physical.{source}`, which stays, and no {ratio}."
         advice = f"give `physical.{source}`" + ("" if found is None else f" and remove `axes.{ratio}`")
         yield Fault(field, "nothing" if found is None else describe(found), allowed, advice, told)
@@ -280,7 +280,7 @@ def _required(name: str) -> Fault:
 
 
 def _size(raw: object) -> int:
-    """Return the number of values of an axis as written; 1 if its faults leave the number open."""
+    """Return the number of values of an axis as written; 1 if a faulty axis does not determine it."""
     if isinstance(raw, list | tuple):
         return max(len(raw), 1)
     num = raw.get("num") if isinstance(raw, dict) else None

@@ -10,7 +10,7 @@ from damperlab.studies.unit_names import AMPLITUDES
 
 CONVENTIONS = "CF-1.11"
 REFERENCES = "https://doi.org/10.3390/machines11050545"
-"""Of the damper: Akbar, Wong, Rustighi, Machines 2023, 11, 545."""
+"""The paper on the damper: Akbar, Wong, Rustighi, Machines 2023, 11, 545."""
 
 _SHARES = tuple(f"dissipation_{name}" for name in ("viscous", "friction", "impact", "particle"))
 _ERROR = {
@@ -38,7 +38,7 @@ def of_file(version: str, created: str) -> dict[str, str]:
     Parameters
     ----------
     version : str
-        Of damperlab.
+        Version of damperlab.
     created : str
         When the study was submitted, as ISO 8601.
     """
@@ -61,7 +61,7 @@ def of_variable(name: str, stored: Collection[str]) -> dict[str, str]:
 
 
 def of_variable_in_units(attributes: Mapping[str, Any]) -> dict[str, str]:
-    """Give `of_variable` for the same result in units, from the attributes of the result in ratios."""
+    """Give the attributes of a result in units, from those of the same result in ratios."""
     kept = {
         name: str(attributes[name]) for name in ("ancillary_variables", "cell_methods") if name in attributes
     }

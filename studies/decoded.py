@@ -12,11 +12,11 @@ _WORKBOOKS = (b"[Content_Types].xml", b"opendocument")
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
 _FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
 _ENOUGH = 10
-"""Numbers from which on a table shows whether all its numbers have equally many digits."""
+"""Only a table with more numbers than this shows that all of them have equally many digits."""
 
 
 def lines_in(text: bytes | str, field: str) -> list[str]:
-    """Split a text into lines; raises StudyFaults for `field` if it has none. Bytes are UTF-16, UTF-8 or Latin-1."""
+    """Split a text into lines. Bytes are UTF-16, UTF-8 or Latin-1; raise StudyFaults for `field` if they are binary."""
     # Only these end a line: splitlines() would also split at odd characters and miscount.
     return _decoded(text, field).replace("\r\n", "\n").replace("\r", "\n").replace("−", "-").split("\n")
 
@@ -34,7 +34,7 @@ def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
 
 
 def check_factors(lines: Sequence[tuple[int, str]]) -> None:
-    """Raise StudyFaults if a line of text, given with its number, names a factor of the numbers."""
+    """Raise StudyFaults if a line of text states a factor of the numbers; each line comes with its number."""
     for number, line in lines:
         if _FACTORS.search(line):
             told = f"Line {number} names a factor: {printable(line)}. The samples must be in their unit."

@@ -77,7 +77,7 @@ from damperlab.studies.variables import (
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 MAX_NAME = 200
-"""Characters of a study's name."""
+"""Largest number of characters of a study's name."""
 
 
 def _read_name(raw: object) -> str:
@@ -375,7 +375,7 @@ def parse_study(document: object, shelf: Shelf | None = None) -> Study | Suite:
 
 
 def parse_harmonic(document: object) -> Study:
-    """Validate a study of the steady response to a harmonic base; raises as `parse_study`."""
+    """Validate a study of steady responses to a harmonic excitation; raises as `parse_study` does."""
     try:
         return Study.model_validate(document)
     except ValidationError as error:

@@ -49,8 +49,8 @@ def study_digest(study: "Study") -> str:
 def family_digest(study: AnyStudy, provenance: dict[str, str]) -> str:
     """Return SHA-256 over everything that a point's values depend on except its coordinates, in hexadecimal.
 
-    Studies of one family differ only in their grids and metrics: a common point has the same bits. It is empty, for
-    no family, if a point depends on its neighbours or if the solver is unknown.
+    Studies of one family differ only in their grids and metrics: a common point has the same bits. The digest is
+    empty, so that the study has no family, if a point depends on its neighbours or if the solver is unknown.
     """
     identity = provenance.get("identity")
     settings = study.settings()

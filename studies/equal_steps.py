@@ -12,9 +12,9 @@ UNEVEN = 0.02
 TOO_FEW_DIGITS = "The times have too few digits: the step between the samples cannot be determined."
 """The sentence for a step that is NaN."""
 KNOWN = 1e-3
-"""Largest relative uncertainty of a step if no whole number of samples per second agrees with the times."""
+"""Largest relative uncertainty of a step at which whole numbers of samples in ten seconds, or of ms, are tried."""
 MOST_LIKELY = 3.0
-"""Largest number of whole numbers of samples per second that are tried."""
+"""Whole numbers of samples per second are tried only within a range narrower than this [1/s]."""
 LEAST_ROUNDED = 3
 """Fewest unequal steps that are attributed to rounding; fewer could equally be missing samples."""
 
@@ -59,7 +59,7 @@ def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int
     Parameters
     ----------
     time : ndarray, shape (samples,)
-        As written.
+        Times as written.
     resolution : float
         In the unit of the times.
 

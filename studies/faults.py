@@ -196,7 +196,7 @@ MEANT: dict[str, tuple[str, ...]] = {
     "excitation_frequency_hz": ("frequency_hz", "frequency_ratio"),
     **{ratio: (quantity,) for ratio, quantity in MADE_BY.items()},
 }
-"""Names from other programs and their equivalents here, for which the nearest spelling would be wrong."""
+"""Keys of one kind of document and their equivalents in another; the nearest spelling would be wrong."""
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -209,7 +209,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def write_nearest(word: object, known: Iterable[str], otherwise: str = "choose one of these") -> str:
-    """Advise a known word with similar spelling; empty if there is none."""
+    """Advise a known word with similar spelling; give `otherwise` if there is none."""
     near = nearest(word, known) if isinstance(word, str) else None
     return f"write {near}" if near else otherwise
 

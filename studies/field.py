@@ -127,7 +127,7 @@ def asked(default: Any, help: str, **more: Any) -> Any:
 
 
 def asked_at() -> Any:
-    """Define the field of a design or another point of a study, the same in every question."""
+    """Define the field that fixes a design or another point of a study; it is the same in every question."""
     return asked(NONE, "Fix a dimension at the grid point nearest to a value.", form="DIMENSION=VALUE")
 
 
@@ -175,7 +175,7 @@ def option_of(name: str) -> str:
 def given(question: object) -> dict[str, Any]:
     """Give the fields of a question that differ from their defaults, by name.
 
-    Defaults are omitted: each kind of study refuses fields that only the other has.
+    Defaults are omitted, because each kind of study refuses the fields of other kinds.
     """
     kind: Any = type(question)
     values = ((each, getattr(question, each.name)) for each in fields_of(kind))

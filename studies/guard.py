@@ -1,14 +1,14 @@
-"""A guard before the model of a study: a document of any size, depth or shape is rejected quickly."""
+"""Checks before a document is read: one that is too large, too deep or malformed is refused quickly."""
 
 from typing import Any, Literal
 
 from damperlab.studies.faults import WHOLE, Fault, StudyFaults, counted, describe, path
 
 MAX_DEPTH = 8
-"""Levels of lists and mappings; a study needs four."""
+"""Largest number of nested lists and mappings; a study needs four levels."""
 
 MAX_CONTAINERS = 500
-"""Lists and mappings in one document."""
+"""Largest number of lists and mappings in one document."""
 
 MAX_VALUES = 20_000
 """Largest number of values in all lists of one document; a longer axis is written as a range."""
@@ -86,7 +86,7 @@ def refuse_the_other(document: object, wanted: Kind) -> None:
 
 
 def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
-    """Return the document as a mapping of bounded depth and size, with the faults that only the reader can detect.
+    """Return the document, a mapping of bounded depth and size, and the faults that its text reader recorded.
 
     Returns
     -------

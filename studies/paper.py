@@ -14,7 +14,7 @@ class PaperNumber:
     Parameters
     ----------
     value : float
-        In the unit in which the name ends; a ratio without one.
+        In the unit with which the name ends; a ratio if it ends with none.
     place : str
         Where the paper prints it.
     """

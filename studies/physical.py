@@ -134,7 +134,7 @@ class Physical(Choice):
             `clearance_m`, `friction_force_n`, `base_amplitude_m`, and `frequency_ratio` if `constant` is given; arrays
             that broadcast.
         particle : bool
-            Whether the scene has one.
+            Whether the scene has a particle.
 
         Returns
         -------
@@ -284,7 +284,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
         several = [name for name in axes if name == derivation.source or name in derivation.partners]
         if crossed and derivation.source in (*RATIOS_OF, *MADE_BY.values()):
             faults.extend(
-                Fault(f"physical.{name}", describe(raw[name]), "a single number where the base amplitude is an axis",
+                Fault(f"physical.{name}", describe(raw[name]), "a single number if the base amplitude is an axis",
                       "give one number, or submit one study for each value")
                 for name in several if name not in (derivation.source, AMPLITUDE)
             )  # fmt: skip
@@ -304,7 +304,7 @@ def _constant_alone(raw: Mapping[str, Any], particle: bool) -> Fault:
     one = isinstance(amplitude, int | float) and not isinstance(amplitude, bool)
     shown = f"as in `{AMPLITUDE}: [{amplitude:g}]`" if one else f"as in `{AMPLITUDE}: [0.0001]`"
     missing = [f"`{name}`" for name in RATIOS_OF if name not in raw]
-    advice = f"write the amplitude at the natural frequency as a list, also where it is one, {shown}"
+    advice = f"write the amplitude at the natural frequency as a list, even of one value, {shown}"
     if not particle:
         advice += ", and `friction_force_n` as a list"
     elif missing:
@@ -322,7 +322,7 @@ def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]
     physical : Physical
         The block.
     particle : bool
-        Whether the scene has one.
+        Whether the scene has a particle.
     band : ndarray
         The frequency ratios of the study.
     """

@@ -41,7 +41,7 @@ _SAMPLES = {
 """Values along a dimension at which the cost is sampled."""
 _FEWEST_SAMPLES = 3
 _SAMPLED = 16
-"""Points of a block at which the cost is sampled: its middle may be the resonance."""
+"""Number of points of a block at which the cost is sampled; its middle alone may be at the resonance."""
 _MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 2
 """Largest number of points at which the cost of a plan is computed, and smallest number in each block. The second limit
 takes precedence.
@@ -84,7 +84,7 @@ class Block:
 class Plan:
     """The blocks of a study: equal boxes, smaller at the upper edges if the shape does not divide.
 
-    Holds no list of points or blocks; its only arrays have one number per block.
+    It stores no list of points or blocks; its only arrays have one number per block.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
     picked = []
     for name, values in study.coordinates.items():
         count = min(len(values), _SAMPLES.get(name, _FEWEST_SAMPLES))
-        # Sampled are centres of equal parts, because the ends of an axis represent a smaller part of it.
+        # The centres of equal parts are sampled, because the ends of an axis represent a smaller part of it.
         picked.append(values[((np.arange(count) + 0.5) * len(values) / count).astype(np.int64)])
     mesh = np.meshgrid(*picked, indexing="ij")
     points = {name: axis.ravel() for name, axis in zip(study.coordinates, mesh, strict=True)}

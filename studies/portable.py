@@ -39,22 +39,22 @@ def log1p(x: ArrayLike) -> Floats:
 
 
 def sin(x: ArrayLike) -> Floats:
-    """Sine of each element [rad]; a ValueError where one is infinite."""
+    """Sine of each element [rad]; a ValueError if one is infinite."""
     return _each(math.sin, x)
 
 
 def cos(x: ArrayLike) -> Floats:
-    """Cosine of each element [rad]; a ValueError where one is infinite."""
+    """Cosine of each element [rad]; a ValueError if one is infinite."""
     return _each(math.cos, x)
 
 
 def acos(x: ArrayLike) -> Floats:
-    """Arc cosine of each element [rad]; a ValueError where one is beyond ±1."""
+    """Arc cosine of each element [rad]; a ValueError if one is beyond ±1."""
     return _each(math.acos, x)
 
 
 def power(base: ArrayLike, exponent: ArrayLike) -> Floats:
-    """Powers, element by element; an OverflowError above the largest number, a ValueError where there is none."""
+    """Powers, element by element; an OverflowError above the largest number, a ValueError if a power is not defined."""
     return np.asarray(_POWER(base, exponent), np.float64)
 
 

@@ -21,7 +21,7 @@ class Quantity:
     lowest, highest : float
         Bounds.
     below : bool
-        True where `highest` itself is excluded.
+        Whether `highest` itself is excluded.
     advice : str
         Advice for a number outside the bounds.
     """
@@ -133,7 +133,7 @@ CAVITY_NAMES = {
     PARTICLE_FRICTION.name: ("friction coefficient of the particle", "μ_i", "1"),
     TILT.name: ("tilt of the cavity", "α", "degree"),
 }
-"""Words, symbol and CF unit of each quantity of a cavity; every other name of it follows."""
+"""Words, symbol and CF unit of each quantity of a cavity; its other names are made from them."""
 PARTICLE_FRICTION_RATIO = Quantity(
     "particle_friction_ratio",
     "friction of the particle κ = μ_i g/(ω_n²·Z)",

@@ -17,14 +17,14 @@ def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = No
     text : bytes or str
         The study; bytes are UTF-8.
     format : {"json", "yaml"}
-        How it is written.
+        Format of the text.
     shelf : Shelf, optional
         Where a suite's records are looked up.
 
     Raises
     ------
     StudyFaults
-        Where the text breaks the rules of its format, or with every fault of the study.
+        If the text breaks the rules of its format, or with every fault of the study.
     """
     return parse_study(load_text(text, format, guarded=True), shelf)
 

@@ -16,7 +16,7 @@ class Says:
     Parameters
     ----------
     **schema
-        Keys of JSON schema. This class replaces those of pydantic, which a command does not load.
+        Keys of JSON schema. With this class instead of those of pydantic, a command need not load pydantic.
     """
 
     def __init__(self, **schema: Any) -> None:
@@ -72,7 +72,7 @@ Numbers = list[Number]
 Plane = list[list[float | str | None]]
 """Rows of values, [y][x]."""
 Range = Annotated[Numbers, Says(minItems=2, maxItems=2)]
-Table = Annotated[dict[str, Any], Says(description="Side by side, by name.")]
+Table = Annotated[dict[str, Any], Says(description="Values by name.")]
 Sentences = list[str]
 
 
@@ -89,7 +89,7 @@ class OfStudy(TypedDict):
 
 
 class OfCube(OfStudy):
-    """An answer from a cube, part of which may be missing yet."""
+    """An answer from a cube, part of which may still be missing."""
 
     complete: Annotated[float, Says(minimum=0, maximum=1, description="Share that has been computed.")]
     note: str

@@ -20,11 +20,11 @@ UNITS = {
     "_s": "s",
     "_deg": "°",
 }
-"""By the ending of the quantity's name; an ending of several words comes first."""
+"""Units by the ending of a quantity's name; an ending of several words comes first."""
 
 
 def spelled(value: float, unit: str, digits: int = 4) -> str:
-    """Write a value with its unit: in millimetres and grams if metres and kilograms would be fractions."""
+    """Write a value with its unit: in millimetres below 1 m, in grams below 1 kg."""
     if unit in ("m", "kg") and abs(value) < 1.0:
         return f"{1e3 * value:.{digits}g} {'mm' if unit == 'm' else 'g'}"
     text = f"{value:.{digits}g}"

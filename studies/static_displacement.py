@@ -57,17 +57,17 @@ def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
     field = f"physical.{FORCE}"
     found = describe(physical[FORCE])
     if document.get("excitation") != "force":
-        told = "{field} is the amplitude of a force on the structure, and the study is of a shaken base."
+        told = "{field} is the amplitude of a force on the structure, but this study shakes the base."
         yield Fault(field, found, "nothing without `excitation: force`", "add `excitation: force`", told)
         return
     for name in _OF_STIFFNESS:
         if not _is_number(physical.get(name)):
             given = describe(physical[name]) if name in physical else NOTHING
-            told = f"{{field}} must be one number, not {given}: `{field}` is over the stiffness of the structure."
+            told = f"{{field}} must be one number, not {given}: the stiffness converts `{field}` to a displacement."
             yield Fault(f"physical.{name}", given, "one number", "give one", told)
     made, written = _made(document), physical.get(AMPLITUDE)
     if made is not None and not _same(made, written):
-        told = f"{{field}} is not the static displacement that `{field}` makes; one of them determines it."
+        told = f"{{field}} is not the static displacement that `{field}` causes; give one of them."
         advice = "leave it out"
         yield Fault(f"physical.{AMPLITUDE}", describe(written), "nothing beside a force", advice, told)
 

@@ -41,7 +41,7 @@ def understood(study: AnyStudy) -> list[str]:
     -------
     list of str
         Sentences: the assumptions; for a study in units its ratios, and which of them are certainly unusual; and a
-        remark that two frequencies are only two values. None for a ground-motion suite.
+        remark that two frequencies are only two values. Empty for a ground-motion suite.
     """
     if not isinstance(study, Study):
         return []

@@ -51,7 +51,7 @@ COORDINATE_SOURCES = {
 }
 """The ratio that corresponds to each coordinate in units."""
 ALIASES = {"excitation_frequency_hz": "frequency_hz"}
-"""Name of a coordinate in units in the physical block of a study, if it differs."""
+"""The coordinate in units for a name in the physical block of a study, if the two differ."""
 RESULT_NAMES = {name: _length(VARIABLES[source].long_name) for source, name in AMPLITUDES.items()}
 RESULT_NAMES |= {
     name: "acceleration of the structure" if source == "acceleration_ratio" else "rms acceleration, times √2"
@@ -60,7 +60,7 @@ RESULT_NAMES |= {
 RESULT_NAMES[SPEED] = "largest approach speed at an impact"
 RESULT_NAMES[ENERGY] = VARIABLES["dissipation_per_cycle"].long_name
 LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES
-"""Every coordinate and every result in units, by name."""
+"""Long name of every coordinate and every result in units, by name."""
 
 
 def with_what_it_is_over(name: str, long_name: str) -> str:

@@ -37,13 +37,13 @@ class InUnits:
     Parameters
     ----------
     name : str
-        Of the quantity, with its unit.
+        Name of the quantity, which ends with its unit.
     source : str
         The corresponding dimension or variable in ratios.
     factor : float
-        The factor.
+        Factor from the ratio to the quantity.
     units, long_name : str
-        Name in the CF conventions.
+        Attributes by the CF conventions.
     power : int
         Power of the base amplitude in the factor. In studies over base amplitudes the factor is that for 1 m.
     """
@@ -260,8 +260,8 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
 def _per_ratio(ratio: str, physical: Mapping[str, Any]) -> float:
     """Give a quantity of the cavity over its ratio, by the derivation of the ratio.
 
-    NaN if another quantity is missing or an axis, if the ratio is 0 for every value, or if the quantity is not
-    proportional to its ratio and has no single value.
+    It is NaN if another quantity is missing or an axis, or if the ratio is 0 for every value. It is also NaN if the
+    quantity is not proportional to its ratio and has no single value.
     """
     derivation = DERIVATIONS[ratio]
     given = {name: np.array(_number(physical, name)) for name in (*STRUCTURE, *physical)}

@@ -32,7 +32,7 @@ DIMENSION_LONG_NAMES: dict[str, str] = {
 
 
 def dimensions_of(names: Container[object]) -> tuple[str, ...]:
-    """Give the dimensions of a harmonic study, from the names of its features, in the order of its cube."""
+    """Give the dimensions of a harmonic study in the order of its cube; optional ones only if they are in `names`."""
     return (*(name for name in BEFORE if name in names), *DIMENSIONS)
 
 

@@ -1,7 +1,7 @@
 """Vocabularies that several interfaces share. Each is defined only here, as a type for type checkers and a tuple for
 messages.
 
-Loads nothing, so that the command line and the client may use it before anything else is imported.
+It imports no other module of the package, so that the command line and the client may use it first.
 """
 
 from typing import Literal, get_args

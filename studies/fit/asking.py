@@ -20,7 +20,7 @@ DEFAULT_RANGES: dict[str, tuple[float, float]] = {
     "friction_ratio": (0.0, 1.2),
     "particle_friction_coefficient": (0.0, 0.5),
 }
-"""Default ranges of parameters; more friction would lock the structure at resonance."""
+"""Default ranges of parameters. More friction than in its range would lock the structure at resonance."""
 
 
 def make_question(
@@ -103,7 +103,7 @@ def faults_of_confidence(confidence: float, share: float | None) -> list[Fault]:
 def taken_apart(
     structure: Mapping[str, Any], faults: list[Fault]
 ) -> tuple[dict[str, float], dict[str, tuple[float, float] | None], dict[str, Any]]:
-    """Sort a study's entries into numbers, axes, and the rest."""
+    """Sort a study's entries into numbers, ranges of axes, and other settings."""
     settings = {
         name: value
         for name, value in structure.items()
@@ -136,7 +136,7 @@ def taken_apart(
 
 
 def read_number(name: str, raw: object, faults: list[Fault]) -> dict[str, float]:
-    """Read one number of a prototype; if it is wrong, give None and record a fault."""
+    """Read one number of a prototype, by its name; if it is wrong, record a fault and give an empty mapping."""
     if name in NAMED:
         return attempt(lambda: {name: NAMED[name].read(raw, name)}, {}, faults)
     near = nearest(str(name), NAMED)
@@ -148,7 +148,7 @@ def read_number(name: str, raw: object, faults: list[Fault]) -> dict[str, float]
 
 
 def _ends(raw: object) -> tuple[Any, Any] | None:
-    """Give the ends of an axis; None for a number, and for anything else."""
+    """Give the ends of an axis; None if the entry is not an axis."""
     if isinstance(raw, Mapping) and {"start", "stop"} <= set(raw):
         return raw["start"], raw["stop"]
     if isinstance(raw, list | tuple) and len(raw) > 1 and all(isinstance(one, int | float) for one in raw):
@@ -227,7 +227,7 @@ def _usual(name: str, known: Mapping[str, float], measured: Measurement) -> tupl
 
 
 def faults_between(names: Sequence[str], free: Sequence[str], friction: str) -> list[Fault]:
-    """Find faults between the parameters that are estimated together."""
+    """Find faults of the set of parameters: none, too many, or one of them in two forms."""
     faults = []
     if not names:
         told = "There is no parameter to estimate."

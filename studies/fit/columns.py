@@ -28,7 +28,7 @@ class Column:
     Parameters
     ----------
     names : dict of dict
-        By the column's name in this program, the units that imply it.
+        For each name of the column in this program, the units that select it, with their factors to SI units.
     spellings : tuple of str
         Allowed headings, in lower case, without a unit.
     """
@@ -98,7 +98,7 @@ def says_time(heading: str) -> bool:
 
 
 def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> str:
-    """Give the heading that was probably meant, found by its words or else by its unit; with the unit if it has one."""
+    """Give the heading that was probably meant, found by its words or else by its unit; with the unit if that fits."""
     spellings = {spelling: column for column in columns for spelling in column.spellings}
     near: str | None = said
     while near is not None and near not in spellings:
@@ -133,7 +133,7 @@ def read_headings(
 
 
 def faults_of_comments(comments: Sequence[tuple[int, str]], headings: Sequence[str]) -> list[Fault]:
-    """Find comments, given with their lines, that state another unit than a heading, or rms amplitudes."""
+    """Find comments that state rms or peak-to-peak amplitudes, or another unit than a heading."""
     faults = []
     for number, comment in comments:
         field = f"line {number}"
@@ -175,7 +175,7 @@ def read_heading(
     Returns
     -------
     (str, float) or Fault
-        Name of the column here, and the factor to SI units.
+        Name of the column in this program, and the factor to SI units.
     """
     written = text.strip().strip('"').strip()
     for column in columns:

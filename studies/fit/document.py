@@ -95,7 +95,7 @@ def _ranges(raw: object, faults: list[Fault]) -> dict[str, tuple[float, float] |
             low, high = (attempt(partial(NAMED[name].read, end, f"fit.{name}"), 0.0, faults) for end in ends)
             found[str(name)] = (low, high)
         elif name in NAMED:
-            advice = f'write "{name}": [LOW, HIGH], or null for a usual range'
+            advice = f'write "{name}": [LOW, HIGH], or null for the default range'
             faults.append(Fault(f"fit.{name}", describe(span), "a range", advice))
         else:
             found[str(name)] = None  # the question reports it as unknown
@@ -108,7 +108,7 @@ def fit_schema() -> dict[str, Any]:
     def span(name: str) -> dict[str, Any]:
         ends = {"type": "array", "items": NAMED[name].schema(), "minItems": 2, "maxItems": 2}
         return {
-            "description": f"{NAMED[name].meaning}: lowest and highest, or null for a usual range",
+            "description": f"{NAMED[name].meaning}: lowest and highest, or null for the default range",
             "anyOf": [ends, {"type": "null"}],
         }
 
@@ -131,7 +131,7 @@ def fit_schema() -> dict[str, Any]:
             },
             "fit": {
                 "type": "object",
-                "description": "What is estimated.",
+                "description": "The parameters to estimate.",
                 "additionalProperties": False,
                 "properties": {name: span(name) for name in FREE},
             },
@@ -160,7 +160,7 @@ def read_structure(path: Path | str) -> dict[str, Any]:
     Returns
     -------
     dict
-        As written; `damperlab.studies.fit.question.make_question` checks it.
+        As written; `damperlab.studies.fit.asking.make_question` checks it.
 
     Raises
     ------

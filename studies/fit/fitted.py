@@ -22,7 +22,7 @@ UNDETERMINED = 0.8
 confidence.
 """
 AT_END = 0.05
-"""An interval that comes within this share of the range to its end counts as reaching the end."""
+"""An interval counts as reaching an end of the range if it comes nearer to it than this share of the range."""
 ALIKE = 0.95
 """Absolute correlation above which the data do not separate two parameters."""
 BARELY = 0.99
@@ -36,7 +36,7 @@ OUTLIER = 0.01
 IRREGULAR = (int(ResponseClass.MODULATED), int(ResponseClass.CHAOTIC))
 """Classes of responses that do not repeat."""
 CURVE_VALUES = 101
-"""Frequencies of the study that a fit writes."""
+"""Number of frequencies in the study that a fit writes."""
 
 
 @dataclass(frozen=True)
@@ -92,11 +92,11 @@ class Outcome:
     Parameters
     ----------
     estimates : tuple of Estimate
-        In the question's order.
+        In the order of the question's parameters.
     correlation : ndarray, shape (parameters, parameters)
-        Of the parameters.
+        Correlations of the parameters.
     evaluations : int
-        Computed sets of parameters.
+        Number of computed sets of parameters.
     widening : float
         Factor by which the intervals are widened if the model agrees worse than the stated deviations allow; otherwise
         1.
@@ -112,12 +112,12 @@ class Outcome:
 
     @property
     def residual(self) -> NDArray[np.float64]:
-        """Measured minus computed in standard deviations, for the rows that count; NaN if there is none."""
+        """Measured minus computed, in standard deviations, for the rows that are used; NaN if a response failed."""
         raise NotImplementedError
 
     @property
     def freedom(self) -> int:
-        """Degrees of freedom: rows that count, minus parameters that the data determine."""
+        """Degrees of freedom: rows with a residual, minus parameters that the data determine."""
         return int(np.isfinite(self.residual).sum()) - sum(each.determined for each in self.estimates)
 
     @property
@@ -181,7 +181,10 @@ class Fitted(Outcome):
 
     @property
     def probability(self) -> float | None:
-        """Probability of a chi-square as large, if the model is right; None if the deviations were adjusted to it."""
+        """Probability of a chi-square at least this large if the model is right.
+
+        None if the deviations were estimated from the scatter, or no degree of freedom is left.
+        """
         if self.question.deviation is None or self.freedom < 1:
             return None
         return float(chdtrc(self.freedom, self.chi_square))

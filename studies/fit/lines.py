@@ -64,7 +64,7 @@ def check_lines(lines: Lines, columns: int) -> None:
         told += f"{counted(columns, 'column')}."
         advice = "name every column in the heading"
         if lines.separator == "," and size > columns:
-            advice += "; where the numbers have decimal commas, write decimal points"
+            advice += "; if the numbers have decimal commas, write decimal points"
         allowed = f"{columns} cells in each line"
         raise StudyFaults([Fault(f"line {lines.heading[0]}", counted(size, "cell"), allowed, advice, told)])
 
@@ -103,7 +103,7 @@ def read_bytes(path: Path | str) -> bytes:
 
 
 def lines_of(text: bytes | str) -> Lines:
-    """Split a table into lines; raises StudyFaults if it is too large or empty, was cut off, or names a factor.
+    """Split a table into lines; raise StudyFaults if it is too large, empty or cut off, or a comment states a factor.
 
     Lines that begin with # or % are comments, but the last one above numbers may be their heading.
     """

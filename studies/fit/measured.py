@@ -35,7 +35,7 @@ class Measurement:
     Parameters
     ----------
     name : str
-        What people call it.
+        Name of the measurement.
     columns : mapping of ndarray, shape (rows,)
         In SI units or as ratios: `frequency_hz` or `frequency_ratio`; `amplitude_m` or `amplitude_ratio`; and the
         conditions of each row (`CONDITIONS`), NaN if a cell is empty.
@@ -49,12 +49,12 @@ class Measurement:
 
     @property
     def in_metres(self) -> bool:
-        """Whether the amplitudes are lengths; else they are over the base amplitude."""
+        """Whether the amplitudes are lengths; otherwise they are divided by the base amplitude."""
         return "amplitude_m" in self.columns
 
     @property
     def in_hertz(self) -> bool:
-        """Whether the frequencies are in Hz; else they are over the natural frequency."""
+        """Whether the frequencies are in Hz; otherwise they are divided by the natural frequency."""
         return "frequency_hz" in self.columns
 
     @property
@@ -80,13 +80,13 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
     ----------
     text : bytes or str
         A table whose first line names the columns with their units, as in ``frequency (Hz), amplitude (mm)``, separated
-        by comma, semicolon or tab; bytes are UTF-8. Lines that begin with # are skipped. Frequencies are in Hz or over
-        the natural frequency (`frequency ratio`), amplitudes are lengths or over the base amplitude (`X/Z`). Optional
-        is one standard deviation (`deviation (mm)`, `deviation (%)`, `deviation ratio`). Further columns hold
-        conditions that differ from row to row, as in ``base amplitude (mm)`` or ``clearance ratio``; an empty cell
-        stands for the known value.
+        by comma, semicolon or tab; bytes are UTF-8. Lines that begin with # are skipped. Frequencies are in Hz, or
+        divided by the natural frequency (`frequency ratio`). Amplitudes are lengths, or divided by the base amplitude
+        (`X/Z`). One column may give standard deviations (`deviation (mm)`, `deviation (%)`, `deviation ratio`). Further
+        columns hold conditions that differ from row to row, as in ``base amplitude (mm)`` or ``clearance ratio``; an
+        empty cell stands for the known value.
     name : str
-        What to call it.
+        Name of the measurement.
 
     Raises
     ------

@@ -146,7 +146,7 @@ class FitQuestion:
         Parameters
         ----------
         given : mapping of float
-            Of `given`.
+            The prototype, as `given` returns it.
         frequencies : list of float
             Frequency ratios.
 
@@ -158,7 +158,7 @@ class FitQuestion:
         return parse_harmonic(self.document(given, frequencies) | {"metrics": list(METRICS)})
 
     def document(self, given: Mapping[str, float], frequencies: Any) -> dict[str, Any]:
-        """Write the study of one configuration; `given` may hold axes instead of numbers."""
+        """Write the study of one configuration; in `given`, axes may replace numbers."""
         return study_document(self.settings, given, frequencies)
 
     def ratios(self, given: Mapping[str, float], rows: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -188,7 +188,7 @@ def study_document(
     settings : mapping
         Settings that are not numbers: `particle`, `contact`, …
     given : mapping of float
-        The prototype, by `NAMED`; may hold axes instead of numbers.
+        Values of the prototype, by the names of `NAMED`; axes may replace numbers.
     frequencies : object
         The axis of frequency ratios.
     """

@@ -12,7 +12,7 @@ from damperlab.studies.spelling import quantity, spelled
 TOO_GOOD = 0.999
 """Probability above which model and measurement agree better than chance allows."""
 CORRELATED = 1.2
-"""If correlated residuals widen the intervals by this factor or more, this is mentioned."""
+"""Correlated residuals are mentioned if they widen the intervals by more than this factor."""
 POOR = 0.2
 """Scatter about a fit, relative to the amplitudes, that is too large for a measurement of steady amplitudes."""
 NAMED_ROWS = 5
@@ -135,8 +135,8 @@ def _not_told_apart(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
 def _regimes(fitted: Fitted) -> Iterator[str]:
     if fitted.always_sticks:
         yield (
-            "Friction locks the structure to its base in every row: the data give it hardly more than a "
-            "lower bound. Measure at a larger base amplitude or nearer to resonance."
+            "Friction locks the structure to its base in every row: the data give little more than a lower "
+            "bound of the friction. Measure at a larger base amplitude or nearer to resonance."
         )
     elif fitted.never_strikes:
         without = listing(fitted.of_no_effect)
@@ -167,7 +167,7 @@ def _rows(fitted: Fitted) -> Iterator[str]:
         rows = fitted.outliers[:NAMED_ROWS]
         more = len(fitted.outliers) - len(rows)
         yield (
-            f"Further off than chance allows: {listing(_row(fitted, row) for row in rows)}"
+            f"Rows further from the model than chance allows: {listing(_row(fitted, row) for row in rows)}"
             + (f", and {counted(more, 'more row')}" if more else "")
             + ". They have less weight than the other rows; check them."
         )
@@ -184,8 +184,8 @@ def _rows(fitted: Fitted) -> Iterator[str]:
         yield (
             f"At {counted(unsure.size, 'row')} the model itself is less certain than the measurement: the "
             "response is "
-            f"chaotic or jumps within the intervals. So {'it counts' if unsure.size == 1 else 'they count'} "
-            f"less (frequencies {frequencies}{unit})."
+            f"chaotic or jumps within the intervals. So {'this row has' if unsure.size == 1 else 'these rows have'} "
+            f"less weight (frequencies {frequencies}{unit})."
         )
 
 
@@ -207,7 +207,7 @@ def _stretch(fitted: FittedHistory) -> Iterator[str]:
         yield f"The complete history is used, {whole:.4g} s: the response is predictable throughout."
         return
     yield (
-        f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s are used. Later, impacts make the response "
+        f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s are used. Beyond that, either impacts make the response "
         "depend so steeply on the parameters that agreement would be chance, or the model agrees less well."
     )
 

@@ -1,4 +1,4 @@
-"""A short comparison of dampers under one record: with which the structure moves least, and how certain this is."""
+"""A short comparison of dampers under one record: which damper is best, and how certain this is."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -26,7 +26,7 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     Parameters
     ----------
     answer : mapping
-        Of a comparison: `cases` with their peaks, the `record` and the `design`.
+        The answer of a comparison: `cases` with their peaks, the `record` and the `design`.
     """
     cases = {case: answer["cases"][case] for case in DAMPERS if case in answer["cases"]}
     least = min(float(values[PEAK]) for values in cases.values())
@@ -47,7 +47,7 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     doubts = [doubt_of(float(answer["record"]["peak_displacement_m"]))]
     if spread and spread["sensitive"]:
         low, high = (_mm(spread[PEAK][end]) for end in ("lowest", "highest"))
-        doubts.append(f"It depends on the start: {low} to {high} over {spread['starts']} starts.")
+        doubts.append(f"The peak depends on the start: {low} to {high} over {spread['starts']} starts.")
     rows = tuple(
         (values["label"], _mm(values[PEAK]), f"{float(values['peak_absolute_acceleration_m_s2']):.3g} m/s²")
         for case, values in cases.items()

@@ -37,7 +37,7 @@ _BEFORE_THOUSANDS, _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}"), re.compile(
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 _LONG_STEP_S = 0.1
-"""Time step from which the unit of the times must be stated: they may be row numbers, or milliseconds."""
+"""Time step [s] from which a column must state the unit of its times: they may be row numbers or milliseconds."""
 
 
 def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | None = None) -> GroundMotion:
@@ -54,7 +54,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     name : str
         Name of the record; by default that in an AT2 file.
     units : {"g", "m/s2", "cm/s2"}, optional
-        Unit of the acceleration, needed if the file does not state it. An AT2 file states it in its third line, columns
+        Unit of the acceleration, needed if the file does not state it. An AT2 file states it in its third line; columns
         may state it in their heading, as in ``time (s), acc (g)``. `units` must not contradict the file.
 
     Raises
@@ -79,7 +79,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     begin = _BEGIN.search(top)
     if layout == "at2" and not begin:
         seen = printable(lines[min(3, len(lines) - 1)])
-        advice = "correct the line; if the file has two columns, name it .csv, or over HTTP the format csv"
+        advice = "correct the line; if the file has two columns, name it .csv, or over HTTP send `format=csv`"
         raise refused(_at(min(4, len(lines))), seen, "of the form NPTS=<number>, DT=<number>", advice)
     place = top.count("\n", 0, begin.end()) + 1 if begin else 0
     head, rows, remarks = _cut(lines, place)
@@ -218,7 +218,7 @@ def _check_width(rows: Sequence[Row]) -> None:
                 )
         elif len(cells) > 2:
             advice = (
-                "keep the time and the one acceleration that you mean; where all are samples in a row, write "
+                "keep the time and the one acceleration that you mean; if all are consecutive samples, write "
             )
             advice += "the line `NPTS= <number>, DT= <step in s>` above them"
         found = counted(len(cells), "number")
@@ -236,14 +236,14 @@ def _between(rows: Sequence[Row], stated: float | None) -> float:
         told, advice = wrong_step(number, before, at, step)
         if at <= before:
             if all(cell.lstrip("+-").isdigit() for _, cells in rows for cell in cells):
-                advice = f"where the commas are decimal commas, {WRITE_POINTS}; otherwise {advice}"
+                advice = f"if the commas are decimal commas, {WRITE_POINTS}; otherwise {advice}"
             raise refused(_at(number), f"the time {at:g} s", f"a time after {before:g} s", advice, told)
         raise refused(_at(number), f"a step of {at - before:.6g} s", "equal time steps", advice, told)
     if np.isnan(step):
         advice = f"write the times with more digits, or {WRITE_STEP}"
         raise refused("time", f"times such as {written[-1]}", "a known time step", advice, TOO_FEW_DIGITS)
     if stated is None and step >= _LONG_STEP_S:
-        told = f"The first column counts by {step:g}, and nothing says that it is in seconds: row numbers or ms, it seems."
-        advice = f"write the heading as {COLUMNS} where they are seconds; otherwise {WRITE_STEP}"
+        told = f"The first column counts by {step:g} without a unit; it seems to contain row numbers or milliseconds."
+        advice = f"write the heading as {COLUMNS} if they are seconds; otherwise {WRITE_STEP}"
         raise refused("time", f"{written[0]}, {written[1]}, …", "a column of times", advice, told)
     return step

@@ -31,7 +31,7 @@ _AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
 _OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",)
-"""Quantities that samples may have, and units that usually mean something else."""
+"""Quantities that samples may have, and unit symbols that usually name a direction instead."""
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _ACCELERATION_COLUMN = re.compile(rf"^a[xyzgh]?$|{_ACCELERATION.pattern}", re.IGNORECASE)
 _COMMA = r',(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^(\[]*[)\]])'
@@ -45,7 +45,7 @@ _OTHERS = {
     ),
     "a response spectrum": (
         r"\bp?s[av]\b|spe[ck]tr(?:um|al?|ale|en|o)\b|spettro\b|\bp[eé]r[ií]od\w*",
-        f"{_OVER_TIME}: a spectrum leaves it open",
+        f"{_OVER_TIME}: a spectrum does not determine it",
     ),
     "a frequency": (
         r"\bfr[eé][cq]\w*|\bfourier\b|\bfft\b|\bfas\b",
@@ -65,7 +65,7 @@ _OTHERS = {
         WRITE_STEP,
     ),
 }
-"""Files that are no record: words that identify them, and the remedy."""
+"""Quantities of files that are no record: the words that identify them, and the remedy."""
 _HEADER_LINES = 60
 _FORMATS = (
     (
@@ -105,7 +105,7 @@ def read_heading(
     Returns
     -------
     (float or None, float)
-        Factor of the unit of the times to s, None if none is stated; and factor of the acceleration to m/s².
+        Factor from the unit of the times to s, None if no unit is stated; factor from that of the acceleration to m/s².
 
     Raises
     ------
@@ -148,7 +148,7 @@ def read_heading(
 
 
 def _check_mentioned(lines: Sequence[Line], given: str) -> None:
-    """Refuse a given unit if a line mentions another one that is neither of a peak nor next to a number."""
+    """Refuse a given unit if a line mentions another one, except for a peak value or next to a number."""
     for number, line in lines:
         words = ["", *re.split(r"[\s,;:=()\[\]{}'\"]+", line), ""]
         of_peak = OF_PEAK.search(line) is not None

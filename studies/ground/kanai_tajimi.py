@@ -63,7 +63,7 @@ def read_kanai_tajimi(document: object) -> GroundMotion:
 
 
 def kanai_tajimi_schema() -> dict[str, Any]:
-    """Return the JSON schema of what is read."""
+    """Return the JSON schema of the document."""
     return schema_of("An artificial record with the spectrum of Kanai and Tajimi.", _QUANTITIES, SEED_SCHEMA)
 
 
@@ -91,7 +91,7 @@ def kanai_tajimi(
     duration_s, step_s : float
         Length and time step [s].
     ground_frequency_hz, ground_damping_ratio : float
-        Of the soil.
+        Natural frequency [Hz] and damping ratio of the soil.
     peak_g : float
         Largest acceleration [g], to which the record is scaled.
     rise_s, fall_s : float
@@ -102,7 +102,7 @@ def kanai_tajimi(
     Raises
     ------
     StudyFaults
-        If there are too many samples, or rise and fall take the complete duration.
+        If there are too many samples, or rise and fall together are longer than the duration.
 
     Notes
     -----
@@ -148,7 +148,7 @@ def kanai_tajimi(
 def _at_rest(wave: NDArray[np.float64], omega: float) -> NDArray[np.float64]:
     """Apply the second filter to an acceleration, from rest; `omega` is ω_f times the step.
 
-    The trapezoidal rule also integrates a record to its velocity, so that velocity has no drift except rounding.
+    It uses the trapezoidal rule, which also integrates a record to its velocity: that velocity drifts only by rounding.
     """
     loss, spring = SECOND_DAMPING * omega, omega * omega / 4.0
     total = 1.0 + loss + spring

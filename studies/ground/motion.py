@@ -59,13 +59,13 @@ class GroundMotion:
     Parameters
     ----------
     name : str
-        What people call it.
+        Name of the record.
     step_s : float
         Time between samples [s].
     acceleration_m_s2 : ndarray, shape (samples,)
         Base acceleration [m/s²], linear from sample to sample; the base is at rest before the first.
     source : str
-        Its source.
+        Where it comes from, in words.
     """
 
     name: str
@@ -157,7 +157,7 @@ def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
 
 
 def doubt_of(moved_m: float) -> str:
-    """Ask about a record that moves its base farther than ground moves [m]; empty if it does not."""
+    """Warn of a record that moves its base by `moved_m` if ground never moves so far; otherwise empty."""
     if moved_m <= FARTHEST_M:
         return ""
     return f"Beware: the record moves its base by {moved_m:.3g} m. Check its units, its baseline and its largest sample."

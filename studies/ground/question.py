@@ -36,7 +36,7 @@ class Earthquake:
     Parameters
     ----------
     record_id : str
-        Id of the record, or the definition of a generated one.
+        Id of the record; that of a generated one is made from the digest of its samples.
     motion : GroundMotion
         The record itself.
     values : dict of float
@@ -44,7 +44,7 @@ class Earthquake:
     criterion : str
         Tuning of the mass damper.
     cases : tuple of str
-        Cases of `paper.CASES` to compare.
+        Cases of `CASES` to compare.
     starts : int
         Perturbed starts in addition to the one at rest; 0 for none.
     seed : int
@@ -77,7 +77,7 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
         As read from JSON or YAML: ``record`` (an id, an earthquake's name, or one of `GENERATED` as ``{"sweep": {…}}``),
         and any of `KEYS`.
     shelf : Shelf
-        Where records are.
+        The store of records.
 
     Raises
     ------

@@ -81,7 +81,7 @@ class RandomVibration:
 
     @property
     def whole_s(self) -> float:
-        """Time at full level with both ramps [s]."""
+        """Duration with both ramps [s]."""
         return self.duration_s + 2.0 * self.ramp_s
 
     @property
@@ -91,7 +91,7 @@ class RandomVibration:
 
     @cached_property
     def rms_m_s2(self) -> float:
-        """Root of the table's integral [m/s²]."""
+        """Rms at full level: root of the integral of the density [m/s²]."""
         return math.sqrt(float(self.power(self.frequency_hz[-1])))
 
     def power(self, frequency_hz: ArrayLike) -> Floats:

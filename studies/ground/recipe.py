@@ -36,13 +36,13 @@ def read_numbers(
     document : object
         As written.
     place : str
-        The method; every fault begins with it.
+        Name of the method, with which the field of every fault begins.
     numbers : Numbers
         The numbers.
     others : tuple of str
         Further allowed keys, apart from ``name``.
     example : str
-        Advice.
+        Example of a document, for the advice.
 
     Returns
     -------

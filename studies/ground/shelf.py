@@ -108,7 +108,7 @@ class Shelf:
                 yield record_id, str(error)
 
     def owner(self, record_id: str) -> str | None:
-        """Name the owner of a record; None without keys, and for a built-in record.
+        """Name the owner of a record; None without access keys, and for a built-in record.
 
         Raises
         ------
@@ -153,7 +153,7 @@ class Shelf:
         return (path.stem for path in sorted(self.folder.glob("u-*.json")))
 
     def get(self, record_id: str) -> tuple[str, GroundMotion]:
-        """Return the whole id and the record of an id, or of an earthquake's name.
+        """Return the complete id of a record, and the record; `record_id` may also be an earthquake's name.
 
         Raises
         ------

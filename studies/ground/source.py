@@ -13,7 +13,7 @@ from damperlab.studies.ground.question import read_record_reference
 from damperlab.studies.ground.shelf import Shelf
 
 Entry = tuple[str, str, object]
-"""An entry of a list: its place, the place that is named in faults of its reader, and the record as written."""
+"""An entry of a list: its place, the prefix of the fields in faults of its parts, and the record as written."""
 _KEYS = ("id", "sha256", "step_s", "samples", *GENERATED)
 
 
@@ -30,7 +30,7 @@ class RecordSource:
     step_s : float
         Time step [s].
     samples : int
-        How many.
+        Number of samples.
     recipe : str
         The definition of a generated record, as JSON of a mapping with one of `GENERATED`; empty for a stored
         record.
@@ -64,7 +64,7 @@ class RecordSource:
 
     @property
     def generated(self) -> Recipe | None:
-        """Its definition, if the definition describes the base motion."""
+        """Definition of a generated record, if its method is one of `RECIPES`; otherwise None."""
         recipe = json.loads(self.recipe) if self.recipe else {}
         return next((RECIPES[way](recipe[way]) for way in recipe if way in RECIPES), None)
 
@@ -75,12 +75,12 @@ class RecordSource:
         return self.id if generated is None else generated.name
 
     def read(self, content: bytes) -> GroundMotion:
-        """Read the file of a cube back.
+        """Read the samples from their file in a cube.
 
         Raises
         ------
         ValueError
-            If it is not what was written.
+            If they do not match `sha256`.
         """
         motion = GroundMotion(self.id, self.step_s, np.frombuffer(content[8:], "<f8"))
         if motion.sha256 != self.sha256:
@@ -97,8 +97,8 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
         The id of a record, an earthquake's name, one of `GENERATED` as
         ``{"sweep": {…}}``, or a `RecordSource.document`.
     shelf : Shelf, optional
-        Source of records. Without it, an entry with a digest is accepted, as in a stored study; without a digest, only
-        built-in records are found.
+        Store of records. Without it, an entry with a digest is accepted unchecked, as in a stored study, and an entry
+        without a digest finds only built-in records.
 
     Returns
     -------
@@ -171,7 +171,7 @@ def read_entries(
     named : set of str
         Ids that are already used; the new ids are added.
     faults : list of Fault
-        Those so far.
+        Faults so far.
 
     Returns
     -------

@@ -41,9 +41,9 @@ class Suite:
     records : tuple of RecordSource
         Sorted by id, because their order has no meaning; the values of every axis are sorted for the same reason.
     axes : dict of AxisSpec
-        Every one of `AXES`.
+        The values of each of `AXES`.
     numbers : dict of float
-        `NUMBERS`; friction and tilt of the cavity only if they are not 0.
+        The values of `NUMBERS`; friction and tilt of the cavity only if they are not 0.
     starts, seed : int
         Perturbed starts of each point in addition to the one at rest, and the seed of their draw.
     contact : Contact
@@ -95,7 +95,7 @@ class Suite:
 
     @property
     def points(self) -> int:
-        """Design points times records and scales."""
+        """Number of points: every record with every combination of values of `AXES`."""
         return math.prod(self.shape)
 
     @property
@@ -129,7 +129,7 @@ class Suite:
 
     @property
     def attached(self) -> dict[str, str]:
-        """The files of the records, and the SHA-256 of each."""
+        """SHA-256 of each record, by the name of its file in the cube."""
         return {record.key: record.sha256 for record in self.records}
 
     def attachments(self) -> dict[str, bytes]:

@@ -1,4 +1,4 @@
-"""A ground-motion suite read from a document, with every fault of it."""
+"""Reads a ground-motion suite from a document, and names every fault."""
 
 import math
 from collections.abc import Mapping

@@ -71,12 +71,12 @@ class Sweep:
 
     @property
     def fall_s(self) -> float:
-        """Time over which it falls [s]."""
+        """Time over which the amplitude falls [s]."""
         return self.ramp_cycles / self.stop_hz
 
     @property
     def growth_per_s(self) -> float:
-        """Rate of the logarithm of the frequency, if it is constant [1/s]."""
+        """Rate at which the logarithm of the frequency changes in a logarithmic sweep [1/s]."""
         return math.log(self.stop_hz / self.start_hz) / self.duration_s
 
     @property
@@ -131,7 +131,7 @@ class Sweep:
         )
 
     def motion(self, name: str = "") -> GroundMotion:
-        """Sample the acceleration, at `SAMPLES_PER_CYCLE` of the highest frequency or a few more.
+        """Sample the acceleration, at least `SAMPLES_PER_CYCLE` times in a cycle of the highest frequency.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Sweep:
 
     @property
     def name(self) -> str:
-        """Its name: a sweep from one end to the other, and its rate."""
+        """Name, with the end frequencies and the rate."""
         return f"sweep {self._course}"
 
     @property

@@ -1,4 +1,4 @@
-"""A swept sine read from a document, with every fault of it."""
+"""Reads a swept sine from a document, and names every fault."""
 
 import math
 from typing import Any

@@ -112,7 +112,7 @@ class DamperFields(SceneFields):
         return found
 
     def _place(self, spellings: Iterable[str], choose: Mapping[str, Any]) -> tuple[str, str, Any] | None:
-        """Find a given quantity: field, key and value; None if it is not given."""
+        """Give field, key and value of a quantity in the document; None if it is not given."""
         places = [
             (join(place, key), key, held[key])
             for place, held in (("choose", choose), ("", self.document))

@@ -21,7 +21,7 @@ class Motion:
     key : str
         Name in the specification.
     unit, words : str
-        For sentences.
+        Unit and name in sentences.
     constant : str or None
         The key of this quantity in `damperlab.studies.amplitudes.CONSTANT`; None for a displacement or a force.
     force : bool
@@ -66,7 +66,7 @@ class Excitation:
     motion : Motion
         The quantity that is constant over the band.
     name : str
-        Name if there are several.
+        Name of the excitation, if there are several.
     """
 
     lowest_m: float
@@ -77,8 +77,7 @@ class Excitation:
     name: str = ""
 
     def base_m(self, reference_m: float, frequency_ratio: Numbers) -> Numbers:
-        """Give the base amplitude Z [m] at frequencies over the nominal natural frequency, at which it is
-        `reference_m`.
+        """Give the base amplitude Z [m] at frequency ratios of the nominal structure; it is `reference_m` at ratio 1.
 
         A velocity V gives Z = V/ω, an acceleration A gives Z = A/ω²; a force gives Z = F₀/k.
         """
@@ -118,5 +117,5 @@ class Amplitude:
     reference_m: float
 
     def base_m(self, frequency_ratio: Numbers) -> Numbers:
-        """Give the base amplitude Z [m] at frequencies over the nominal natural one."""
+        """Give the base amplitude Z [m] at frequency ratios of the nominal structure."""
         return self.excitation.base_m(self.reference_m, frequency_ratio)

@@ -27,19 +27,19 @@ OVER_AMPLITUDE = Quantity("ratio", "ratio [1]", 1e-12, 1e12, "give it over the b
 QUANTITY_IN = {"m": LENGTH, "m/s": SPEED, "m/s²": ACCELERATION, "1": STICK}
 EVERY: tuple[Limit | DamperLimit, ...] = (*LIMITS.values(), *DAMPER_LIMITS.values())
 IN_RATIOS = {each.ratio: each.name for each in EVERY if each.ratio and each.ratio != each.name}
-"""Names of limits in ratios."""
+"""Name in units of each limit that has another name in ratios, by the latter."""
 LIMIT_QUANTITIES = {
     **{each.name: QUANTITY_IN[each.unit] for each in LIMITS.values()},
     "cavity_length_m": LENGTH,
     "friction_force_n": FRICTION_FORCE,
     "particle_mass_kg": PARTICLE_MASS,
 }
-"""Names of limits."""
+"""Bounds of each limit in units, by its name."""
 RATIO_QUANTITIES = dict.fromkeys(IN_RATIOS, OVER_AMPLITUDE) | {
     "friction_ratio": FRICTION_RATIO,
     "mass_ratio": MASS_RATIO,
 }
-"""The same in ratios."""
+"""Bounds of each limit in ratios, by its name."""
 LIMIT_KEYS = tuple(LIMIT_QUANTITIES)
 
 
@@ -47,7 +47,7 @@ class LimitFields(ToleranceFields):
     """Reads limits."""
 
     def _limit_values(self) -> dict[str, float]:
-        """Read `limits` by its keys, as far as no other fields are needed."""
+        """Read the numbers in `limits` by key, as far as this needs no other fields."""
         known = LIMIT_QUANTITIES | RATIO_QUANTITIES
         raw = self._mapping("limits", tuple(known), self.document.get("limits", {})) or {}
         found: dict[str, float] = {}
@@ -156,7 +156,7 @@ class LimitFields(ToleranceFields):
         tolerance: Tolerance,
         unit: float,
     ) -> bool:
-        """Shorten a range at a limit, and say whether it became shorter; a fault if nothing remains."""
+        """Shorten a range at a limit, and return whether it became shorter; record a fault if nothing remains."""
         about = DAMPER_LIMITS[limit_name]
         choice = choices[about.quantity]
         most = tolerance.most(limit / about.factor) * (1.0 + ROUNDING)

@@ -13,19 +13,19 @@ class Measure:
     Parameters
     ----------
     name : str
-        As the specification has it.
+        Name in the specification.
     variable : str
-        The result variable, over Z, on which it is based.
+        The result variable on which it is based. Over a band this is a ratio; under a record it is in SI units.
     factor : float
-        The measure is the variable times this factor, times Z, and times ω_n to the power of `order`.
+        Over a band, the measure is the variable times this factor, times Z, and times ω_n to the power of `order`.
     words : str
-        For sentences.
+        Name in sentences.
     limit : str
         The limit on the same result; empty if there is none.
     unit : str
         Unit of its values in a specification in units.
     order : int
-        Order of the derivative of a displacement; the result is over Z·ω_n to this power.
+        Order of the derivative of the displacement in the measure, over a band.
     mean : bool
         Whether the rms over the band, with equal weight for every frequency in hertz, is judged instead of the largest
         value.
@@ -77,8 +77,8 @@ MEASURES = {
         Measure("rms_acceleration", "acceleration_ratio_rms", RMS, f"rms {_SHAKEN}", "", "m/s²", 2, mean=True),
     )
 }  # fmt: skip
-"""Measures over bands: the largest value over the amplitudes, either of the largest value over the band or of the rms
-over the band.
+"""Measures over bands: either the largest value over the band or the rms over it, for the amplitude with the largest
+result.
 """
 RECORD_MEASURES = {
     each.name: each
@@ -110,9 +110,9 @@ class Limit:
     Parameters
     ----------
     name : str
-        As the specification has it.
+        Name in the specification.
     words : str
-        For sentences.
+        Name in sentences.
     unit : str
         Unit of the limit; 1 for a plain number.
     over_band : tuple of str
@@ -139,7 +139,7 @@ class Limit:
     per_second: bool = False
 
     def has_error(self, by_records: bool) -> bool:
-        """Whether the result has an error, as lengths have and, over a band, accelerations; other results have none."""
+        """Whether the result has an error: a length always has one, an acceleration only over a band."""
         return self.unit == "m" or (not by_records and self.over_band[0] in ACCELERATIONS)
 
 
@@ -187,13 +187,13 @@ class DamperLimit:
     Parameters
     ----------
     name : str
-        As the specification has it.
+        Name in the specification.
     words : str
-        For sentences.
+        Name in sentences.
     unit : str
-        Of the limit.
+        Unit of the limit.
     ratio : str
-        Name in ratios.
+        Name of the limit as a ratio.
     quantity : str
         The quantity of the damper that it limits, one of `CHOSEN`.
     factor : float

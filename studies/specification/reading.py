@@ -1,4 +1,4 @@
-"""A specification read from a document, with every fault."""
+"""Reads a specification from a document, and names every fault."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -62,14 +62,14 @@ REFUSED_UNDER_RECORDS = {
 
 
 def read_specification(path_or_name: str, shelf: Shelf | None = None) -> Specification:
-    """Read a specification from a ``.json``, ``.yaml`` or ``.yml`` file, or by the name of a named one.
+    """Read a specification from a ``.json``, ``.yaml`` or ``.yml`` file, or a specification of the package by its name.
 
     Parameters
     ----------
     path_or_name : str
-        Which.
+        The file or the name.
     shelf : Shelf, optional
-        As of `parse_specification`.
+        As in `parse_specification`.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def specification_document(path_or_name: str) -> dict[str, Any]:
 
 
 def load_specification(text: bytes | str, written_in: Format) -> Any:
-    """Read the text of a specification; as `damperlab.studies.text.load_text`, with faults of a specification."""
+    """Read the text of a specification as `damperlab.studies.text.load_text` does, with messages for specifications."""
     try:
         return load_text(text, written_in, guarded=True)
     except StudyFaults as error:
@@ -141,7 +141,7 @@ class _Reader(LimitFields):
     """Reads a complete specification."""
 
     def specification(self) -> Specification | None:
-        """Read all of it; None if a part on which the rest depends is faulty."""
+        """Read the complete specification; None if it has a fault."""
         self._unknown("", self.document, KEYS)
         structure = self._structure()
         records = self._records(structure)

@@ -30,9 +30,9 @@ class RecordFields(Fields):
     Parameters
     ----------
     document, faults
-        As of `Fields`.
+        As in `Fields`.
     shelf : Shelf, optional
-        Where records are; see `damperlab.studies.ground.source.read_source`.
+        The store of records; see `damperlab.studies.ground.source.read_source`.
     """
 
     def __init__(self, document: dict[str, Any], faults: list[Fault], shelf: Shelf | None = None) -> None:
@@ -107,7 +107,7 @@ class RecordFields(Fields):
     def _group(
         self, place: str, given: Mapping[str, Any], structure: Structure | None, named: set[str]
     ) -> RecordCases | None:
-        """Read the records of one excitation; `named` are those of the earlier ones."""
+        """Read the records of one excitation; add their ids to `named`, the ids in earlier excitations."""
         before = len(self.faults)
         raw = self._mapping(place, RECORD_KEYS if place == "excitation" else ("name", *RECORD_KEYS), given)
         assert raw is not None  # it is a mapping

@@ -80,8 +80,8 @@ class Structure:
         Parameters
         ----------
         mass, frequency, damping : float or ndarray
-            Shares within the tolerances. If the stiffness is given, the tolerance of the frequency refers to √k. If the
-            dashpot is given, the tolerance of the damping refers to c.
+            Relative deviations within the tolerances. If the stiffness is given, the tolerance of the frequency refers
+            to √k. If the dashpot is given, the tolerance of the damping refers to c.
         """
         shift = (1.0 + frequency) / np.sqrt(1.0 + mass) - 1.0 if self.stiffness_given else frequency
         if self.dashpot_given:
@@ -89,8 +89,8 @@ class Structure:
         return shift, damping
 
     def per_metre(self, motion: Motion) -> float:
-        """Give the constant quantity, or the static displacement, for a base amplitude of 1 m at the natural
-        frequency.
+        """Give the amplitude of the constant quantity that gives a base amplitude of 1 m at the natural frequency, or a
+        static displacement of 1 m.
         """
         return self.stiffness_n_per_m if motion.force else float(self.angular_frequency**motion.order)
 
@@ -126,7 +126,7 @@ class Choice:
     Parameters
     ----------
     start, stop : float
-        Ends of the range, in the unit of the name; they are equal if the quantity is given.
+        Ends of the range, in the unit in the name of the quantity; they are equal if the quantity is given.
     values : tuple of float
         The only values allowed, ascending; empty for a range.
     names : tuple of str
@@ -209,9 +209,7 @@ class Tolerance:
         return self.size * value if self.relative else self.size
 
     def most(self, limit: float) -> float:
-        """Give the largest value that stays within a limit including its tolerance; at most 0 if there is no such
-        value.
-        """
+        """Give the largest value that, with its tolerance, stays within a limit; at most 0 if there is none."""
         return limit / (1.0 + self.size) if self.relative else limit - self.size
 
 
@@ -228,8 +226,8 @@ class Specification:
     excitations : tuple of Excitation
         Excitations over bands, applied one by one; the worst is judged. Empty if there are only records.
     choices : dict of Choice
-        Every quantity in `OF_DAMPER`, with only the values that stay within the limits on the damper itself including
-        their tolerance.
+        Every quantity in `OF_DAMPER`, restricted to the values that, with their tolerance, stay within the limits on
+        the damper itself.
     limits : dict of float
         Limits on results, by the names of `LIMITS`, in their units.
     damper_limits : dict of float

@@ -23,8 +23,8 @@ ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a
 MOST = 7
 """Largest number of tolerances of one specification: the number of factors of the two-level design of their corners."""
 BESIDE_LARGEST = ("friction_force_n", "restitution")
-"""Quantities that may be 0: their tolerance is checked against the largest allowed value, others against the
-smallest.
+"""Quantities that may be 0: their tolerance is checked against the largest allowed value. Tolerances of other
+quantities are checked against the smallest, unless that is 0.
 """
 
 
@@ -32,7 +32,7 @@ class ToleranceFields(DamperFields):
     """Reads tolerances."""
 
     def _tolerance_values(self) -> dict[str, Tolerance]:
-        """Read `tolerances` as far as no other fields are needed; each quantity once, as spelled."""
+        """Read `tolerances` by key, as far as this needs no other fields; each quantity once."""
         ratios = [ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN]
         known = (*OF_DAMPER, *ratios, *OF_STRUCTURE)
         raw = self._mapping("tolerances", known, self.document.get("tolerances", {})) or {}
@@ -96,8 +96,8 @@ class ToleranceFields(DamperFields):
     def _of_cavity(
         self, field: str, key: str, tolerance: Tolerance, choices: Mapping[str, Choice]
     ) -> Tolerance | None:
-        """Check the tolerance of a cavity's number against the largest value; None if there is no such number, or the
-        tolerance is relative to 0.
+        """Check the tolerance of a quantity of the cavity against its largest value; None if the quantity is not given,
+        or the tolerance is too large or relative to 0.
         """
         about = next(each for each in OF_CAVITY if each.name == key)
         if not (key in self.document or self._has("choose", key)):
@@ -134,7 +134,7 @@ class ToleranceFields(DamperFields):
         return Tolerance(tolerance.size / value, True)
 
     def _check_size(self, field: str, name: str, tolerance: Tolerance, choice: Choice, scale: float) -> None:
-        """Refuse a size above half of a value, as for relative tolerances."""
+        """Refuse a size above half of the value; relative tolerances have the same bound."""
         largest = name in BESIDE_LARGEST or not choice.start
         most = SHARE.highest * (choice.stop if largest else choice.start) / scale
         if tolerance.relative or tolerance.size <= most * (1.0 + ROUNDING):

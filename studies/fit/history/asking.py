@@ -33,18 +33,18 @@ SWING, LEAST_SWINGS = 0.2, 4
 are needed.
 """
 SLOWER, FASTER = 0.9, 1.25
-"""Bounds of the natural frequency over the frequency of a decay. A particle that sticks to its wall lowers the
-frequency of the decay by the root of 1 + mass ratio.
+"""Bounds of the natural frequency, as multiples of the frequency of a decay. A particle that sticks to its wall lowers
+the frequency of the decay by the root of 1 + mass ratio.
 """
 MOST_FRICTION = 1.5
-"""Largest friction in the search, over the friction that would account for all losses of a decay in a typical swing."""
+"""Largest friction in the search, as a multiple of the friction that alone would cause the loss in a typical swing."""
 IN_UNITS = ("friction_force_n", "damping_n_s_per_m", "particle_mass_kg")
 """Quantities that affect the structure only by their ratio to its mass."""
 OF_SETTINGS = ("name", "particle", "contact")
 SAMPLED = 8.0
 """Fewest samples per period of the structure."""
 NEAR_START, NOISY = 0.1, 6.0
-"""Range of the release around the first sample: as a share of it, and as a number of standard deviations."""
+"""Range of the release around the first sample: the larger of a share of it and a number of standard deviations."""
 
 
 def make_history_question(
@@ -71,7 +71,7 @@ def make_history_question(
     known : mapping, optional
         Numbers that override those of `structure`, by the names of `KNOWN`.
     share : float, optional
-        Standard deviation relative to the largest displacement, if the measurement has none.
+        Standard deviation relative to the largest displacement, if the measurement states none.
     confidence : float
         Of the intervals.
     seed : int

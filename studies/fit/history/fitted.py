@@ -21,7 +21,7 @@ class FittedHistory(Outcome):
     Parameters
     ----------
     question : HistoryQuestion
-        What was asked.
+        The question.
     rows : int
         Samples that are used: the longest initial stretch with a predictable response.
     model_m : ndarray, shape (rows of the measurement,)
@@ -60,7 +60,10 @@ class FittedHistory(Outcome):
 
     @property
     def probability(self) -> float | None:
-        """Probability of a chi-square as large, if the model is right; None if the deviation was adjusted to it."""
+        """Probability of a chi-square at least this large if the model is right.
+
+        None if the deviation was estimated from the scatter.
+        """
         if self.question.measured.deviation_m is None:
             return None
         return float(chdtrc(self.freedom, self.chi_square))

@@ -12,11 +12,11 @@ from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
 from damperlab.studies.fit.question import study_document
 
 BAND = 0.8, 1.25
-"""Band of frequencies over the natural frequency. It includes the resonance with the particle on its wall, for m/M up
-to 0.5.
+"""Band of the study, as multiples of the natural frequency. It includes the resonance with the particle on its wall,
+for m/M up to 0.5.
 """
 CURVE_VALUES = 101
-"""Frequencies of the study."""
+"""Number of frequencies of the study."""
 
 
 def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) -> dict[str, Any]:

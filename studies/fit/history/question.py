@@ -35,7 +35,7 @@ class HistoryQuestion:
     free : tuple of Free
         Parameters to estimate; `RELEASE` is last if the structure is released.
     particle : bool
-        Whether it has a particle.
+        Whether the prototype has a particle.
     contact : Contact
         The model of an impact.
     confidence : float

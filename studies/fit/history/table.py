@@ -25,7 +25,8 @@ the first row counts as a release in the first row.
 """
 FALL, WINDOW = (0.8, 0.3), 5
 """The fall after a release is measured between the shares of `FALL`, because an impact may change it further down.
-At most `WINDOW` times as many samples before the fall are compared with the constant position of a held structure.
+The constant position of a held structure is fitted to the samples before the fall, at most `WINDOW` times as many as in
+the fall.
 """
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
@@ -134,7 +135,7 @@ def _cell(name: str, factor: float, cell: str) -> float | Fault:
 
 
 def _step(time: np.ndarray, resolution: float, numbers: list[int], faults: list[Fault]) -> float:
-    """Find the time step; a fault, with the number of its line, if the steps are not equal."""
+    """Find the time step; record a fault, with its line, if the steps are not equal."""
     step, wrong = equal_step(time, resolution)
     if wrong is not None:
         told, advice = wrong_step(numbers[wrong], time[wrong - 1], time[wrong], step)
@@ -181,8 +182,8 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
         return [Fault(field, "0 throughout", "a structure that moves", "check the column and its unit")]
     share = f"{100 * first / largest:.3g} % of the largest displacement in the first row"
     if release is None:
-        told = "Without a base acceleration the history must begin at a release from rest, or while the structure is held; it "
-        told += f"has {share}, and swings before it is farthest away."
+        told = "Without a base acceleration the history must begin at a release from rest, or while the structure is held."
+        told += f" This structure has {share}, and swings before it is farthest away."
         advice = "hold the structure aside for half a period, or add the column `base acceleration (m/s2)`"
         return [Fault(field, share, f"at least {100 * HELD:g} %", advice, told)]
     if moved.size - release < LEAST_ROWS:
@@ -193,7 +194,7 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
     low = int(np.argmin(decay))
     crosses = moved[release:].min() < 0.0 < moved[release:].max()
     if base is None and not crosses and decay[low:].max() - decay[low] > RESTING * (largest - decay[low]):
-        told = "The structure swings about another position than 0, which must be that of its rest."
+        told = "The structure swings about another position than 0, but its rest position must be 0."
         advice = "subtract the position in which it comes to rest"
         return [Fault(field, "a decay that never crosses 0", "a decay about 0", advice, told)]
     if base is not None and not np.abs(base).max() > 0.0:
