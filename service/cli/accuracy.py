@@ -50,7 +50,7 @@ def accuracy(
     save(draw_work_precision(report["diagrams"]), output / FIGURE)
     keep_report(data_folder(data_dir), report)
     note(
-        f"Wrote {output / 'accuracy.md'}, accuracy.json and {FIGURE}; the service answers with it at /api/v1/accuracy."
+        f"Wrote {output / 'accuracy.md'}, accuracy.json and {FIGURE}; the service gives this report at /api/v1/accuracy."
     )
     if as_json:
         print_json(report)

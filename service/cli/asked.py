@@ -1,7 +1,7 @@
-"""Questions on the command line: their options are derived from the fields of their inputs.
+"""Questions on the command line: the fields of their inputs give the options.
 
-A command has a parameter for each question; `asks` replaces it by the options of its fields. A design is named in
-the same way everywhere: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
+A command has a parameter for each input of a question; `asks` replaces the parameter by an option for each field. A
+design is given in the same way everywhere: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
 """
 
 import inspect
@@ -26,7 +26,8 @@ Values = dict[str, float]
 """Numbers by name."""
 
 WIDE = 14
-"""Largest width of the column with the kind of a value in the help; a wider one would leave too little for its meaning.
+"""Largest width of the choices of an option in their column of the help. Wider choices are listed in the text of the
+option instead.
 """
 LARGE = 1_000_000
 """A limit above this value is not shown in the help."""
@@ -83,11 +84,11 @@ def names_a_design(
     Parameters
     ----------
     meanings : mapping of str
-        Meaning of each, with its default; empty if the help lists them at ``--at``.
+        Meaning of each number, with its default; empty if the help lists the numbers at ``--at``.
     quantities : mapping of Quantity
-        Limits of each, if they are known before a question is read.
+        Limits of each number, if they are known before a question is read.
     listed : str, optional
-        Help of ``--at``, which replaces one line for each.
+        Help of ``--at`` that lists all numbers; the help then omits their own options.
 
     Returns
     -------
@@ -263,7 +264,8 @@ def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str])
 def _named(
     option: str, written: Iterable[str] | None, names: tuple[str, ...], form: str
 ) -> Iterator[tuple[str, str]]:
-    """Read ``name=value`` as `read_named` does. Names in a study's physical block may replace those of its coordinates."""
+    """Read ``name=value`` as `read_named` does. A name from a study's block `physical` may
+    replace the name of its coordinate."""
     assignments = (
         f"{ALIASES.get(name, name)}{equals}{text}"
         for name, equals, text in (each.partition("=") for each in written or ())

@@ -51,7 +51,7 @@ class Means:
     Parameters
     ----------
     workers : int, optional
-        Processes of a cluster of this machine, or most jobs of a batch system.
+        Number of processes on this machine, or largest number of jobs of a batch system.
     scheduler : str, optional
         Address of an existing Dask scheduler.
     cluster : str, optional
@@ -177,7 +177,7 @@ class Computer(ExitStack):
         Returns
         -------
         Record
-            As it ended.
+            The record of the study at the end.
         """
         from damperlab.studies.store.faults import StoreFault, StudyBusy, may_pass
         from damperlab.worker.run.runner import SECONDS_PER_HOUR, run_study
@@ -285,13 +285,11 @@ class Computer(ExitStack):
         from damperlab.service.cluster import opening
 
         settings = settings_of(self.store.data_dir, workers=means.workers, cluster=means.cluster)
-        note(
-            f"Workers are jobs of {means.cluster}; what they print is kept under {settings.data_dir / 'jobs'}."
-        )
+        note(f"Workers are jobs of {means.cluster}; their output is kept under {settings.data_dir / 'jobs'}.")
         return opening(settings, self._left)()
 
     def _left(self) -> int:
-        """Remaining blocks of the present study."""
+        """Number of remaining blocks of the present study."""
         if self._now is None:
             return 0
         now = self.store.find(self._now)

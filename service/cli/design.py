@@ -98,9 +98,9 @@ class _Evaluation:
     Parameters
     ----------
     computer : Computer
-        Studies of all of them.
+        Computes the studies.
     asked : Specification
-        Their purpose.
+        The specification, recorded in the provenance of each study.
     """
 
     def __init__(self, computer: Computer, asked: "Specification") -> None:
@@ -176,7 +176,7 @@ def _kept(data_dir: Path | None, found: "Found", rounds: int, started: str) -> s
 
 
 def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "tuple[Found, int]":
-    """Follow the search to its end, showing its progress; also give the number of its rounds."""
+    """Run the search to its end, and show its progress; also give the number of its rounds."""
     from damperlab.service.cli.design_progress import DesignProgress
     from damperlab.service.documents import plain
     from damperlab.studies.design.answer import known_document

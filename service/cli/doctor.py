@@ -118,7 +118,7 @@ def _closed_form() -> str:
         raise ArithmeticError(
             f"X/Z of the bare structure at resonance is {found!r}, in closed form {exact!r}"
         )
-    return f"X/Z = {found:.10g} of the bare structure at resonance, as it must be"
+    return f"X/Z of the bare structure at resonance is {found:.10g}, as it must be"
 
 
 def _kernels() -> str:

@@ -1,4 +1,4 @@
-"""Commands on earthquakes: records, and dampers compared under one of them."""
+"""Commands on earthquakes: ground-motion records, and dampers compared under a record."""
 
 from math import isnan
 from pathlib import Path
@@ -185,7 +185,8 @@ def earthquake(
 ) -> None:
     """Compare dampers under a ground-motion record.
 
-    The cases are no damper, a tuned mass damper, a particle, friction, or both, as in the paper's Table A1.
+    The cases are those of the paper's Table A1: no damper, a tuned mass damper, a particle, friction, and a particle with
+    friction.
     """
     check_file(output)
     recipe = recipe_of(kanai_tajimi, duration_s, peak_g, generate)
@@ -236,7 +237,7 @@ def earthquake(
 
 
 def read_file(file: Path, units: str | None, name: str) -> Any:
-    """Read a record from a file: PEER's if its suffix says so, else columns."""
+    """Read a record from a file: in PEER's format if the suffix is .at2, else as columns."""
     from damperlab.studies.ground.files import read_record
 
     try:
@@ -307,4 +308,4 @@ def _print(answer: "WithPaper") -> None:
             )
     worst = max(float(values["energy_residual"]) for values in answer["cases"].values())
     balance = ROUNDING_WORD if worst < ROUNDING else number(worst, 1)
-    say(f"Energy balances to {balance}. Displacements x−z are against the base, x is absolute.")
+    say(f"Energy balances to {balance}. x−z is the displacement relative to the base, x the absolute one.")

@@ -69,7 +69,7 @@ def export(
     make_parent(output)
     with working(f"Writing {output}"):
         write_file(cube, output, file_format)
-    if crate or described == output.name:  # the crate must stay true
+    if crate or described == output.name:  # the crate must describe the file as it is now
         write_crate(cube, output)
     missing = record.points_total - record.points_done
     unfinished = f"; {missing} of them are not computed yet (status -1)" if missing else ""

@@ -52,8 +52,8 @@ class UsageFault(Exception):
 
 
 SPELLED: dict[str, str] = {}
-"""Fields of questions and their options, recorded when a command gets its options; the name of a dimension may mean
-either.
+"""The option of each field of a question, recorded when a command gets its options. Names of dimensions are left out,
+because they may also be fields of a study.
 """
 
 

@@ -61,7 +61,7 @@ def fit(
         Path,
         typer.Argument(
             metavar="MEASURED.csv",
-            help="Columns: frequency (Hz); amplitude (mm) or X/Z; other conditions of a row. Or a time history: time (s); "
+            help="Columns: frequency (Hz); amplitude (mm) or X/Z; conditions that differ by row. Or a time history: time (s); "
             "displacement (mm); base acceleration (m/s2).",
             show_default=False,
         ),
@@ -79,7 +79,7 @@ def fit(
         typer.Option(
             metavar="FILE",
             help="File with the known values, in the form of a study; a parameter given as an axis is estimated within "
-            "that range.",
+            "the range of the axis.",
         ),
     ] = None,
     no_particle: Annotated[
@@ -91,7 +91,7 @@ def fit(
         Direction | None,
         typer.Option(
             metavar="WAY",
-            help="Start of each response: from rest, or swept up or down.",
+            help="Start of each response: rest; or up or down, for a frequency sweep in that direction.",
             show_default=False,
         ),
     ] = None,
@@ -104,7 +104,7 @@ def fit(
         ),
     ] = None,
     confidence: Annotated[float, typer.Option(metavar="SHARE", help="Confidence of the intervals.")] = 0.95,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the draws.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the random draws.")] = 0,
     study: Annotated[
         Path | None,
         file_option(
@@ -187,7 +187,7 @@ def _of_response() -> _Way:
         verdict,
         fit_document,
         write_fit,
-        # every frequency response gives a study
+        # every fit of a frequency response gives a study
         lambda question: None,
         "sets of parameters",
     )

@@ -12,14 +12,16 @@ Generate = Annotated[
         "--kanai-tajimi",
         metavar="SEED",
         rich_help_panel=PANEL,
-        help="An artificial (Kanai–Tajimi) record from this seed.",
+        help="Generate an artificial (Kanai–Tajimi) record from this seed.",
     ),
 ]
 Duration = Annotated[
-    float | None, typer.Option(metavar="SECONDS", rich_help_panel=PANEL, help="Its duration.")
+    float | None,
+    typer.Option(metavar="SECONDS", rich_help_panel=PANEL, help="Duration of the artificial record."),
 ]
 PeakG = Annotated[
-    float | None, typer.Option(metavar="G", rich_help_panel=PANEL, help="Its peak acceleration.")
+    float | None,
+    typer.Option(metavar="G", rich_help_panel=PANEL, help="Peak acceleration of the artificial record."),
 ]
 Written = Annotated[
     str | None,
@@ -27,7 +29,7 @@ Written = Annotated[
         "--generate",
         metavar="YAML",
         rich_help_panel=PANEL,
-        help="A sweep, random_vibration or shock as written in a study, or a file with one, as in '{shock: "
+        help="Generate a sweep, random_vibration or shock, written as in a study, or a file with one, as in '{shock: "
         "{shape: half_sine, "
         "peak_g: 15, duration_ms: 11}}'.",
     ),

@@ -47,7 +47,7 @@ RENAMED = {
     "accuracy": "check accuracy",
     "reproduce": "check paper",
 }
-"""Commands under their names of version 0.1, which work until 0.3."""
+"""Commands by their names in version 0.1; these names work until version 0.3."""
 GONE = {
     "importance": "`damperlab map` shows how a result changes with two parameters, `damperlab response` along the frequency.",
     "race": "Submit the designs again with a smaller `steady.tolerance`.",
@@ -83,9 +83,9 @@ def _before(
     warn_of_unknown_variables()
 
 
-store = typer.Typer(help="Verify, back up, restore, rebuild and clear the store.", no_args_is_help=True)
+store = typer.Typer(help="Verify, back up, restore, rebuild and clean the store.", no_args_is_help=True)
 admin = typer.Typer(help="Keys of a service; workers and certificates of a cluster.", no_args_is_help=True)
-check = typer.Typer(help="Measure the solver, or compute the paper again.", no_args_is_help=True)
+check = typer.Typer(help="Measure the solver, or compute the paper's results again.", no_args_is_help=True)
 
 ASKED = {first: [command_of(each) for each in EVERY if each.first is first] for first in (True, False)}
 """The commands of questions: the common ones, and the others."""

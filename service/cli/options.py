@@ -21,7 +21,7 @@ from damperlab.studies.vocabulary import (
     ContactModel,
 )
 
-PLACE = "Where it is computed"
+PLACE = "Where to compute"
 """The panel of cluster options in the help."""
 
 DataDir = Annotated[
@@ -39,7 +39,7 @@ StoreAddress = Annotated[
     typer.Option(
         "--store",
         metavar="URL",
-        help="Store the cubes at s3://BUCKET/PREFIX; by default at DAMPERLAB_STORE, or in the data folder.",
+        help="Store the cubes at s3://BUCKET/PREFIX; by default at the address in DAMPERLAB_STORE, or in the data folder.",
         show_default=False,
     ),
 ]
@@ -70,7 +70,7 @@ Workers = Annotated[
         min=1,
         metavar="N",
         rich_help_panel=PLACE,
-        help="Processes of this machine; one per core by default.",
+        help="Number of processes on this machine; one per core by default.",
     ),
 ]
 Cluster = Annotated[
@@ -87,7 +87,7 @@ Cluster = Annotated[
 
 
 def check_address(param: typer.CallbackParam, value: str | None) -> str | None:
-    """Refuse a text that is not the address of a scheduler, because the command would wait in vain."""
+    """Refuse a text that is not the address of a scheduler; the command would wait for it in vain."""
     if value is not None and not is_address(value):
         field = param.opts[0] if param.opts[0].startswith("-") else str(param.metavar)
         raise UsageFault(
@@ -179,8 +179,8 @@ FIGURES = (".png", ".svg", ".pdf", ".csv")
 
 
 def contact_document(contact: ContactModel, written: str | None) -> dict[str, Any]:
-    """Give the field `contact` of a document. A contact time is converted if it is a number; the rules of the study
-    check it.
+    """Give the field `contact` of a document. A contact time that is a number is converted; the rules of the study
+    check the field.
     """
     if written is None:
         if contact != "instant":
@@ -215,8 +215,8 @@ def check_cluster(workers: int | None, scheduler: str | None, cluster: str | Non
 
 
 def read_time(text: str | None) -> datetime | None:
-    """Read --until: the next occurrence of a time of day, or a date with its time, in this machine's zone unless it
-    names one.
+    """Read --until: the next occurrence of a time of day, or a date with its time, in this machine's time zone
+    unless the text names another.
     """
     if text is None:
         return None
@@ -267,7 +267,7 @@ def check_alone(options: Mapping[str, object], needed: str) -> None:
     """
     for option, value in options.items():
         if value:
-            message = f"found without {needed}, without which it has no effect; leave it out"
+            message = f"it has no effect without {needed}; leave it out"
             raise typer.BadParameter(message, param_hint=option)
 
 

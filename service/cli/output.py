@@ -67,7 +67,7 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: st
 
 
 def number(value: float, digits: int = 6) -> str:
-    """Write `value` with `digits` significant digits, a dash for a missing one."""
+    """Write `value` with `digits` significant digits; a dash if it is not finite."""
     return f"{value:.{digits}g}" if math.isfinite(value) else "—"
 
 

@@ -80,7 +80,7 @@ def _with_further(
 
 
 def _in_ratios(asked: list[Any]) -> bool:
-    """Whether a result was named as a ratio; then all stay ratios."""
+    """Whether a result was named as a ratio; then all results stay ratios."""
     from damperlab.studies.variables import VARIABLES
 
     return any(getattr(each, "metric", None) in VARIABLES for each in asked)

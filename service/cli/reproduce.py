@@ -1,4 +1,4 @@
-"""The command reproduce: the paper's figures and tables computed again, in one report."""
+"""The command check paper: the paper's figures and tables computed again, in one report."""
 
 import json
 from collections.abc import Iterator

@@ -113,7 +113,7 @@ def _stored(study: str, data_dir: Path | None) -> "Record | None":
         try:
             return store.find(study)
         except StudyNotFound as error:
-            # the name is similar to one, or several begin with it
+            # the text resembles a stored name, or several ids begin with it
             if "damperlab studies" not in error.fault.advice:
                 raise
     return None
@@ -131,7 +131,7 @@ def find_or_submit(
     Parameters
     ----------
     store : Store
-        Where.
+        The store.
     asked : AnyStudy
         The study.
     reuse : bool

@@ -91,7 +91,7 @@ class Pursuit:
     Parameters
     ----------
     computer : Computer
-        Provenance of the follow-ups, naming the study.
+        Computes the follow-ups.
     """
 
     computer: Computer

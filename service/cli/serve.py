@@ -39,7 +39,7 @@ def serve(
         bool, typer.Option("--keys", help="Require keys on loopback too, for example behind a reverse proxy.")
     ] = False,
     hosts: Annotated[
-        str | None, typer.Option(help="More names that the service answers to, separated by commas.")
+        str | None, typer.Option(help="Further host names of the service, separated by commas.")
     ] = None,
     tls_certificate: Annotated[
         Path | None, typer.Option(help="Certificate chain in PEM, to serve HTTPS.", dir_okay=False)
@@ -79,7 +79,7 @@ def serve(
     _check_certificate(settings)
     opened = (
         settings.open_store()
-    )  # an invalid certificate is reported in a sentence, before the service listens
+    )  # a store that cannot be opened is reported in a sentence, before the service listens
     try:
         _check_access(settings, opened)
     finally:
@@ -106,7 +106,7 @@ def _check_access(settings: "Settings", store: "Store") -> None:
     folder = f" --data-dir {settings.data_dir}"
     raise typer.BadParameter(
         f"found {settings.host}, which other machines can reach, but no key; allowed: an address of this "
-        "machine alone, as "
+        "machine alone, for example "
         f"127.0.0.1, or keys. Make one with `damperlab admin keys create --owner NAME{folder}`, or add "
         "--open to admit everyone"
         if settings.access == "auto"

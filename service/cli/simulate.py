@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from damperlab.service.simulation import Met, SimulatedDocument
 
 CYCLES_LIMIT = 10_000_000
-"""Limit on the number of cycles. Those of a service are stricter, since others wait for it."""
+"""Limit on the number of cycles. A service has a stricter limit, because other users wait for it."""
 SAMPLES_LIMIT = 10_000_000
 STEADY_HISTORY = 20
 """Default number of cycles of a steady response in a file."""
@@ -84,7 +84,7 @@ def simulate(
 ) -> None:
     """Compute one design point from rest.
 
-    The output is its response; --details adds every result. A file receives the time history.
+    The output is its response; --details adds every result. -o writes the time history to a file.
     """
     check_file(output)
     at = {**DESIGN_POINT, **design}
@@ -130,7 +130,7 @@ def _history(asked: Simulated, output: Path | None, frequency_ratio: float) -> i
     if output is None:
         return 0
     wanted = STEADY_HISTORY if asked.cycles is None else min(asked.cycles, LONG_HISTORY)
-    # A slow excitation has long cycles, and a time history may cover a limited number of natural periods.
+    # A slow excitation has long cycles, and a time history may cover only a limited number of natural periods.
     return max(1, min(wanted, int(frequency_ratio * LONG_HISTORY))) if frequency_ratio > 0 else wanted
 
 
@@ -209,7 +209,7 @@ def _end(answer: "SimulatedDocument", steady: bool) -> str:
     if answer["cycles"] or not steady:
         events = ", ".join(f"{count} {name}" for name, count in answer["events"].items())
         cycles = counted(answer["cycles"], "cycle")
-        cycles += " more along the steady response" if steady else " from rest"
+        cycles += " along the steady response" if steady else " from rest"
         return f"After {cycles}: {state}; {events}."
     u = answer["state"]["u"]
     known = u is not None and not isnan(u)

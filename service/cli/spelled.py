@@ -45,7 +45,7 @@ def in_options(names: Mapping[str, str]) -> "Iterator[None]":
 def _spelled(fault: Fault, names: Mapping[str, str]) -> Fault:
     # an item of a list is named by the repeated option
     field = names.get(re.sub(r"\[\d+\]\Z", "", fault.field), fault.field)
-    if "." in field:  # it is in quotes in a document, and so is its replacement
+    if "." in field:  # a field within a document; the texts name fields of the document too
         return fault
     texts = {part: _in_text(getattr(fault, part), names) for part in ("allowed", "advice", "message")}
     return replace(fault, field=field, **texts)

@@ -29,7 +29,7 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
     Raises
     ------
     UsageFault
-        If one cannot be used.
+        If a setting cannot be used.
     """
     from pydantic import ValidationError
 
@@ -62,7 +62,7 @@ def _fault(entry: Mapping[str, Any], options: Collection[str]) -> Fault:
     """Describe a fault of a setting, under the name that the user knows."""
     from damperlab.studies.pydantic_faults import value_fault
 
-    if not entry["loc"]:  # the text of a fault of several settings names them
+    if not entry["loc"]:  # the text of a fault that concerns several settings names them
         return Fault("settings", "", "", "", sentence(str(entry["msg"]).removeprefix("Value error, ")))
     name = str(entry["loc"][0])
     field = _OPTIONS.get(name, option_of(name)) if name in options else _variable(name)

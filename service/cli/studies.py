@@ -158,9 +158,7 @@ def show(
     data_dir: DataDir = None,
     tags: Annotated[
         str | None,
-        typer.Option(
-            help="Set its tags, separated by commas, by which it can be found; an empty text removes them."
-        ),
+        typer.Option(help="Set the tags of the study, separated by commas; an empty text removes them."),
     ] = None,
     text: Annotated[
         str | None, typer.Option("--note", help="Change its note; an empty text removes it.")
@@ -231,7 +229,9 @@ def delete(
         typer.confirm(question, abort=True, err=True)
     store.delete(record.id)
     note(f"Study {label(record)} is deleted.")
-    with working("Removing its files; if stopped, the service, the next delete or gc completes this"):
+    with working(
+        "Removing its files; after an interruption the service, the next delete or gc removes the rest"
+    ):
         store.bury()
 
 

@@ -1,4 +1,4 @@
-"""The command verify: checking stored studies for damage, and repairing them."""
+"""The command store verify: it checks stored studies for damage, and repairs them."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -97,7 +97,7 @@ def _require_solver_of_blocks(record: "Record", damages: "list[Damage]") -> None
     Raises
     ------
     CommandFailed
-        Called before anything is invalidated.
+        If another solver computed a damaged block.
     """
     if any(damage.block is not None or damage.part == "catalogue" for damage in damages):
         require_own_solver(record)

@@ -41,11 +41,11 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
     answer : Dataset
         Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
     metric : str
-        The variable.
+        The mapped variable.
     phrases : Phrases
         Phrases of the study.
     variable : str, optional
-        The variable listed instead of the metric, in its unit.
+        A variable whose values are listed instead of those of the metric, in the unit of the metric.
     """
     y, x = (str(name) for name in answer[metric].dims)
     step = -(-answer.sizes[x] // MAP_COLUMNS)
@@ -73,12 +73,12 @@ def map_brief(
     metric : str
         The shown variable.
     phrases : Phrases
-        Of its study.
+        Phrases of its study.
     subtracted : bool
         Whether the map is the difference of two maps.
     sizes : mapping of int
-        Points along the dimensions of the study. The answer names the value along each that has several and is not
-        shown.
+        Number of points along each dimension of the study. The text gives the value of each dimension that has several
+        points and is no axis of the map.
     """
     import numpy as np
 
@@ -212,7 +212,7 @@ def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
     step = -(-answer.sizes[x] // MAP_COLUMNS)
     if step == 1:
         return ""
-    return f"One column in {step} is shown of {answer.sizes[x]}; --json and -o FILE have all of them."
+    return f"The table shows one in {step} of the {answer.sizes[x]} columns; --json and -o FILE have all of them."
 
 
 def rows_table(
@@ -228,9 +228,9 @@ def rows_table(
     answer : Dataset
         Answer about one study.
     phrases : Phrases
-        Of the study.
+        Phrases of the study.
     meant : mapping of str, optional
-        The quantity for an answer's own name.
+        For each name that only answers use, the variable whose values it has.
     varied : collection of str, optional
         Coordinates that are shown although all rows share them, because their value is not shown elsewhere.
     """

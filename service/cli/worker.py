@@ -119,6 +119,6 @@ def certificates(
             f"The certificates cannot be written to {str(folder)!r}: {error.strerror}. Name a folder that is new or empty.",
         ) from None
     say(
-        f"{folder} holds ca.pem, cert.pem and key.pem. Copy it to every machine of the cluster, where no one else can read "
-        f"it, and set DAMPERLAB_CLUSTER_TLS to its path there."
+        f"{folder} holds ca.pem, cert.pem and key.pem. Copy the folder to every machine of the cluster, to a place that "
+        f"no one else can read, and set DAMPERLAB_CLUSTER_TLS to its path there."
     )

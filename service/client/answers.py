@@ -38,7 +38,7 @@ class _Plot(DatasetPlotAccessor):
         Returns
         -------
         Figure
-            A notebook shows it.
+            The figure; a notebook displays it.
         """
         answer = self._ds
         assert isinstance(answer, Answer)
@@ -127,8 +127,8 @@ HISTORY = {
     "time": ("time", "1/ω_n"),
     "u": ("displacement of the mass", "Z"),
     "u_rate": ("velocity of the mass", "Z·ω_n"),
-    "v": ("displacement of the mass from its base", "Z"),
-    "v_rate": ("velocity of the mass against its base", "Z·ω_n"),
+    "v": ("displacement of the mass relative to the base", "Z"),
+    "v_rate": ("velocity of the mass relative to the base", "Z·ω_n"),
     "p": ("displacement of the particle", "Z"),
     "p_rate": ("velocity of the particle", "Z·ω_n"),
     "impact": ("1 where an impact ends", "1"),

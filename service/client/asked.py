@@ -1,4 +1,4 @@
-"""Functions that the client's questions share: they make parameters of a request, and the documentation."""
+"""Functions that the client's questions share: they make the parameters of a request, and docstrings."""
 
 from collections.abc import Callable, Iterable, Mapping
 from inspect import cleandoc
@@ -18,9 +18,9 @@ class Asked:
     transport : Transport
         The connection to the service.
     id : str
-        Of the study.
+        Id of the study.
     sizes : mapping of int
-        Points along each of its dimensions.
+        Number of points along each of its dimensions.
     """
 
     def __init__(self, transport: Transport, id: str, sizes: Mapping[str, int]) -> None:
@@ -33,7 +33,7 @@ class Asked:
 
 
 def values_of(kinds: Iterable[type], given: Mapping[str, Any]) -> list[Any]:
-    """Make the values of a question from arguments by field name; missing ones have their defaults."""
+    """Make the inputs of a question from arguments named like their fields; missing arguments have their defaults."""
     found = []
     for kind in kinds:
         mine: dict[str, Any] = {}
@@ -52,7 +52,7 @@ def values_of(kinds: Iterable[type], given: Mapping[str, Any]) -> list[Any]:
 
 
 def parameters(*questions: object) -> dict[str, Any]:
-    """Give the parameters of a query for these values; defaults are omitted."""
+    """Give the query parameters of a question's inputs; defaults are omitted."""
     found: dict[str, Any] = {}
     for question in questions:
         kind: Any = type(question)
@@ -74,7 +74,7 @@ def explained(*questions: type) -> Callable[[Function], Function]:
     Parameters
     ----------
     *questions : type
-        Types whose fields the function takes; documentation that it has already takes precedence.
+        Types whose fields the function takes; their entries are inserted before the section Returns.
     """
     fields = [each for question in questions for each in fields_of(question) if "client" in each.doors]
     entries = [entry(each) for each in sorted(fields, key=lambda each: each.is_named)]

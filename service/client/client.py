@@ -91,17 +91,18 @@ class Client:
         Parameters
         ----------
         study : mapping, Study, path or str
-            The study as a mapping or a checked `damperlab.Study`; or a path of a .json, .yaml or .yml file; or a
-            text of YAML. Or the name of a study of the paper, for example ``"figure-11"``.
+            The study as a mapping or a checked `damperlab.Study`; a path of a .json, .yaml or .yml file; a text of
+            YAML; or the name of a built-in study, for example ``"figure-11"``.
         reuse : bool
             Reuse points already computed by earlier studies.
         priority : int
-            The waiting study with the highest priority starts first, −10 to 10; above 0 needs a key of scope admin.
+            −10 to 10: the waiting study with the highest priority starts first. A priority above 0 needs a key of scope
+            admin.
 
         Returns
         -------
         Study
-            Queued, or further.
+            The study, queued or in a later state.
 
         Raises
         ------
@@ -138,7 +139,7 @@ class Client:
         Raises
         ------
         Refused
-            With every fault of every study of a request, with the study's place first.
+            With every fault of every study of a request; each field begins with the position of its study.
         """
         every = [_document(study) for study in studies]
         found: list[Study] = []
@@ -261,7 +262,7 @@ class Client:
 
         The design point has ``frequency_ratio``, ``clearance_ratio``, ``friction_ratio``, ``restitution``,
         ``mass_ratio`` and ``damping_ratio``; with ``particle=False`` clearance, restitution and mass have no effect.
-        Friction and gravity act on the particle in its cavity, ``particle_friction_ratio`` and ``gravity_ratio``.
+        ``particle_friction_ratio`` and ``gravity_ratio`` are the friction and gravity of the particle in its cavity.
         The ``contact`` is written as in a study, ``{"model": "dwell", "contact_time": 0.1}``.
 
         Returns
@@ -325,7 +326,7 @@ class Client:
         Returns
         -------
         Design
-            Queued, or further.
+            The design, queued or in a later state.
 
         Raises
         ------
@@ -360,7 +361,7 @@ class Client:
         confidence : float, optional
             Confidence of the intervals; by default 0.95.
         seed : int, optional
-            Of the draws.
+            Seed of the random draws.
 
         Returns
         -------
@@ -370,7 +371,7 @@ class Client:
         Raises
         ------
         Refused
-            With every fault of the request; or if it exceeds the time of a request, which the command line does not
+            With every fault of the request; or if the fit exceeds the time limit of a request. The command line has no such
             limit.
         """
         document = question(measured, fit, structure, deviation=deviation, confidence=confidence, seed=seed)
@@ -418,12 +419,12 @@ class Client:
     def upload_record(
         self, path: str | Path, name: str = "", units: AccelerationUnits | None = None
     ) -> "GroundRecord":
-        """Upload your own ground motion; the same samples are the same record.
+        """Upload your own ground motion; equal samples give the same record.
 
         Parameters
         ----------
         path : path
-            A PEER file (.at2), or one of two columns, time [s] and acceleration.
+            A PEER file (.at2), or a file of two columns, time [s] and acceleration.
         name : str
             Name of the record; by default the file's name.
         units : {"g", "m/s2", "cm/s2"}, optional
@@ -449,7 +450,7 @@ class Client:
         contact: Mapping[str, Any] | None = None,
         **values: float,
     ) -> "DamperComparison":
-        """Compare dampers under a ground motion, as the paper's Table A1.
+        """Compare dampers under a ground motion, as in the paper's Table A1.
 
         The record may be a `GroundRecord`, or the definition of a generated one: ``{"kanai_tajimi": {"seed": 1}}``,
         ``{"sweep": {…}}``, ``{"random_vibration": {…}}`` or ``{"shock": {…}}``. The ``contact`` is written as in a

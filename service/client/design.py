@@ -29,14 +29,14 @@ class Design:
     Parameters
     ----------
     transport : Transport
-        The way to the service.
+        The connection to the service.
     document : mapping
         The service's record of the design, or the available part of it.
 
     Attributes
     ----------
     id, name : str
-        The first twelve digits of the specification's digest; its name.
+        The first twelve digits of the specification's digest; the name of the design.
     """
 
     def __init__(self, transport: Transport, document: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Ground-motion records, and dampers compared under one of them."""
+"""Ground-motion records, and dampers compared under a record."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -22,7 +22,7 @@ class GroundRecord:
     Parameters
     ----------
     id, name, source : str
-        Its id, its name, its source.
+        Id, name and source of the record.
     samples : int
         Number of samples.
     step_s, duration_s : float
@@ -97,7 +97,7 @@ def read_comparison(document: Mapping[str, Any]) -> DamperComparison:
         np.array(sensitive),
         {
             "units": "1",
-            "long_name": "whether the response depends on unknown details of the start",
+            "long_name": "whether the response is sensitive to its start",
         },
     )
     labels = [str(case["label"]) for case in cases.values()]

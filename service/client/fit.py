@@ -1,4 +1,4 @@
-"""Sends a measured response to a service, which estimates parameters of the prototype."""
+"""Sends a measured response or time history to a service, which estimates parameters of the prototype."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -41,7 +41,7 @@ def _is_range(span: Any) -> bool:
 
 
 def _no_range(name: str, span: object) -> Fault:
-    allowed = "lowest and highest value, or None for the usual range"
+    allowed = "lowest and highest value, or None for the default range"
     advice = "give the known values as `structure`, the third argument"
     return Fault(f"fit.{name}", describe(span), allowed, advice)
 

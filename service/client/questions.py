@@ -86,10 +86,10 @@ class Questions(Asked):
         with_: Asked | str | None = None,
         **at: float,
     ) -> "FrequencyResponse":
-        """Follow one design along the frequency ratio.
+        """Give one metric of one design over the frequency ratio.
 
-        With a second study on the same frequencies, for example the way down of a hysteresis, ``other`` holds its
-        values. ``differs`` and the attribute ``apart`` say where the two are different responses.
+        With a second study on the same frequencies, for example a downward sweep through a hysteresis, ``other`` holds its
+        values. ``differs`` and the attribute ``apart`` say where the two responses differ.
 
         Returns
         -------
@@ -114,7 +114,7 @@ class Questions(Asked):
     ) -> "Designs":
         """Rank designs over the frequencies of the study, the best first; dampers of a ground-motion suite by their worst case.
 
-        By default ten designs are listed, and all of a Pareto front.
+        By default ten designs are listed; of a Pareto front, all.
 
         Returns
         -------
@@ -174,7 +174,7 @@ class Questions(Asked):
 
 
 def _untyped(question: Question[Any]) -> Callable[..., Any]:
-    """Make the method of a question that has no explicit method; it lacks only the type annotations."""
+    """Make the method of a question that has no explicit method; the result lacks only the type annotations."""
     fields = sorted(
         (each for each in question.fields if "client" in each.doors), key=lambda each: each.is_named
     )

@@ -60,11 +60,11 @@ class Refinement:
     Parameters
     ----------
     known : bool
-        Whether it is known to the tolerance.
+        Whether the optimum or the boundary is known to the tolerance.
     found : dict
         The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
     steps : dict of float
-        By parameter, the distance from the optimum to the farther of its two neighbours.
+        For each parameter, the distance from the optimum to the farther of its two neighbours.
     points, fine_points : int
         Points of the follow-ups, and of a grid that would give the same answer; 0 if none is known.
     note : str
@@ -147,7 +147,7 @@ class Accuracy:
     Parameters
     ----------
     created, version : str
-        Its time, and the version.
+        Time of the report, and version of the program.
     passed : bool
         Whether every extreme case passed.
     stability : list of dict

@@ -40,7 +40,7 @@ class Searches(Asked, ABC):
         Returns
         -------
         Refinement
-            It holds the follow-up; wait for it, then pass it as ``with_``.
+            Its ``follow_ups`` are the submitted studies; wait for them, then pass them as ``with_``.
         """
         return self._search("/refine", (Search, Judging, FollowUps), locals())
 
@@ -53,12 +53,12 @@ class Searches(Asked, ABC):
         dry_run: bool = False,
         **at: float,
     ) -> Refinement:
-        """Submit a follow-up study around a change of the response class, unless that is known accurately enough.
+        """Submit a follow-up study around a change of the response class, unless its place is known accurately enough.
 
         Returns
         -------
         Refinement
-            It holds the follow-up; wait for it, then pass it as ``with_``.
+            Its ``follow_ups`` are the submitted studies; wait for them, then pass them as ``with_``.
         """
         return self._search("/refine-boundary", (Boundary, Step, FollowUps), locals())
 
@@ -73,12 +73,12 @@ class Searches(Asked, ABC):
         dry_run: bool = False,
         **ranges: Range,
     ) -> Refinement:
-        """Submit the best damper with friction of its particle.
+        """Submit studies of the best damper with friction of its particle.
 
         Returns
         -------
         Refinement
-            It holds the follow-ups; wait for them, then pass them to `optimal_designs` as ``with_``.
+            Its ``follow_ups`` are the submitted studies; wait for them, then pass them to `optimal_designs` as ``with_``.
         """
         return self._search("/particle-friction", (Judging, FollowUps), locals())
 

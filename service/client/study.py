@@ -32,14 +32,14 @@ class Study(Questions, Searches):
     Parameters
     ----------
     transport : Transport
-        The way to the service.
+        The connection to the service.
     document : mapping
         The service's record of the study, or the available part of it.
 
     Attributes
     ----------
     id, name : str
-        The first twelve digits of the digest; its name.
+        The first twelve digits of the study's digest; its name.
     """
 
     def __init__(self, transport: Transport, document: Mapping[str, Any]) -> None:

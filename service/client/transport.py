@@ -30,7 +30,7 @@ PREFERRED = "respond-async, wait=20"
 PROMISED_AT = "/api/v1/answers/"
 PROMISE_PAUSE_SECONDS = 0.5
 LONGEST_REFUSAL = 1 << 20
-"""Largest number of bytes read of a refusal."""
+"""Largest number of bytes that are read from a refusal."""
 
 # Without a handler the standard library prints each pause to standard error, through a progress bar.
 logging.getLogger("stamina").addHandler(logging.NullHandler())
@@ -42,7 +42,7 @@ class Transport:
     Parameters
     ----------
     url : str
-        Where it is.
+        Address of the service.
     api_key : str, optional
         Sent as ``Authorization: Bearer …``; by default see `key_from_environment`.
     timeout_seconds : float
@@ -174,7 +174,7 @@ class Transport:
             raise
         except httpx.ReadTimeout as error:
             # The service is computing the answer; a repeated request would start again.
-            message = f"{self.url} took longer than {self._timeout_seconds:g} s to answer; give Client(timeout=…) more."
+            message = f"{self.url} took longer than {self._timeout_seconds:g} s to answer; wait longer with Client(timeout=…)."
             raise Unreachable(message) from RuntimeError(str(error))
         except httpx.TransportError as error:
             advice = "Is `damperlab serve` running there?"
@@ -208,7 +208,7 @@ def body(document: Mapping[str, Any] | Sequence[Any]) -> dict[str, Any]:
 
 
 def _axis(value: Any) -> Any:
-    """Write an array of numpy as a range if it is one, because the values of `np.linspace` are rounded more than once."""
+    """Write an array of numpy as a range if its values are evenly spaced up to the rounding of `np.linspace`."""
     values = value.tolist()
     if np.ndim(value) == 1 and len(values) > 2 and np.isfinite(value).all():
         start, stop, num = values[0], values[-1], len(values)

@@ -36,11 +36,11 @@ def follow(transport: Transport, study_id: str, until: float | None = None) -> I
     Parameters
     ----------
     transport : Transport
-        The way to the service.
+        The connection to the service.
     study_id : str
         The study.
     until : float, optional
-        Stop at this time, on the clock `time.monotonic`, although it has not ended.
+        Stop at this time, on the clock `time.monotonic`, even if the study has not ended.
 
     Yields
     ------

@@ -36,7 +36,7 @@ def draw_response(answer: xr.Dataset, metric: str) -> Figure:
     answer : Dataset
         Of `damperlab.studies.answers.frequency_response`.
     metric : str
-        Which of its variables.
+        The variable to draw.
     """
     answer = drawn(answer)
     values = answer[metric]
@@ -48,7 +48,7 @@ def draw_response(answer: xr.Dataset, metric: str) -> Figure:
         axes = figure.add_subplot()
         if error is not None:
             band = (values.values - error.values, values.values + error.values)
-            axes.fill_between(x.values, *band, color=BLUE, alpha=0.25, lw=0, label="± its error")
+            axes.fill_between(x.values, *band, color=BLUE, alpha=0.25, lw=0, label="± error")
         axes.plot(x.values, values.values, color=BLUE, marker="o", ms=2.6, label=title_of(values))
         if failed.any():
             axes.plot(
@@ -175,7 +175,12 @@ def draw_precision(answer: xr.Dataset) -> Figure:
         share = answer["number"].values / max(1, int(answer["number"].sum()))
         axes.vlines(time.values, low, high, color=BLUE, alpha=0.35, lw=3, label="10 to 90 % of the points")
         axes.scatter(
-            time.values, middle, s=12 + 240 * share, color=BLUE, zorder=3, label="median; area: points"
+            time.values,
+            middle,
+            s=12 + 240 * share,
+            color=BLUE,
+            zorder=3,
+            label="median; area: number of points",
         )
         axes.set(xscale="log", yscale="log", xlabel=title_of(time))
         axes.set(ylabel="Error over amplitude ratio", title=answer.attrs["note"])
@@ -193,7 +198,7 @@ def draw_history(history: Mapping[str, NDArray[np.float64]], ratios: Mapping[str
     history : mapping of ndarray
         Columns `time` [1/ω_n], `u`, `v`, `p` [Z] of `damperlab.worker.point.Simulation.history`.
     ratios : mapping of float
-        Its design point; without a particle there is no clearance.
+        The design point; it has no clearance if there is no particle.
     """
     clearance = ratios.get("clearance_ratio")
     cycles = history["time"] * ratios["frequency_ratio"] / (2 * np.pi)

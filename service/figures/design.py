@@ -27,7 +27,7 @@ SAMPLES = 801
 
 
 def draw_alternatives(found: Found, called: str) -> Figure:
-    """Draw the damper found and the others over the band, at the largest amplitude.
+    """Draw the responses of the damper found and of the others over the band, at the largest amplitude.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def draw_alternatives(found: Found, called: str) -> Figure:
 
 
 def draw_amplitudes(found: Found) -> Figure:
-    """Draw the response of the drawn damper over frequency under several base amplitudes, and its peaks: the backbone."""
+    """Draw the response of the damper as drawn over frequency under several base amplitudes, and its backbone of peaks."""
     asked = found.asked
     norm = LogNorm(found.shown[0].reference_m, found.shown[-1].reference_m)
     colours = colormaps[COLOURS]

@@ -10,7 +10,7 @@ from damperlab.studies.vocabulary import CASES
 
 
 def draw_earthquake(asked: Earthquake) -> Figure:
-    """Draw the base acceleration and, with each damper, the displacement against the base over that without a damper.
+    """Draw the base acceleration and, for each damper, the displacement against the base; that without a damper is grey.
 
     Parameters
     ----------

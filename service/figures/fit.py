@@ -27,10 +27,10 @@ MILLIMETRES = 1e3
 _ALSO = {"mass_kg": "$M$", "damping_n_s_per_m": "$c$"}
 """Symbols of quantities that no study varies."""
 MOST_NAMED = 8
-"""Largest number of conditions that are all named; of more, only the first are."""
+"""Largest number of conditions that the legend names; of more, it names only the first."""
 TONES = colormaps[COLOURS].resampled(256)
 FEW = (BLUE, VERMILION, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "black", GREY)
-"""Number of conditions for which colours of the Okabe-Ito palette are used, distinguishable with any colour vision."""
+"""Colours of up to eight conditions, from the Okabe-Ito palette: distinguishable with any colour vision."""
 MASSES = ("mass_ratio", "particle_mass_kg")
 
 

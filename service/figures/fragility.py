@@ -30,7 +30,12 @@ def draw_fragility(answer: xr.Dataset) -> Figure:
             scale, answer["lowest"].values, answer["highest"].values, color=GREY, alpha=0.3, lw=0
         )
         above.plot(
-            scale, answer["median"].values, "o-", color=BLUE, ms=3.5, label="median, from smallest to largest"
+            scale,
+            answer["median"].values,
+            "o-",
+            color=BLUE,
+            ms=3.5,
+            label="median; shaded: smallest to largest",
         )
         above.axhline(
             found["threshold"], color=VERMILION, lw=1, ls="--", label=f"limit {found['threshold']:g}{unit}"

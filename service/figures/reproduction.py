@@ -22,7 +22,7 @@ def draw_responses(panels: Sequence[Mapping[str, Any]]) -> Figure:
     Parameters
     ----------
     panels : sequence of mapping
-        `title`, `curves` (by name: frequencies, values, errors), `level`, the paper's number.
+        `title`; `curves`, by name: frequencies, values, errors; `level`: the paper's number.
     """
     with styled():
         figure = Figure(figsize=(8.4, 3.9), layout="constrained")
@@ -145,7 +145,7 @@ def draw_numbers(
     Parameters
     ----------
     names : sequence of str
-        Of the cases.
+        Names of the cases.
     measured : sequence of float
         X/Z as printed, one per case.
     computed : mapping

@@ -178,7 +178,7 @@ def _where(answer: xr.Dataset) -> str:
 
 
 def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[np.bool_]:
-    """Mark the points whose particle has mass; in a study without a particle there are none."""
+    """Mark the points whose particle has mass; every point if the answer has no coordinate of that mass."""
     for name in ("mass_ratio", "particle_mass_kg"):
         if name in answer.coords:
             return np.asarray(

@@ -30,21 +30,22 @@ def disagreements(solve: Solve, quick: bool) -> Section:
             for k in (1, 2, 3)
         ),
         Row("third clearance, mm", known["clearance_3_text_mm"], value["clearance_3_mm"],
-            "caption of Figure 7; the text has another"),
+            "caption of Figure 7; the text has another value"),
         Row("clearance best for the particle alone, mm", known["clearance_3_mm"],
-            value[f"clearance_{1 + particle.index(min(particle))}_mm"], "lowest of Table 3; the text of Figure 7 has another"),
+            value[f"clearance_{1 + particle.index(min(particle))}_mm"],
+            "lowest of Table 3; the text of Figure 7 has another value"),
         Row("contact time of foam over the period", None, value["contact_time_soft_s"] * value["natural_frequency_hz"],
             "from Tables 1 and 2: longer than a whole cycle, and two impacts a cycle are common"),
         Row("the same, if read off slow motion", None,
             value["contact_time_soft_s"] * value["natural_frequency_hz"] / SLOW_MOTION,
-            f"the film ran {SLOW_MOTION:g} times slower than life"),
+            f"if the film ran {SLOW_MOTION:g} times slower than real time"),
         Row("ζ_opt", known["absorber_damping"], den_hartog(value["mass_ratio"]).damping_ratio,
             "(15) with the μ of Table 4; see Table 4"),
         Row("hybrid below TMD in the earthquake, share", known["earthquake_less_than_tmd"],
             1 - value["earthquake_peak_hybrid_m"] / value["earthquake_peak_tmd_m"], "from Table A1: agrees"),
     ]  # fmt: skip
     section.verdict = (
-        "Some of its numbers contradict each other, including three clearances and contact times."
+        "Some numbers of the paper contradict each other, including three clearances and contact times."
     )
     section.words = [
         "Here both columns come from the paper: the printed number, and what follows from its other numbers.",

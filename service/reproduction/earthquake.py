@@ -68,8 +68,8 @@ def table_a1(solve: Solve, quick: bool) -> Section:
         f"Here the record is {motion.name}, multiplied by {factor:.4g}, which gives the structure without a "
         "damper the paper's peak against its base. Every cavity of the prototype was tried. For each base amplitude "
         "that the labels may mean, the friction force that gives the 16.22 of Table 3 was tried too. Amplitudes are "
-        "those against the base. If a response depends on its start in the seventh digit, the row also gives the "
-        f"range of its peak over {STARTS} such starts.",
+        "those against the base. If starts that differ in the seventh digit diverge, the row also gives the range of the "
+        f"peak over {STARTS} such starts.",
     ]
     return section
 
@@ -126,7 +126,7 @@ def _tried(motion: GroundMotion, factor: float, starts: int) -> Iterator[tuple[s
             over = spread(structure, damper, motion, found, factor, starts=starts)
             if over["sensitive"]:
                 low, high = (over["peak_relative_displacement_m"][end] for end in ("lowest", "highest"))
-                assumption += f"; sensitive to its start: peak {low:.4g} to {high:.4g} m"
+                assumption += f"; nearby starts diverge: peak over them {low:.4g} to {high:.4g} m"
         yield case, assumption, found
 
 

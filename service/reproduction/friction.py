@@ -43,14 +43,15 @@ def figure_9(solve: Solve, quick: bool) -> Section:
         Row(f"γ_F = {ratio:g}, r = 1, relative amplitude of x − z, over Z", None,
             at(cube, "relative_amplitude_ratio", **point), "steady", at(cube, "amplitude_error", **point)),
         Row(f"γ_F = {ratio:g}, peak", wanted, float(np.nanmax(finite[int(np.abs(friction - ratio).argmin())])),
-            f"largest peak in {cycles} cycles from rest, {seconds:.3g} s at 2.5 Hz: the first cycle at r = 1 to reach it"),
+            f"largest peak in {cycles} cycles from rest, {seconds:.3g} s at 2.5 Hz; at r = 1 the first cycle that reaches "
+            f"{wanted.value:g} is cycle {cycles}"),
         Row("no damper, r = 1", None, at(cube, "amplitude_ratio", friction_ratio=0.0, frequency_ratio=1.0), "steady",
             at(cube, "amplitude_error", friction_ratio=0.0, frequency_ratio=1.0)),
         Row("no damper, r = 1", None, after(cycles, 0.0, damping, 1.0), f"largest peak in {cycles} cycles from rest"),
         Row("γ_F above which friction bounds the resonance", theirs, friction_limit(),
             f"zero of the straight line through the steady amplitudes at γ_F = 0.2 and 0.6; r = 1, ζ = {SMALL_DAMPING:g}"),
         Row(f"γ_F = {above:g}, r = 1", None, at(cube, "amplitude_ratio", friction_ratio=above, frequency_ratio=1.0),
-            "steady; (12) has it infinite for any friction",
+            "steady; the paper says that (12) is infinite for any friction",
             at(cube, "amplitude_error", friction_ratio=above, frequency_ratio=1.0)),
     ]  # fmt: skip
     section.figures["figure-9.png"] = draw_finite_time(r, friction, steady.values, finite, cycles)
@@ -59,9 +60,9 @@ def figure_9(solve: Solve, quick: bool) -> Section:
         f"{section.rows[0].ours:.4g}."
     )
     section.words = [
-        f"The paper's peak of about 20 belongs to a finite time, which it does not print. The steady peak is "
+        f"The paper's peak of about 20 belongs to a finite time, which the paper does not print. The steady peak is "
         f"{section.rows[0].ours:.4g}; a start from rest passes {wanted.value:g} in cycle {cycles}, after {seconds:.3g} s.",
-        "Equation (12) leaves viscous damping out: with it the resonance is finite at any friction, and the amplitude "
+        "Equation (12) leaves out viscous damping. With damping the resonance is finite at any friction, and the amplitude "
         "relative to the base is close to (1 − 4γ_F/π)/(2ζ). Above π/4 friction alone holds the mass near its base.",
     ]
     return section
@@ -101,19 +102,19 @@ def figure_10(solve: Solve, quick: bool) -> Section:
     levels = {f"Δs = {compression[name].value:g} mm": peak.value for name, peak in peaks.items()}
     section.figures["figure-10.png"] = draw_friction_law(axis, curves, levels)
     section.verdict = (
-        f"They disagree: by the spring's law the friction of 4 mm is {law:.3g} times that of 3 mm, by the "
-        "measured peaks "
+        "The spring's law and the measured peaks disagree: by the law the friction at 4 mm is "
+        f"{law:.3g} times that at 3 mm; by the peaks it is "
         + listing(f"{one['hybrid'] / one['compared']:.3g}" for one in found.values())
-        + " times."
+        + " times that, depending on the reading."
     )
     section.words = [
-        f"With F_N = k_s Δs the friction of 4 mm is {law:.4g} times that of 3 mm: γ_F = {ratio * law:g}, "
+        f"With F_N = k_s Δs the friction at 4 mm is {law:.4g} times that at 3 mm: γ_F = {ratio * law:g}, "
         "above π/4, where friction alone would almost prevent the resonance. The measured peaks require "
         + "; ".join(
-            f"{one['hybrid'] / one['compared']:.3g} times ({reading})" for reading, one in found.items()
+            f"a factor of {one['hybrid'] / one['compared']:.3g} ({reading})" for reading, one in found.items()
         )
         + ". So the comparison of Figures 9 and 10, the spring's law and Table 3 contradict each other. One "
-        "explanation would be a spring that touched before its zero reading.",
+        "explanation would be a spring that was already compressed at its zero reading.",
     ]
     return section
 

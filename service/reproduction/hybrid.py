@@ -72,24 +72,24 @@ def figure_11(solve: Solve, quick: bool) -> Section:
             section.rows.append(
                 Row(f"{what}, {where}", None, float(design["value"]),
                     f"at d/Z = {float(design['clearance_ratio']):g}, γ_F = {float(design['friction_ratio']):.4g}; "
-                    "designs that friction locks to the base left out", float(design["error"]), INSTANT)
+                    "without designs that friction locks to the base", float(design["error"]), INSTANT)
             )  # fmt: skip
         line = answer.sel(clearance_ratio=labelled, method="nearest")
         column = line["amplitude_ratio"].where(line["friction_ratio"] < math.pi / 4)
         place = int(np.nanargmin(column.values))
         section.rows.append(
             Row(f"best at d/Z = {float(line['clearance_ratio']):g} with γ_F below π/4, {where}", known["hybrid_1"],
-                float(column[place]), f"at γ_F = {float(column['friction_ratio'][place]):.4g}; the paper's is measured",
+                float(column[place]), f"at γ_F = {float(column['friction_ratio'][place]):.4g}; the paper's value is measured",
                 float(line["amplitude_error"][place]), INSTANT)
         )  # fmt: skip
     section.verdict = (
-        "The paper prints no values of its contours. The best designs over the band differ from those at "
-        "r = 1, where the paper draws them."
+        "The paper draws its contours at r = 1 and prints none of their values. The best designs over the "
+        "band differ from those at r = 1."
     )
     section.words = [
         "The paper draws its contours only at resonance and prints none of their values; our values are "
-        "compared with the lowest one of Table 3. Designs that look superb at r = 1 are poor over the band: "
-        "a particle that stays on its wall moves the resonance to about r = 0.953. Compare the two maps.",
+        "compared with the lowest value of Table 3. Designs that look superb at r = 1 are poor over the band: "
+        "a particle that stays at its wall moves the resonance to about r = 0.953. Compare the two maps.",
     ]
     return section
 
@@ -131,7 +131,7 @@ def figure_12(solve: Solve, quick: bool) -> Section:
         "The paper draws measured curves for several compressions of the friction spring and prints none of "
         "their values. Our peak is compared with the hybrid's entry in Table 3 for the same cavity. The "
         f"friction ratio of a compression is not printed either, so {listing(f'{g:g}' for g in FRICTION_RATIOS)} "
-        f"are shown. The figure shows contact {INSTANT}; shading is one error.",
+        f"are shown. The figure is for the contact model {INSTANT}; the shading shows ± one error.",
     ]
     return section
 
@@ -153,7 +153,7 @@ def _cavities(section: Section, solve: Solve, quick: bool) -> dict[str, xr.Datas
 
 
 def table_3(solve: Solve, quick: bool) -> Section:
-    """Nine entries of Table 3 under every reading of the paper's open choices."""
+    """Seven entries of Table 3, and two shares derived from them, under every reading of the paper's open choices."""
     section = Section("Table 3: particle, friction, and both")
     known = paper_numbers()
     cubes = _cavities(section, solve, quick)
@@ -205,11 +205,11 @@ def table_3(solve: Solve, quick: bool) -> Section:
     }
     ahead = readings.index(default) + 1
     section.verdict = (
-        f"Without friction of the particle no reading explains it: the nearest of {len(readings)} is off by a factor of "
+        f"Without friction of the particle no reading explains the table: the nearest of {len(readings)} is off by a factor of "
         f"{readings[0].factor:.3g}."
     )
     section.words = [
-        "The paper leaves open the contact, the friction ratio of 4 mm, and the base amplitude Z. Its labels "
+        "The paper leaves open the contact, the friction ratio of the 4 mm compression, and the base amplitude Z. Its labels "
         "d/Z = 5, 10, 15 of d = 7.5, 22.5, 37.5 mm need three different amplitudes Z. It also leaves open whether "
         "\"at resonance\" means r = 1 or the peak of the curve. If a response does not repeat, \"amplitude\" may mean "
         "its usual or its largest peak.",
@@ -225,7 +225,7 @@ def table_3(solve: Solve, quick: bool) -> Section:
 
 
 def _by_the_papers_method(section: Section, solve: Solve, quick: bool) -> list[Row]:
-    """Compute the entries with a particle by Runge-Kutta in the paper's steps, with impacts at their ends."""
+    """Compute the entries with a particle by Runge-Kutta in the paper's steps, with impacts at the ends of steps."""
     known = paper_numbers()
     steps = round(1 / (known["natural_frequency_hz"].value * known["time_step_s"].value))
     labels = clearances()[LABELS]

@@ -61,9 +61,8 @@ def figure_7(solve: Solve, quick: bool) -> Section:
     bare = float(without_absorber(1.0, damping))
     section.figures["figure-7.png"] = draw_responses(panels)
     section.verdict = (
-        f"The labels d/Z do not explain the measured peaks: without contact time {best[INSTANT]:g} mm are "
-        "best, the paper's text "
-        "names 37.5 mm, its Table 3 22.5 mm."
+        "The labels d/Z do not explain the measured peaks: without a contact time the best clearance is "
+        f"{best[INSTANT]:g} mm; the paper's text names 37.5 mm, its Table 3 22.5 mm."
     )
     section.words = [
         contacts_in_words(),
@@ -123,6 +122,6 @@ def figure_8(solve: Solve, quick: bool) -> Section:
         "The paper says that a higher restitution degrades the damper; it prints no number. In "
         f"{worse} of {counted(3 * len(SOFT), 'pair')} of a clearance and a contact model the harder wall is "
         "worse. So the better wall depends on the clearance too, not on the restitution alone.",
-        f"The figure shows {SHOWN_CYCLES} cycles from rest, contact {INSTANT}.",
+        f"The figure shows {SHOWN_CYCLES} cycles from rest with the contact model {INSTANT}.",
     ]
     return section

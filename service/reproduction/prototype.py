@@ -34,7 +34,7 @@ it starts above zero.
 ASSUMED = ("base_amplitude_m", "damping_ratio")
 """Parameters that every fit estimates."""
 STARTS = 4
-"""Initial values of each of them."""
+"""Number of initial values of each parameter in `ASSUMED`."""
 STEP = 0.08
 """First step of a search, as a fraction of the range."""
 EVALUATIONS_EACH = 20
@@ -96,11 +96,11 @@ class Prototype:
         return parse_harmonic(document)
 
     def shares(self, names: Sequence[str]) -> NDArray[np.float64]:
-        """Its place within the ranges of some parameters, shape (names,)."""
+        """Values of some parameters as fractions of their ranges, shape (names,)."""
         return np.array([_share(getattr(self, name), *RANGES[name]) for name in names])
 
     def at(self, names: Sequence[str], shares: Sequence[float] | NDArray[np.float64]) -> "Prototype":
-        """Move some parameters to fractions of their ranges; a fraction outside counts as the end."""
+        """Move some parameters to fractions of their ranges; a fraction outside 0 to 1 counts as the nearer end."""
         values: dict[str, Any] = {
             name: _value(share, *RANGES[name]) for name, share in zip(names, shares, strict=True)
         }
@@ -173,7 +173,7 @@ def fitted(start: Prototype, free: Sequence[str], quick: bool) -> Prototype:
 
 
 def fitted_from_anywhere(start: Prototype, quick: bool) -> Prototype:
-    """Find Z and ζ of the least deviation: from the best of a coarse grid."""
+    """Find Z and ζ of the least deviation, starting from the best point of a coarse grid."""
     count = 1 if quick else STARTS
     shares = (np.arange(count) + 0.5) / count
     grid = [start.at(ASSUMED, each) for each in product(shares, repeat=len(ASSUMED))]
@@ -184,7 +184,7 @@ def intervals(best: Prototype, free: Sequence[str]) -> dict[str, tuple[float, fl
     """Intervals of a fit's parameters, from its derivatives and its residuals.
 
     Least squares with errors of one unknown size (Seber and Wild, Nonlinear Regression, 1989, section 5.1): each is
-    the estimate ± t·s·√((JᵀJ)⁻¹). The degrees of freedom of Student's t are the numbers minus the parameters.
+    the estimate ± t·s·√((JᵀJ)⁻¹). The degrees of freedom of Student's t are the number of peaks minus the number of parameters.
     """
 
     def left_over(shares: NDArray[np.float64]) -> NDArray[np.float64]:

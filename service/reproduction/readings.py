@@ -10,7 +10,7 @@ SOFT: dict[str, dict[str, object]] = {
     PRINTED: {"model": "dwell", "contact_time": "paper_soft_printed"},
     REAL: {"model": "dwell", "contact_time": "paper_soft_real"},
 }
-"""Contact models of the foam cushion by name: none, the contact time as printed, and in real time."""
+"""Contact models of the foam cushion by name: no contact time, the printed one, and the printed one in real time."""
 HARD: dict[str, dict[str, object]] = {
     INSTANT: {"model": "instant"},
     PRINTED: {"model": "dwell", "contact_time": "paper_hard_printed"},
@@ -27,7 +27,7 @@ CHOSEN_FRICTION = 0.69
 
 
 def clearances() -> dict[str, tuple[float, float, float]]:
-    """Give d/Z of the three cavities for every reading: as labelled, and with the one Z that fits each label."""
+    """Give d/Z of the three cavities for every reading: as labelled, and with the one Z that each label gives."""
     known = paper_numbers()
     lengths = [known[f"clearance_{k}_mm"].value for k in (1, 2, 3)]
     labels = [known[f"clearance_ratio_{k}"].value for k in (1, 2, 3)]

@@ -70,9 +70,9 @@ def table_3_rubbing(solve: Solve, quick: bool) -> Section:
         names, measured, {name: list(peaks.values()) for name, peaks in found.items()}
     )
     section.verdict = (
-        f"Explained to {deviation_of(best):.1%} (rms) by μ_i = {best.particle_friction:.2g} and Z = "
+        f"The best fit deviates by {deviation_of(best):.1%} (rms), with μ_i = {best.particle_friction:.2g} and Z = "
         f"{1e3 * best.base_amplitude_m:.3g} mm, "
-        f"at {best.damping_ratio / known['damping_ratio'].value:.2g} times the measured ζ; without μ_i to "
+        f"at {best.damping_ratio / known['damping_ratio'].value:.2g} times the measured ζ; without μ_i it deviates by "
         f"{deviation_of(without):.0%}."
     )
     section.words = _words(best, found[WITH], intervals(best, FREE))
@@ -156,7 +156,7 @@ def _figures(section: Section, solve: Solve, best: Prototype, peaks: dict[str, f
             "ratio of the friction forces of 4 and 3 mm",
             by_spring,
             best.friction_ratio / at_3_mm,
-            "Figure 10; each from the peak that was measured, (1 − 4γ_F/π)/(2ζ)",
+            "Figure 10; each force from its measured peak, (1 − 4γ_F/π)/(2ζ)",
         ),
         Row(
             f"peak of the hybrid over the tuned mass damper's, d = {lengths[1]:g} mm",
@@ -193,7 +193,7 @@ def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[flo
         "The paper lists μ_i, internal friction, among its symbols, and its particle slides on a rail. Here the numbers of "
         "Table 3 are read as peaks of the curves, at one base amplitude Z for all cavities. The restitution "
         "e is the measured one, and γ_F is chosen so that friction alone has the printed peak "
-        f"({known['friction_alone'].value:g}). The rest is fitted to the "
+        f"({known['friction_alone'].value:g}). Z, ζ and μ_i are fitted to the "
         f"six numbers with a particle, within Z of {factor * ranges['base_amplitude_m'][0]:g} to "
         f"{factor * ranges['base_amplitude_m'][1]:g} mm, ζ of {ranges['damping_ratio'][0]:g} to "
         f"{ranges['damping_ratio'][1]:g} and μ_i up to {ranges['particle_friction'][1]:g}. The deviation is "
@@ -201,7 +201,7 @@ def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[flo
         f"The {CONFIDENCE:.0%} intervals of the fit with friction of the particle are {factor * z[0]:.3g} to "
         f"{factor * z[1]:.3g} mm for Z, {zeta[0]:.3g} to {zeta[1]:.3g} for ζ and {mu[0]:.3f} to {mu[1]:.3f} for μ_i. "
         "The last table lists the best Z and ζ for given values of μ_i.",
-        f"The hybrids of the two longer cavities are printed as {known['hybrid_2'].value:g} and "
+        f"The peaks of the hybrid in the two longer cavities are printed as {known['hybrid_2'].value:g} and "
         f"{known['hybrid_3'].value:g}, almost equal. With friction of the particle they come out as "
         f"{peaks['hybrid_2']:.3g} and {peaks['hybrid_3']:.3g}. Equal numbers mean that the particle reaches "
         "no wall and damps by its friction alone.",

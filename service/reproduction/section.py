@@ -141,11 +141,11 @@ def variant(name: str, called: str = "", quick: bool = False, **changes: Any) ->
     name : str
         Name of a study.
     called : str
-        Suffix of its name.
+        Suffix of the new study's name.
     quick : bool
         Keep a few values of each axis: the ends, r = 1, and those in `changes`.
     changes
-        Entries of `axes` by their names, or `contact`.
+        Entries of `axes` by their names, or other fields of a study, for example `contact`.
     """
     study = named_study(name)
     document = study.document()

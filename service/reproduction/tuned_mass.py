@@ -36,7 +36,7 @@ def table_4(solve: Solve, quick: bool) -> Section:
         Row("ζ_opt", printed, right.damping_over_structure, "the same dashpot over the structure's frequency, c/(2 m ω_n)"),
         Row("peak of (13)", None, highest(right).value, f"ζ = {right.damping_ratio:.6g}, γ = {right.tuning:.6g}"),
         Row("peak of (13)", None, highest(mixed).value,
-            f"the printed ζ put into (13) as it stands, (14): a dashpot {1 + mass:g} times too weak"),
+            f"the printed ζ put into (13) unconverted, γ from (14): a dashpot too weak by a factor of {1 + mass:g}"),
         Row("peak of (13)", None, highest(tuned("hinf", mass)).value,
             "exact optimum of an undamped structure, Nishihara and Asami (2002)"),
     ]  # fmt: skip
@@ -53,8 +53,8 @@ def table_4(solve: Solve, quick: bool) -> Section:
     )
     section.words = [
         "Table 4's 0.1679 is not what (15) gives. It is √(3μ/(8(1+μ)³)), the same optimum as c/(2 m ω_n): "
-        "over the structure's natural frequency in place of the absorber's own. Both describe the same "
-        "dashpot. But the ζ of (13) is over the absorber's own frequency, so the number of Table 4, put "
+        "with the structure's natural frequency in place of the absorber's own. Both describe the same "
+        "dashpot. But the ζ of (13) refers to the absorber's own frequency, so the number of Table 4, put "
         "into (13), makes the dashpot too weak.",
     ]
     return section
@@ -81,8 +81,9 @@ def figure_14(solve: Solve, quick: bool) -> Section:
             at_resonance = at(cube, "amplitude_ratio", friction_ratio=g, frequency_ratio=1.0)
             section.rows.append(
                 Row(f"peak of the hybrid, γ_F = {g:g}", None, said["hybrid_peak"],
-                    f"{said['ratio']:.3g} times the tuned mass damper's, at r = {said['hybrid_peak_at']:.4g}; better than "
-                    f"it at {said['hybrid_better_share']:.0%} of the frequencies; {at_resonance:.3g} at r = 1",
+                    f"{said['ratio']:.3g} times the tuned mass damper's peak; the peak is at r = "
+                    f"{said['hybrid_peak_at']:.4g}; smaller X/Z than with the tuned mass damper at "
+                    f"{said['hybrid_better_share']:.0%} of the frequencies; X/Z = {at_resonance:.3g} at r = 1",
                     said["hybrid_peak_error"], contact)
             )  # fmt: skip
             if contact == INSTANT and abs(said["ratio"] - 1) <= ALIKE:
@@ -105,7 +106,7 @@ def figure_14(solve: Solve, quick: bool) -> Section:
     )
     section.words = [
         "The paper prints no number of its Figure 14; it says that the tuned mass damper has the smaller "
-        "peak at resonance, and the hybrid works over a wider band. "
+        "peak at resonance, and that the hybrid works over a wider band. "
         + (
             f"Our hybrid has a peak within {ALIKE:.0%} of the tuned mass damper's at γ_F = {listing(alike)} "
             f"({INSTANT})."
