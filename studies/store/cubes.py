@@ -43,7 +43,7 @@ class Cubes(StoreBase):
         StudyNotFound
             If there is no such study.
         StoreFault
-            If its files are missing.
+            If done-marks are missing, or the description or coordinates are lost, damaged or cannot be read.
         """
         # importing xarray takes half of a command's start, and few commands need it
         from damperlab.studies.store.cube.opened import open_cube

@@ -14,7 +14,7 @@ class KeptQuota:
     Parameters
     ----------
     together : int, optional
-        Of everybody.
+        For all owners together.
     of_owner : int, optional
         For each owner of keys.
     """

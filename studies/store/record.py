@@ -55,7 +55,8 @@ class BlockOutcome:
     message : str, optional
         Reason of a failed block.
     generation, checksum : str
-        The block's files, and their content; see `damperlab.studies.store.cube.cube.write_region`.
+        The generation in the name of the block's file, and the checksum of its values; see
+        `damperlab.studies.store.cube.cube.write_region`.
     reused : int
         Points reused from earlier studies.
     identity : str
@@ -103,9 +104,9 @@ class Record:
     message : str, optional
         Why the study or its first failed block failed, which workers were excluded and why, or why it waits.
     seconds, kernel_seconds : float
-        Summed over the done blocks [s].
+        Wall time and time in kernels, summed over the done blocks [s].
     owner : str, optional
-        The present owner.
+        Owner of the claim on the study; None if no process works on it.
     points_reused : int
         Points reused from earlier studies instead of being computed.
     revision : int
@@ -208,7 +209,7 @@ class Record:
         return document
 
     def summary(self) -> dict[str, Any]:
-        """Give it without its definition, which may be long, and without its provenance."""
+        """Give the record as JSON-able values, without its definition, which may be long, and its provenance."""
         return {
             name: value for name, value in self.document().items() if name not in ("definition", "provenance")
         }

@@ -52,8 +52,8 @@ COMPILERS: tuple[str, ...] = ("numba", "llvmlite", "numpy")
 def solver() -> str:
     """Identity of the solver, 16 hex digits: its sources, and the versions of Python, numba, llvmlite and numpy.
 
-    Read from files and from the packages' metadata: nothing is imported, so a reader of results needs no compiler. Comments and
-    docstrings do not count.
+    It is read from files and from the packages' metadata: nothing is imported, so a reader of results needs no
+    compiler. Comments and docstrings do not count.
 
     Returns
     -------
@@ -73,12 +73,12 @@ def is_outdated(recorded: Mapping[str, str]) -> bool:
 
 
 def identity_of(provenance: Mapping[str, str]) -> str:
-    """Give everything that determines the bits of a point: the solver and the processor for which it is compiled.
+    """Hash what determines the bits of a point: the solver, the target for which it is compiled, and the C library.
 
     Returns
     -------
     str
-        Empty if the provenance does not state it.
+        16 hex digits; empty if the provenance does not state the solver or the target.
     """
     parts = [provenance.get(name, "") for name in ("solver", "target", "libc")]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if all(parts[:2]) else ""

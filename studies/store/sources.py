@@ -32,10 +32,10 @@ def hash_of(root: Path, names: Iterable[str]) -> str:
 
 
 def computing_lines(text: str) -> Iterator[str]:
-    """Give the lines of a source without comments, blank lines and docstrings, including docstrings of values.
+    """Give the lines of a source without comments, blank lines and docstrings, also those of values.
 
     A docstring begins a line with three quotes, as the formatter writes it. A comment after code is removed if the
-    line has no quote, in which a # could be text.
+    line has no double quote; otherwise the # could be part of a text.
     """
     prose = string = False
     for line in text.splitlines():

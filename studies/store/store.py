@@ -24,7 +24,8 @@ _LOG_HEADER_BYTES = 32
 class Store(Submissions, Remarking, SmallBatches, Cubes):
     """Studies and their cubes under one data directory.
 
-    Usable from several threads and, with one `Store` each, from several processes. Do not carry one across a fork.
+    Usable from several threads and, with one `Store` each, from several processes. Do not use a `Store` in
+    a process that was forked after it was opened.
     """
 
     _copy: TemporaryDirectory[str] | None = None

@@ -33,7 +33,7 @@ class Jobs:
     Parameters
     ----------
     system : str
-        Which one.
+        The batch system.
     most : int
         Largest number of jobs that wait or run together; each is one worker on one core.
     fewest : int
@@ -41,7 +41,7 @@ class Jobs:
     wall_seconds : float
         Wall time of a job; its worker exits before.
     memory_bytes : int
-        Of a job.
+        Memory of a job.
     options : str
         Further options of the batch system, as in "--partition=short --account=lab".
     """
@@ -65,7 +65,7 @@ class _Dialect:
     array: str
     """The directive for jobs 1 to {count}."""
     task: str
-    """The environment variable that numbers them."""
+    """The environment variable with the number of a job."""
     job: str
     """Pattern of the output of `submit`; its group is the identifier to which `cancel` is applied."""
 
@@ -145,7 +145,7 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
     submission : int
         Number of the submission, a part of the workers' names.
     count : int
-        How many jobs.
+        Number of jobs.
     idle : bool
         Whether the workers stay even if no blocks are left.
     """

@@ -131,7 +131,7 @@ def refusal(error: BaseException) -> str:
     Returns
     -------
     str
-        Half a sentence.
+        A clause for the middle of a sentence.
     """
     closed = False
     seen: BaseException | None = error

@@ -56,7 +56,7 @@ _LOCAL_CONFIG = {
 
 @contextmanager
 def connect(workers: int | None = None, scheduler: str | None = None) -> Iterator[Client]:
-    """Client of a cluster; each study checks itself which of its workers can compute.
+    """Connect to a cluster; each study checks which of the workers can compute for it.
 
     Parameters
     ----------
@@ -116,8 +116,8 @@ def secret() -> Security:
 
 
 def dask_setup(worker: object) -> None:
-    """Dask's hook when our own workers start. They run at lower priority than the answering process, and leave Ctrl-C
-    to the coordinator.
+    """Set up a worker of our own; Dask calls this when it starts. It runs at lower priority than the answering
+    process, and leaves Ctrl-C to the coordinator.
 
     Scheduler, coordinator and service need little time, but without delay. A terminal sends SIGINT to the whole process
     group. The coordinator then lets running blocks finish; workers that handled it too would drop them, each with a

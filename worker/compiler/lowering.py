@@ -55,7 +55,7 @@ class FromTyped(lowering.Lower):  # type: ignore[misc]
             super().decref(typ, value)
 
     def lower_binop(self, result_type: Any, expression: Any, operation: Any) -> Any:
-        """Code of an operation. A sum whose operand is a product in the same expression is one operation."""
+        """Emit the code of an operation. A sum whose operand is a product in the same expression is one operation."""
         both = self.fndesc.calltypes[expression].args == (types.float64, types.float64)
         if both and operation in (operator.add, operator.sub):
             left, right = self._number(expression.lhs), self._number(expression.rhs)
@@ -119,7 +119,7 @@ class LowerPart(Lowering):
     _library = Part
 
     def run_pass(self, state: Any) -> bool:
-        """Lower it as a function without an address; its callers get a placeholder that is never called."""
+        """Lower the function as one without an address; its callers get a placeholder that is never called."""
         super().run_pass(state)
         lowered = state["cr"]
         name = lowered.fndesc.qualname

@@ -25,8 +25,9 @@ def target_of(triple: str, features: dict[str, bool], wanted: str = "") -> tuple
     Returns
     -------
     processor, features : str
-        In LLVM's notation. Older x86-64 processors get the baseline of their architecture, all others `generic`. This
-        is portable and slower, and gives different last bits, since a product and a sum are then rounded twice.
+        In LLVM's notation. Older x86-64 processors get the baseline of their architecture, other architectures
+        `generic`. This is portable and slower, and gives different last bits, since a product and a sum are then
+        rounded twice.
     """
     if not triple.startswith("x86_64"):
         return "generic", ""

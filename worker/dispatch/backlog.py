@@ -43,12 +43,12 @@ class Attempt:
     Parameters
     ----------
     index : int
-        Of the block.
+        Index of the block.
     errors, crashes : int
         Number of exceptions that it raised, and number of processes that it certainly ended.
     apart : bool
-        Whether to compute it in a separate process: a worker vanished during it, and this shows whether the block was
-        the cause without losing another worker.
+        Whether to compute it in a separate process, because a worker vanished during it. If the block was the cause,
+        only that process is lost.
     avoid : frozenset of str
         Workers at which it failed.
     tries : int
@@ -70,5 +70,5 @@ class Attempt:
         return replace(self, tries=self.tries + 1, apart=self.apart or apart)
 
     def elsewhere(self, address: str) -> "Attempt":
-        """Give the same attempt for another worker, if there is one."""
+        """Give the same attempt, to be made at another worker if there is one."""
         return replace(self, avoid=self.avoid | {address})

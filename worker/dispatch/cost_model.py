@@ -23,15 +23,17 @@ from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_sto
 from damperlab.studies.store.record import Record
 
 LINEAR_SECONDS = 2e-6
-"""Time of a point in closed form, including storing."""
+"""Time of a point in closed form, including storing [s]."""
 FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.8e-6, 1.4e-6, 2.0e-6
-"""One excitation cycle with its events, for a wide clearance."""
+"""Time of one excitation cycle with its events, for a wide clearance [s]."""
 COMPLIANT_TIMES = 4.5
-"""Factor of a cycle with compliant walls."""
+"""Factor of the time of a cycle if the walls are compliant."""
 RUN_SECONDS, RECORD_WINDOW_SECONDS = 5e-5, 0.15e-6
-"""One run under a record: its fixed time, and that of each panel, measured on built-in records from 1 to 50 Hz."""
+"""Time of one run under a record: a fixed part, and a part for each panel [s]. Measured on built-in records, at natural
+frequencies from 1 to 50 Hz.
+"""
 STEP_SECONDS = 0.04e-6
-"""One step of the fixed-step method, for any scene."""
+"""Time of one step of the fixed-step method, for any scene [s]."""
 MOST_RIDING, RIDING_CLEARANCE = 9.1, 1.8
 """In a short cavity the particle chatters and stays on a wall, and a cycle takes up to 1 + `MOST_RIDING` times as long.
 The excess falls as exp(−clearance_ratio/`RIDING_CLEARANCE`).
@@ -85,7 +87,7 @@ def family_factor(earlier: Iterable[Record]) -> float | None:
     Parameters
     ----------
     earlier : iterable of Record
-        Of `damperlab.studies.store.reuse.family.done_of_family`.
+        From `damperlab.studies.store.reuse.family.done_of_family`.
     """
     taken = expected = 0.0
     for record in earlier:

@@ -65,7 +65,7 @@ class Examiner:
     def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
         """Test every worker, without judging yet.
 
-        It waits for all present workers, but only briefly after the first answer.
+        The call waits for all present workers, but only briefly after the first answer.
 
         Parameters
         ----------
@@ -102,9 +102,9 @@ class Examiner:
         answers : dict of Answer
             By address.
         identity : str
-            Solver of the study; empty to use that of most workers.
+            Solver of the study; empty to use the most frequent one.
         truth : str
-            Bits of the points; empty to use the most frequent answer.
+            Bits of the points; empty to use the answer of a majority of the workers.
 
         Returns
         -------
@@ -125,7 +125,9 @@ class Examiner:
         return next(one.facts for one in alike.values()) if self._workers.usable else None
 
     def heard(self, key: str) -> tuple[str, Answer] | None:
-        """Give the workers that answered in a completed task, with their answers."""
+        """Give the address and the answer of the worker whose test has ended under this key; None if the worker
+        did not answer, or the key is not of a test.
+        """
         if key not in self._asked:
             return None
         future, address = self._asked.pop(key)

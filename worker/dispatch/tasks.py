@@ -53,7 +53,7 @@ class Tasks:
         Parameters
         ----------
         key : str
-            Of the task.
+            Key of the task.
         address : str
             The worker.
         call : tuple
@@ -136,10 +136,10 @@ class _Call:
 
 
 def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[bytes], Any], bytes]:
-    """Give an equivalent of a function and its arguments that only the executing worker can read.
+    """Pack a function and its arguments so that only the executing worker unpickles them.
 
     A Dask scheduler unpickles tasks, and so loads the modules of their functions and arguments. Loading the
-    solver and the stores would double the time that the scheduler needs to start. It sees only bytes of a sealed call.
+    solver and the stores would double the time that the scheduler needs to start. Of a sealed call, it sees only bytes.
     Workers need nothing from this module, so a worker with another version of damperlab can still report its version.
 
     Parameters

@@ -97,11 +97,11 @@ class Window:
         cube_path, digest, code : str
             As for `damperlab.worker.worker_process.tasks.run_block`.
         identity : str
-            Solver of the study; empty if the study has not started, to use that of most workers.
+            Solver of the study; empty if the study has not started, to use the most frequent one.
         canary : Block, optional
             Points that every worker computes; None the first time, when kernels are still to be compiled.
         truth : str
-            Their stored bits; empty if they are not stored, to use the answer of most workers.
+            Their stored bits; empty if they are not stored, to use the answer of a majority of the workers.
         look_on : callable
             Called between checks; False ends the wait.
 
@@ -219,7 +219,7 @@ class Window:
         try:
             outcome: BlockOutcome = future.result(timeout=FETCH_SECONDS)
         except TimeoutError:
-            # its worker may be gone and waiting in vain, so this is checked; if the worker is present it is asked again
+            # the worker may be gone, so the present workers are checked; if it is present, the result is fetched again
             self._tasks.require_scheduler()
             self._flying[key] = future
             self._tasks.again(key)

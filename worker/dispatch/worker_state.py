@@ -44,7 +44,7 @@ class Suspicion:
     confirmed : int
         Number of blocks that failed there and that another worker has since computed.
     last_error : str
-        Error here of the last such block.
+        Error of the last such block at this worker.
     """
 
     unreadable: int = 0

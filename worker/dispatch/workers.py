@@ -33,7 +33,7 @@ class Workers(Standings):
         self.retries = 0
         """Number of blocks that were started again."""
         self.incidents: list[str] = []
-        """Events of blocks, a sentence each without its full stop; reading empties it."""
+        """Events of blocks, a sentence each without its full stop; the reader empties the list."""
         self._backlog = backlog
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
@@ -68,7 +68,7 @@ class Workers(Standings):
         """
         lost = [key for address in self.states.keys() - threads.keys() for key in self.vanish(address)]
         for worker in self._meet(threads, running):
-            # it completes its running block
+            # it completes its running blocks
             not_begun = list(worker.held)[worker.threads :]
             for key in not_begun:
                 self._again.append(self._take(key))
@@ -76,13 +76,13 @@ class Workers(Standings):
         return lost
 
     def take_away(self, now: float) -> list[str]:
-        """Give each block that runs far too long to another worker, once, and exclude its present worker until that
-        answers.
+        """Give each block that runs far too long to another worker, once. Its present worker is excluded until it
+        passes a test.
 
         Parameters
         ----------
         now : float
-            By the caller's clock.
+            Time by the caller's clock [s].
 
         Returns
         -------
@@ -180,7 +180,7 @@ class Workers(Standings):
                 self._confirm(other, attempt.index)
 
     def give_back(self, key: str, apart: bool = False) -> None:
-        """Record that a block was not computed, without its fault."""
+        """Record that a block was not computed, for a reason that is not its fault."""
         self._again.append(self._take(key).begun(apart))
 
     def failed(self, key: str, error: BaseException, now: float) -> Failure | None:
@@ -189,11 +189,11 @@ class Workers(Standings):
         Parameters
         ----------
         key : str
-            Of the task.
+            Key of the task.
         error : BaseException
             The exception.
         now : float
-            By the caller's clock.
+            Time by the caller's clock [s].
 
         Returns
         -------

@@ -65,7 +65,7 @@ class Account:
     def enter(
         self, phase: str | None, done: int | None = None, total: int | None = None, message: str | None = None
     ) -> None:
-        """Publish the study's activity."""
+        """Publish the phase of the study."""
         if (phase, done, total, message) != self._entered:
             self._entered = phase, done, total, message
             self._phase = phase, done, total
@@ -89,7 +89,7 @@ class Account:
         self.report(at_once=True)
 
     def compiling(self, done: int, total: int) -> None:
-        """Publish the progress of the kernels."""
+        """Publish how many kernels are compiled."""
         self.enter("compiling", done, total)
 
     def begin_blocks(self, record: Record, work_left: float) -> None:

@@ -30,7 +30,7 @@ class Ending:
         stopped_as : str
             State of an incomplete study.
         stopped_by : str, optional
-            Reason of its incompleteness.
+            Reason why it is incomplete.
         failures : sequence of str
             Failed blocks, with reasons.
         left_out : str

@@ -31,7 +31,7 @@ class Harvest:
     expected : array of float
         Their expected kernel seconds at the beginning; progress is the share of completed seconds.
     account : Account
-        Called with each block.
+        Counts each block that was marked as done.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Harvest:
             self._mark(outcomes)
 
     def _outcome(self, end: BlockOutcome | Failure) -> BlockOutcome:
-        """Give the blocks to mark."""
+        """Give the outcome to mark; the values of a failed block are written first."""
         if isinstance(end, BlockOutcome):
             self.spent_seconds += end.kernel_seconds
             return end

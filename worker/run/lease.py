@@ -23,7 +23,7 @@ RENEW_SECONDS = 5.0
 
 
 class Lease:
-    """Findings of the renewing thread; made by `hold`.
+    """A runner's claim on a study, and what the renewing thread has found; made by `hold`.
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ class Lease:
         self.study_id = study_id
         self.owner = _new_owner()
         self.begun = threading.Event()
-        """Set by the runner once the study is `running`, so that its run was not withdrawn while queued."""
+        """Set by the runner once the study is `running`; from then on, another state means that the run was withdrawn."""
         self.withdrawn = threading.Event()
         """Set when another process cancelled or deleted the study."""
         self.lost = threading.Event()
         """Set when another runner has the claim: this one must not change the study any more."""
         runner = threading.current_thread()
-        # a runner that was killed without releasing its claim leaves the study to another
+        # if the runner's thread ends without releasing the claim, renewal stops and another runner can take over
         self.renewing = Background(f"lease-{study_id}", self._renew, RENEW_SECONDS, runner.is_alive)
         """The thread that renews the claim."""
 

@@ -83,7 +83,8 @@ class OnCluster:
         wait_seconds : float
             Longest wait while no worker can compute [s].
         return_seconds : float
-            Longest wait for a lost scheduler [s]; it restarts after each loss if blocks were completed before.
+            Longest wait for a lost scheduler [s]; the time is counted anew after a loss if blocks were completed since
+            the previous one.
 
         Raises
         ------

@@ -22,9 +22,9 @@ class Progress:
     points_per_second : float
         Recent speed of this run; 0 before its first block.
     seconds_left : float or None
-        Expected, or None while the speed is unknown; 0 at the end.
+        Expected wall time to the end [s]; None while the speed is unknown, 0 at the end.
     phase : str
-        As in `Record`: starting or compiling before the blocks.
+        As in `Record`.
     phase_done, phase_total : int, optional
         Number of compiled kernels, and their total, while the phase is compiling.
     workers : tuple of (str, int)
@@ -34,7 +34,7 @@ class Progress:
     waits_for : str
         Resource that is missing while the phase is waiting; empty if it is a worker.
     gives_up_in : float
-        Remaining wait for it [s].
+        Remaining wait for this resource [s].
     """
 
     points_total: int
@@ -94,7 +94,7 @@ class Meter:
         self._sample()
 
     def progress(self) -> Progress:
-        """Present counts and speed."""
+        """Give the present counts and speed."""
         then, points, work = self._samples[0]
         elapsed = time.monotonic() - then
         speed = (self._points - points) / elapsed if elapsed > 0.0 else 0.0

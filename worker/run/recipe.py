@@ -32,7 +32,7 @@ class Recipe:
     plan : Plan
         Its blocks.
     record : Record
-        The study as it is.
+        The study in its present state.
     """
 
     def __init__(self, store: Store, lease: Lease, plan: Plan, record: Record) -> None:
@@ -48,7 +48,7 @@ class Recipe:
         return self._record.provenance.get("identity", "") if self._record.blocks_done else ""
 
     def agree(self, answers: Mapping[str, Mapping[str, str]]) -> None:
-        """Record the study's solver; this comes before any call.
+        """Record the study's solver; this must precede the first `call`.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class Recipe:
             canary = canary_of(self._plan, int(done[0]))
             names = [variable.name for variable in stored_variables(study)]
             with suppress(StoreFault, OSError):
-                # a worker is not judged by a missing answer
+                # if the stored results cannot be read, the answer of a majority of the workers decides
                 if truth := stored_bits(self._store.cube(self._lease.study_id), study, canary, names):
                     return canary, truth
         return canary_of(self._plan, int(pending[0])), ""

@@ -1,4 +1,4 @@
-"""One study from its claim to its end: its pending blocks through a cluster into the store."""
+"""One study from its claim to its end: its pending blocks are computed and stored."""
 
 import math
 import time
@@ -90,7 +90,8 @@ def run_study(
         Nothing is computed unless the study is in one of these states once it is claimed, because another process may
         have cancelled it.
     stopped_as : str
-        The final state after `stop`: "queued" if another process will continue it, or has already decided its state.
+        The final state after `stop`, for example "queued" if another process will continue the study. A state that
+        another process has set meanwhile is kept.
     outage_as : str
         The final state after a temporary failure: an absent cluster, a full disk.
     here_seconds : float
@@ -160,9 +161,9 @@ class _Run:
     lease : Lease
         The claim on it.
     account : Account
-        Tells everybody.
+        Receives all reports.
     stop : Event
-        Set from outside.
+        Set by another thread to stop the run.
     budget_seconds : float, optional
         Kernel seconds after which it stops.
     """
@@ -200,7 +201,7 @@ class _Run:
         wait_seconds: float,
         return_seconds: float,
     ) -> None:
-        """Compute the pending blocks and end the study; a store that does not answer is waited for, like a
+        """Compute the pending blocks and end the study. If the store does not answer, wait for it as for a lost
         scheduler.
         """
         gives_up_at, kept = 0.0, -1
@@ -248,7 +249,7 @@ class _Run:
         earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
         expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
         work_left = float(expected[pending].sum())
-        # measured from the start, so that time before a loss of the store counts too
+        # the same for the whole run, so that blocks completed before a loss of the store count too
         self._harvest = self._harvest or Harvest(
             self._store, self._lease, self._plan, expected, self._account
         )
@@ -258,7 +259,7 @@ class _Run:
             return
         sweep(self._store, self._study_id)
         if self._record.blocks_done:
-            # the solver is known before a cluster is started; the workers report whether their processors are alike
+            # the solver is compared before a cluster is started; processors are compared once the workers answer
             require_solver(self._study_id, self._record.provenance)
         self._require_room()
         if work_left <= here_seconds:
@@ -281,7 +282,7 @@ class _Run:
         away.compute(client_factory, self._pump, wait_seconds, return_seconds)
 
     def _take_back_lost(self) -> None:
-        """Also compute blocks whose files are lost."""
+        """Invalidate the marks of blocks whose files are lost, so that they are computed again."""
         lost = self._store.lost_blocks(self._study_id)
         if lost:
             require_solver(self._study_id, self._record.provenance)
@@ -302,7 +303,7 @@ class _Run:
         try:
             description_of(open_shelf(self._store.cube_path(self._study_id)))
         except (OSError, ValueError) as error:
-            # here no worker could read the data; workers that cannot read it are otherwise excluded
+            # the run ends here, because otherwise every worker would be excluded for the same reason
             kind = Outage if isinstance(error, ShelfAway) else Interrupted
             raise kind(f"the study's data cannot be read ({type(error).__name__}: {error})") from error
 

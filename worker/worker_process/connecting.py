@@ -55,7 +55,7 @@ async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: f
 async def joined(
     worker: Worker, security: Security, told: "asyncio.Future[str]", limit_seconds: float
 ) -> bool:
-    """Wait for a scheduler, however long that takes; False if the wait is abandoned.
+    """Start a worker once its scheduler accepts it; False if the wait ends before that.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ class Answer:
     Parameters
     ----------
     facts : dict of str
-        Its `computing()`.
+        What `computing()` gives at the worker.
     bits : str
         Bits of the requested points, see `bits_of`; empty if none were requested.
     """
@@ -70,7 +70,7 @@ def canary_of(plan: Plan, block: int) -> Block:
     Parameters
     ----------
     plan : Plan
-        Of the study.
+        Plan of the study.
     block : int
         Index of the block.
 
@@ -102,7 +102,7 @@ def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str
     Parameters
     ----------
     cube : Dataset
-        The study's.
+        Cube of the study.
     study : AnyStudy
         The study.
     canary : Block

@@ -57,7 +57,7 @@ def run_block(
     code : str
         `code_hash()` of the coordinator. Checked with every block: workers join while a study runs.
     generation : str
-        Identifies this attempt's files; no other attempt of any run has the same generation.
+        Identifies this attempt's file; no other attempt of any run has the same generation.
     sources : tuple of Source
         Known points of the block in earlier studies.
     solver : str
@@ -177,7 +177,7 @@ def _study(cube_path: str, digest: str) -> Study | Suite:
     if described.digest != digest:
         raise OSError(f"the cube {cube_path} holds study {described.digest}, not {digest}")
     try:
-        # the original definition is computed, whatever has since happened to its description
+        # this is the submitted definition, since its digest is compared
         return parse_stored(json.loads(str(described.attributes["study"])), digest)
     except (DefinitionDamaged, ValueError) as error:
         # the points are not at fault, so the study stops and none of them is recorded as failed

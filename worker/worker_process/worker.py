@@ -179,7 +179,7 @@ async def _asking(url: str | None, told: "asyncio.Future[str]") -> AsyncIterator
     async def ask(url: str) -> None:
         while not told.done():
             if await asyncio.to_thread(announced, url) and not told.done():
-                told.set_result(f"{url} says so")
+                told.set_result(f"{url} announces the end of this machine")
             await asyncio.sleep(ASK_SECONDS)
 
     asking = None if url is None else asyncio.ensure_future(ask(url))
@@ -201,7 +201,7 @@ async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms,
         if ends is not None and time.monotonic() >= ends:
             return f"its lifetime of {terms.lifetime_s:g} s ends"
         if terms.notice is not None and terms.notice.exists():
-            return f"{terms.notice} is there"
+            return f"the file {terms.notice} exists"
         if worker.state.tasks:
             busy = time.monotonic()
         elif terms.leave_idle_s is not None and time.monotonic() - busy > terms.leave_idle_s:
@@ -238,7 +238,7 @@ def announced(url: str) -> bool:
     connection = kind(str(parts.hostname), parts.port, timeout=ANSWER_SECONDS)
     path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
     try:
-        # Google's address refuses requests without it
+        # Google's address refuses requests without this header
         connection.request("GET", path, headers={"Metadata-Flavor": "Google"})
         answer = connection.getresponse()
         return answer.status == 200 and answer.read(64).strip().lower() not in _NOT_YET

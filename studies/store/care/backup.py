@@ -77,11 +77,11 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     Parameters
     ----------
     source : Store
-        May be in use.
+        The store to copy; it may be in use.
     target : Store
         Holds no study yet, or is an earlier backup of `source`, to which nothing was submitted.
     for_good : bool
-        Whether the copy becomes independent and is not updated as a backup.
+        Whether the copy becomes an independent store, which no later backup can update.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
         for row, _, _ in copies:
             if row.state in ENDED:
                 keep_marks(target, row.id, {})
-        # studies that the source has deleted since
+        # remove the files of studies that the source has deleted since
         names = {cube_name(row.id, row.number) for row, _, _ in copies}
         for name in list(target.shelf.shelves()):
             if parse_cube_name(name) and name not in names:
@@ -175,7 +175,7 @@ def _require_target(source: Store, target: Store, mine: str) -> None:
 
 
 def _require_nothing_lost(source: Store, target: Store) -> None:
-    """Refuse to drop studies of an earlier backup that the source has lost without deleting them."""
+    """Refuse if an earlier backup holds studies that the source neither has nor deleted."""
     with source.catalogue.reading() as connection:
         rows = connection.execute(select(studies.c.id, studies.c.number)).all()
     known = {cube_name(row.id, row.number) for row in rows}
@@ -287,7 +287,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
 
 
 def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, bytes]]:
-    """Read the files of a cube apart from its blocks, and check that they are intact."""
+    """Read all files of a cube except its blocks, and check that they are intact."""
     with telling(shelf, None, "the cube's description"):
         metadata = shelf.get(DESCRIPTION)
         described = describe_cube(metadata)

@@ -1,7 +1,7 @@
 """The catalogue reconstructed from the cubes: from their descriptions, their marks, and the headers of their blocks.
 
-Nothing is removed. Missing entries are added study by study, each in one transaction. So it may be killed at any
-moment and run again, with the same result.
+Nothing is removed. Missing entries are added study by study, each in one transaction. So `rebuild` may be killed
+at any moment and run again, with the same result.
 """
 
 import json
@@ -47,14 +47,14 @@ from damperlab.studies.store.record import BlockOutcome
 
 @dataclass
 class Rebuilt:
-    """Findings.
+    """What `rebuild` found and added.
 
     Parameters
     ----------
     studies, blocks : int
-        Added to the catalogue.
+        Studies and blocks added to the catalogue.
     known : int
-        Studies that were known.
+        Studies that the catalogue had before.
     restored : int
         Known studies whose lost end or provenance was restored.
     deleted : int
@@ -75,16 +75,17 @@ class Rebuilt:
 
 
 def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None) -> Rebuilt:
-    """Add the content of its cubes to a catalogue, creating it if it is missing.
+    """Add the studies in the cubes to their catalogue; create the catalogue if it is missing.
 
     Parameters
     ----------
     data_dir : Path
         The data directory.
     address : str, optional
-        Of a PostgreSQL database for the catalogue; by default it is a SQLite file in the folder.
+        Address of a PostgreSQL database for the catalogue; by default the catalogue is a SQLite file in `data_dir`.
     cubes : str, optional
-        Location of the cubes, `s3://bucket/prefix`; by default the one in the catalogue, or the folder.
+        Location of the cubes, `s3://bucket/prefix`; by default the location stored in the catalogue, or else a
+        folder in `data_dir`.
 
     Raises
     ------
@@ -133,7 +134,9 @@ def _opened(data_dir: Path, address: str | None) -> Catalogue:
 
 
 def _set_damaged_aside(data_dir: Path) -> str | None:
-    """Rename a SQLite catalogue whose file is damaged, with its companion files; None if it is not."""
+    """Rename a damaged SQLite catalogue and its companion files; give the new name. None if the catalogue is intact or
+    missing.
+    """
     file = data_dir / SQLITE_FILE
     if not file.is_file():
         return None
@@ -166,7 +169,7 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     if address is None:
         folder = Folder(data_dir / CUBES)
         if marked and alive and owner_of(folder) is None and not any(map(parse_cube_name, folder.shelves())):
-            # a marker there would later be mistaken for that of the disk that is mounted there
+            # a marker here would later be mistaken for the one on the disk that is usually mounted here
             raise no_cubes(catalogue, folder)
         place: Shelf = folder
         shelf = place

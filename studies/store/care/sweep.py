@@ -33,9 +33,7 @@ LEFT_ALONE_SECONDS = 3600.0
 """Age below which a file is kept, because it may belong to a running attempt or export."""
 
 ORPHAN_SECONDS = 7 * 86_400.0
-"""Age until which a cube without a study is kept: until then `rebuild` adds it, in case the catalogue has lost its
-study.
-"""
+"""Age until which a cube without a study is kept, so that `rebuild` can add its study if the catalogue has lost it."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ class Swept:
 
 
 def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool = False) -> Swept:
-    """Remove superseded files of a study's blocks: the done-mark names another file.
+    """Remove superseded files of a study's blocks: files other than the one that the block's done-mark names.
 
     Only the owner of the study's claim may call this; without a claim, anybody may.
 
@@ -83,7 +81,7 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
     older_than : float
         Age below which files are kept [s].
     dry_run : bool
-        Only count.
+        Report only, and remove nothing.
 
     Raises
     ------
@@ -169,7 +167,7 @@ def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -
 
 
 def _limit(older_than: float) -> float:
-    # without an age limit, no clocks are compared; a server has its own clock
+    # without an age limit, no times are compared: the files on a server have the times of its own clock
     return time.time() - older_than if older_than > 0.0 else math.inf
 
 
@@ -280,7 +278,7 @@ def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
 
 
 def _strays(shelf: Shelf, marks: Marks, limit: float) -> Iterator[tuple[Entry, int | None]]:
-    """Give the files that are no longer used, each with its block if a mark names one.
+    """Give the files that are no longer used, each with its block if it is superseded, else with None.
 
     A file is superseded by the one in the block's mark, which must exist: an older copy of the catalogue may name a
     file that was since removed.

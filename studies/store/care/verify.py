@@ -1,7 +1,7 @@
 """Verification of a stored study: descriptions, coordinates, blocks, marks, and the catalogue.
 
-Every study is described twice, by the catalogue and by the cube itself, and each has checksums. So damage in one
-description is found, and repaired from the other. A block without any intact description is computed again.
+Every study is described twice, by the catalogue and by the cube itself, and each description has checksums. So damage
+in one description is found, and repaired from the other. A block without any intact description is computed again.
 """
 
 import json
@@ -55,7 +55,7 @@ class Damage:
     block : int or None
         The block; None for the study as a whole.
     found : str
-        In one sentence.
+        What is damaged, in one sentence.
     part : str
         Its kind: `block`, the cube's `description`, its list of `marks`, or the study's row in the `catalogue`.
     """
@@ -80,8 +80,8 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
     Yields
     ------
     Damage
-        First for the study as a whole, then block by block in the order of their numbers. If a description is
-        damaged nothing further can be read.
+        First damaged rows of done-marks, then damage of the study as a whole, then of its blocks in the order of
+        their numbers. The blocks are not read if the definition or the cube's description is damaged.
 
     Raises
     ------
@@ -127,15 +127,15 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
 
 
 def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> Iterator[str]:
-    """Compare the catalogue with itself and with the existing cubes, and read the uploaded records; give the
-    findings.
+    """Check the catalogue by its checksums and against the existing cubes, and read the uploaded records and the
+    designs; give the findings.
 
     Parameters
     ----------
     store : Store
         The store to read.
     pause : callable
-        Called before each record, to slow the reading down.
+        Called before each record, design and cube, to slow the reading down.
 
     Yields
     ------
@@ -145,7 +145,7 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
     Raises
     ------
     StoreFault
-        If it cannot be read, or the location of the cubes cannot.
+        If the catalogue or the location of the cubes cannot be read.
     """
     for line in store.catalogue.integrity():
         yield f"{store.catalogue.name}: {line}; make it again with `damperlab store rebuild`"
@@ -169,7 +169,7 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
 
 
 def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:
-    """Give the rows of the studies, and the cubes without one; wait briefly for pending submissions.
+    """Give the rows of the studies, and the cubes without a row; wait briefly for pending submissions.
 
     A submission reserves its number, makes its cube and enters its study. If a cube still has no study after the wait,
     its submission was interrupted or the catalogue has lost the study.
@@ -188,7 +188,7 @@ def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequen
 
 def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Iterator[str]:
     """Compare the cubes with the studies of the catalogue. Find entries that the catalogue has lost, for example
-    with the tail of its log, and lost cubes.
+    with the end of its write-ahead log, and lost cubes.
     """
     cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
     rows, unknown = _unknown(store, cubes)
@@ -231,7 +231,8 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
 
 
 def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
-    """Repair damage or make it computable: copy the other description, or invalidate the marks.
+    """Repair damage: write a description again from the other one, or invalidate marks so that blocks are computed
+    again.
 
     Parameters
     ----------
@@ -240,7 +241,7 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     record : Record
         The study.
     damages : list of Damage
-        Of `verify`.
+        Found by `verify`.
 
     Returns
     -------
@@ -252,7 +253,7 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     StudyBusy
         If a process works on it.
     StudyFaults
-        If a ground-motion record is lost here, and not among the records of the data directory either.
+        If the cube has lost a ground-motion record, and the data directory does not have it either.
     """
     parts = {damage.part for damage in damages}
     with store.catalogue.reading() as connection:
@@ -280,7 +281,9 @@ def _damaged_mark(mark: Row[Any]) -> Damage:
 
 
 def _row(row: Row[Any], sums: Mapping[str, Any]) -> str | None:
-    """Compare a study's row with the sums over its marks. For times, the last digit depends on the order of summation."""
+    """Compare a study's row with the sums over its marks. Sums of times are not compared: their last
+    digit depends on the order of summation.
+    """
     wrong = [
         f"{name} is {getattr(row, name)}, its marks say {value}"
         for name, value in sums.items()

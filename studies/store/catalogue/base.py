@@ -20,7 +20,7 @@ class StoreBase:
     catalogue : Catalogue
         Its catalogue.
     shelf : Shelf
-        Of the cubes.
+        The shelf of the cubes.
     quota : Quota
         Quota of all studies.
     """
@@ -32,7 +32,7 @@ class StoreBase:
         self.quota = quota
         self._marks: dict[int, tuple[int, Marks]] = {}
         self._marks_lock = threading.Lock()
-        # for every claimed study the latest renewal seen, and when it was seen by the steady clock
+        # for every claimed study: its latest renewal, and when this process first saw it, by the monotonic clock
         self._renewals: dict[int, tuple[tuple[str, float], float]] = {}
 
     def close(self) -> None:

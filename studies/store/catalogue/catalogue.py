@@ -2,7 +2,7 @@
 
 SQLite uses WAL, so readers continue while one process writes. synchronous=FULL makes a committed done-mark survive a
 power cut. Every writing transaction begins IMMEDIATE, so it waits for the write lock and does not fail half-way.
-PostgreSQL: an advisory lock serialises writers in the same way, and readers see one snapshot.
+In PostgreSQL, an advisory lock serialises writers in the same way, and readers see one snapshot.
 """
 
 import math
@@ -114,7 +114,7 @@ class Catalogue:
     Parameters
     ----------
     url : URL
-        Of the database, `sqlite:///path` or `postgresql://…`; its tables are created or brought up to date.
+        Address of the database, `sqlite:///path` or `postgresql://…`; its tables are created or brought up to date.
     wait_seconds : float
         Longest wait of a transaction for the write lock [s].
 
@@ -213,15 +213,15 @@ class Catalogue:
         return f"process {pid} on {host} has held it for {seconds:.0f} s; if it stands still, end it (kill -9 {pid})"
 
     def integrity(self) -> list[str]:
-        """Let SQLite check its own file; give its findings, empty if all is well. A PostgreSQL database is left to its
-        server.
+        """Let SQLite check its own file; give its findings, empty if all is well. For a PostgreSQL database,
+        the list is always empty.
         """
         if not self.is_file:
             return []
         with self.reading() as connection:
             found = [str(row[0]) for row in connection.exec_driver_sql("PRAGMA integrity_check(10)")]
             found += [
-                f"a row of {row[0]} refers to none"
+                f"a row of {row[0]} refers to a row that does not exist"
                 for row in connection.exec_driver_sql("PRAGMA foreign_key_check")
             ]
         return [line for line in found if line != "ok"]
@@ -253,7 +253,7 @@ class Catalogue:
             sync_path(Path(self._url.database).parent)
 
     def _another(self, found: str | int) -> StoreFault:
-        """Make the fault for a catalogue whose tables have another revision, or a revision of no version."""
+        """Make the fault for a catalogue whose tables have the revision of another version, or of none."""
         if not isinstance(found, int):
             return self._damaged(f"catalogue revision {found!r}, which no version has written")
         if found < REVISION:

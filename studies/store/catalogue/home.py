@@ -55,7 +55,7 @@ def require_catalogue(data_dir: Path) -> None:
     Raises
     ------
     StoreFault
-        If the folder has an owner marker or holds cubes, and no catalogue.
+        If the folder has an owner marker or holds cubes, but has no SQLite catalogue.
     """
     cubes, catalogue = data_dir / CUBES, data_dir / SQLITE_FILE
     try:
@@ -94,7 +94,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
     Parameters
     ----------
     catalogue : Catalogue
-        The catalogue; it stores the location the first time.
+        The catalogue; the first call stores the location in it.
     data_dir : Path
         Location of the cubes unless another one is named or stored.
     address : str, optional
@@ -303,8 +303,8 @@ def _holds_cubes(shelves: Iterable[str]) -> bool:
 
 
 def disk_gone(shelf: Shelf) -> str | None:
-    """Report that the folder of the cubes was exchanged since it was opened, for example by unmounting; None for a
-    bucket.
+    """Report that the folder of the cubes was exchanged since it was opened, for example by unmounting. None if it
+    was not, and for a bucket.
     """
     if not isinstance(shelf, Folder):
         return None
@@ -335,7 +335,7 @@ def holds_results(cube: Shelf) -> bool:
 
 
 def is_of_block(entry: Entry) -> bool:
-    """Whether a piece of a cube belongs to a block, whose name contains its generation."""
+    """Whether a piece of a cube belongs to a block: the name of such a piece contains a generation."""
     return "~" in entry.key
 
 

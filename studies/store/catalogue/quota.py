@@ -40,7 +40,7 @@ class Quota:
     Parameters
     ----------
     points, bytes : int, optional
-        Bytes are those before compression, known before a point is computed.
+        Bytes are counted before compression, so they are known before any point is computed.
     unfinished : int, optional
         Waiting and running studies.
     of_owner : Quota, optional
@@ -103,7 +103,7 @@ class Ledger:
     Parameters
     ----------
     connection : Connection
-        At the start of the transaction.
+        Connection of the transaction, before any study is entered.
     quota : Quota
         The limits.
     """

@@ -136,7 +136,7 @@ def marks_of(
     Raises
     ------
     CatalogueDamaged
-        If the study has no block of an index.
+        If a done-mark has an index that no block of the study has.
     """
     c = done_blocks.c
     query = select(c.block, c.generation).where(c.study == row.number)
@@ -283,8 +283,8 @@ def last_event(connection: Connection, study_id: str) -> float | None:
 
 
 def advance_counters(connection: Connection) -> None:
-    """Advance the counter of numbers after rows were inserted with their own: PostgreSQL's counters do not notice
-    them.
+    """Advance the counter of numbers after rows were inserted with given numbers, which PostgreSQL's counters do not
+    notice.
     """
     if connection.dialect.name != "postgresql":
         return

@@ -41,7 +41,7 @@ studies = Table(
     Column("chunk", Text, nullable=False),
     Column("points_total", BigInteger, nullable=False),
     Column("blocks_total", Integer, nullable=False),
-    # size with every point before compression, as counted by a quota
+    # size of the complete study before compression, as counted by a quota
     Column("bytes_total", BigInteger, nullable=False, default=0),
     # running sums over done_blocks: a record needs only one row, for any number of blocks
     Column("points_done", BigInteger, nullable=False, default=0),
@@ -114,7 +114,7 @@ done_blocks = Table(
     Column("kernel_seconds", Float, nullable=False),
     Column("message", Text),
     Column("at", Float, nullable=False),
-    # names the block's valid file among those written, and the checksum of its content
+    # the generation names the block's valid file among those written; the checksum is that of the block's values
     Column("generation", String, nullable=False, default=""),
     Column("checksum", String),
     Column("revision", Integer, nullable=False, default=0),

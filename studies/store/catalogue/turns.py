@@ -46,7 +46,7 @@ class Turns(Generic[Asked, Answer]):
         self._taken = False
 
     def ask(self, asked: Asked) -> Answer:
-        """Process one item; raises its result if that is an exception."""
+        """Process one item and give its answer; raise the answer if it is an exception."""
         mine = _Waiting[Asked, Answer](asked)
         with self._lock:
             self._queue.append(mine)

@@ -1,8 +1,8 @@
 """The files of a cube's blocks: their names, and the faults of unreadable ones.
 
-Every attempt at a block writes its own files, whose names contain the attempt's generation. The block's done-mark names
-one generation, and the transaction that sets it switches all readers to these files. No file is ever overwritten, so a
-reader never mixes two attempts.
+Every attempt at a block writes its own file, whose name contains the attempt's generation. The block's done-mark names
+one generation, and the transaction that sets the mark switches all readers to this file. No file is ever overwritten,
+so a reader never mixes two attempts.
 """
 
 from collections.abc import Iterator, Mapping

@@ -43,11 +43,11 @@ class StoredArray:
     shape, chunks : tuple of int
         Shape of the array, and of each of its chunks.
     dtype : dtype
-        Little-endian.
+        Type of the values, little-endian.
     fill : number
         Value of points that are not stored.
     compressor : Compressor
-        With its settings.
+        Settings of the compression.
     attributes : dict
         Unit, meaning, flags.
     """

@@ -77,7 +77,7 @@ def write_region(
     Returns
     -------
     BlockOutcome
-        For the done-mark.
+        Values for the done-mark.
 
     Raises
     ------

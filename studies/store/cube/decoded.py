@@ -94,7 +94,7 @@ def read_outer(
     Returns
     -------
     ndarray
-        As `array.oindex[key]`.
+        The values, as Zarr gives them for `array.oindex[key]`.
     """
     points = [
         np.arange(extent)[index] if isinstance(index, slice) else np.atleast_1d(np.asarray(index))

@@ -49,13 +49,13 @@ class Description:
     Parameters
     ----------
     attributes : mapping
-        Of the cube.
+        Attributes of the cube.
     dimensions : tuple of str
-        Of every array, in their order.
+        Dimensions of every array, in their order.
     arrays : mapping
-        By name; coordinates are not among them.
+        The arrays by name, without the coordinates.
     coordinates : mapping
-        By name.
+        The coordinates by name.
     reuse : bool
         Whether the study may reuse points of others.
     """
@@ -74,7 +74,7 @@ class Description:
 
     @property
     def digest(self) -> str:
-        """Of the study."""
+        """Digest of the study."""
         return str(self.attributes["digest"])
 
 
@@ -86,7 +86,7 @@ def first_pieces(
     Parameters
     ----------
     study : AnyStudy
-        Coordinates and variables.
+        The study, for its coordinates and variables.
     chunk : tuple of int
         Extent of a block.
     provenance : mapping of str
@@ -149,13 +149,13 @@ def describe_cube(metadata: bytes) -> Description:
     try:
         return _parse(json.loads(metadata))
     except (KeyError, TypeError, AttributeError, IndexError, StopIteration) as error:
-        raise ValueError(f"they do not describe a cube ({type(error).__name__}: {error})") from error
+        raise ValueError(f"it does not describe a cube ({type(error).__name__}: {error})") from error
 
 
 @lru_cache(maxsize=64)
 def plain_metadata(metadata: bytes) -> bytes:
-    """Rewrite a description for a reader that receives one variable of a block as a chunk, as over HTTP; it contains
-    no user names.
+    """Rewrite a description for a reader that receives one variable of a block as a chunk, as over HTTP. The
+    result contains no user names.
     """
     document = json.loads(metadata)
     attributes = document.get("attributes", {})
@@ -196,12 +196,12 @@ def _parse(document: Any) -> Description:
     attributes = dict(document["attributes"])
     own = attributes.pop(_OWN, {})
     if not arrays or set(dimensions) != set(coordinates):
-        raise ValueError("they do not describe a cube: arrays or coordinates are missing")
+        raise ValueError("it does not describe a cube: arrays or coordinates are missing")
     # JSON keeps the order of writing; Zarr's own metadata sorts the names
     ordered = {name: coordinates[name] for name in dimensions}
     known = [name for name in kind_of(dimensions).variables if name in arrays]
     if len(known) != len(arrays):
-        raise ValueError("they do not describe a cube: unknown arrays")
+        raise ValueError("it does not describe a cube: unknown arrays")
     return Description(
         attributes,
         dimensions,

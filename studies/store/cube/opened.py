@@ -40,9 +40,9 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Of numpy arrays read on demand. The marks describe one moment. No file is written twice, so later reads agree
-        with them, and newer blocks stay hidden. Reading raises `BlockDamaged` if a done block is lost or damaged, and
-        `StoreFault` if its state is unknown.
+        Its arrays are numpy arrays read on demand. The marks describe one moment. No file is written twice, so later
+        reads agree with the marks, and newer blocks stay hidden. Reading raises `BlockDamaged` if a done block is lost
+        or damaged, and `StoreFault` if its state is unknown.
 
     Raises
     ------

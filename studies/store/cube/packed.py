@@ -4,7 +4,7 @@
     4 bytes   length of the header in bytes, little-endian
     4 bytes   CRC-32C of the 12 bytes above and of the header
     header    JSON: digest, block, generation, counts, times, checksum of the values, and where each variable begins
-    parts     the variables, each encoded as a chunk of a Zarr array is, the last four bytes its CRC-32C
+    parts     the variables, each encoded as a chunk of a Zarr array; its last four bytes are its CRC-32C
 
 So a block is complete or missing, every byte is checked, and the block names its study without a catalogue.
 """

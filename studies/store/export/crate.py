@@ -44,7 +44,7 @@ def write_crate(cube: xr.Dataset, export: Path) -> Path:
     Returns
     -------
     Path
-        Of the metadata.
+        Path of the metadata.
     """
     path = export.parent / FILE
     path.write_text(

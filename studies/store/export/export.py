@@ -38,7 +38,7 @@ def write_file(cube: xr.Dataset, path: Path, written_as: ExportFormat) -> None:
     path : Path
         The file; an existing one is replaced.
     written_as : str
-        In which format.
+        The format.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The blocks of a complete cube, many of them joined to a chunk, for readers over a network.
 
-A worker computes a block in two seconds, often a thousand points. A plane of a cube of ten million points touches
-hundreds of blocks, and each costs a request. So readers of a complete cube get larger chunks, which are joined on
+A block often has a thousand points, which a worker computes in two seconds. A plane of a cube of ten million points
+touches hundreds of blocks, and each costs a request. So readers of a complete cube get larger chunks, joined on
 request. Their keys differ from those of blocks (Zarr's encoding `v2`, without the `c`), so a reader that opened the
 cube before it was complete still gets single blocks.
 """
@@ -33,13 +33,13 @@ class Group:
     Parameters
     ----------
     described : Description
-        Of the cube.
+        Description of the cube.
     array : StoredArray
         Metadata of its variable, with the blocks as chunks.
     chunks : tuple of int
         Extent of a chunk of this kind; a multiple of a block's.
     place : tuple of int
-        Which one.
+        Index of the chunk in the grid of chunks.
     """
 
     described: Description
@@ -62,7 +62,7 @@ class Group:
         return blake2b(names.encode(), digest_size=8).hexdigest()
 
     def content(self, shelf: Shelf, marks: Marks) -> bytes:
-        """Read its blocks and encode them as one; raises as reading does."""
+        """Read the blocks and encode them as one chunk; errors are raised as in `read_region`."""
         region = tuple(
             slice(at * step, min((at + 1) * step, extent))
             for at, step, extent in zip(self.place, self.chunks, self.array.shape, strict=True)

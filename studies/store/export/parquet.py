@@ -1,4 +1,4 @@
-"""A cube as one Parquet file, written and sent piece by piece, so that memory does not grow with it."""
+"""A cube as one Parquet file, written and sent piece by piece, so that memory does not grow with the cube."""
 
 import json
 from collections.abc import Iterator

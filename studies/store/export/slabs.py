@@ -17,7 +17,7 @@ def slabs(
     Parameters
     ----------
     shape, chunk : tuple of int
-        Of the array.
+        Shape of the array, and of its chunks.
     budget : int
         Largest number of points of a slab; a larger single chunk is still taken.
 
@@ -42,7 +42,7 @@ def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -
     Parameters
     ----------
     shape, chunk : tuple of int
-        Of the array.
+        Shape of the array, and of its chunks.
     budget : int
         Largest number of points of a slab.
 

@@ -23,7 +23,7 @@ def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
 
 
 def coordinates_beside(cube: xr.Dataset) -> tuple[str, ...]:
-    """Name the coordinates of a cube over base amplitudes that are not dimensions: its ratios."""
+    """Name the coordinates that accompany the dimensions: those over several dimensions, and ratios of a cavity."""
     of_cavity = [name for name in BEFORE if name not in cube.sizes]
     return tuple(str(name) for name in cube.coords if cube[name].ndim > 1 or name in of_cavity)
 

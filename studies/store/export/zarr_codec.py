@@ -32,7 +32,7 @@ _MEND = "find what is damaged with `damperlab store verify`, and compute it agai
 
 @dataclass(frozen=True)
 class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
-    """One variable of a cube.
+    """Codec that reads one variable of a cube.
 
     Parameters
     ----------

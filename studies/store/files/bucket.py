@@ -46,9 +46,9 @@ class Bucket(Shelf):
     Parameters
     ----------
     client : obstore's S3Store
-        Empty for the complete bucket.
+        Client of the bucket.
     bucket, prefix : str
-        Where.
+        Name of the bucket, and prefix of the names in it; an empty prefix for the complete bucket.
     """
 
     readers = AT_ONCE
@@ -81,7 +81,7 @@ class Bucket(Shelf):
             return _range(self._client, self._full(key), start, length)
 
     def stamp(self, key: str) -> tuple[int, ...]:
-        """Give nothing: objects are never overwritten, and every check would be a request."""
+        """Give an empty tuple: objects are never overwritten, and every check would be a request."""
         return ()
 
     def put(self, key: str, content: bytes) -> None:
@@ -91,7 +91,7 @@ class Bucket(Shelf):
             self._client.put(self._full(key), content, use_multipart=False)
 
     def put_new(self, key: str, content: bytes) -> bool:
-        """Write an object if none has its name (If-None-Match); say whether there was none."""
+        """Write an object if none has its name (If-None-Match); say whether the name now has this content."""
         from obstore.exceptions import AlreadyExistsError
 
         with _told(self, key):
@@ -230,8 +230,8 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
 
 
 def _require_keys() -> None:
-    """Refuse missing keys, unless the environment allows it, because the library would ask the cloud's metadata address
-    for keys.
+    """Refuse missing keys, because the library would ask the cloud's metadata address for them. The environment can
+    allow that, or unsigned requests.
     """
     given = {name for name, value in os.environ.items() if value}
     unsigned = os.environ.get("AWS_SKIP_SIGNATURE", "").lower() in ("true", "1")

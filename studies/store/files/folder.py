@@ -110,7 +110,7 @@ class Folder(Shelf):
             folder.mkdir(parents=True, exist_ok=True)
         for key, content in pieces.items():
             self._place(key, content, os.replace, sync=False)
-        # each folder once, and every folder between it and the first one
+        # each folder is synced once, and so is every folder between it and this one
         between = {self._path} | {above for folder in folders for above in (folder, *folder.parents)}
         for folder in between:
             if folder.is_relative_to(self._path):
@@ -151,7 +151,7 @@ class Folder(Shelf):
                         shutil.rmtree(file)
                     else:
                         file.unlink()
-            shutil.rmtree(self._path)  # the disk does not support hard links
+            shutil.rmtree(self._path)  # raises OSError if the folder is a symbolic link
 
 
 def sync_path(path: str | os.PathLike[str]) -> None:

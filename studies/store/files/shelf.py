@@ -126,8 +126,8 @@ class Shelf(ABC):
 
     @abstractmethod
     def made(self) -> float:
-        """Give the time when the shelf itself was created or last changed, in seconds since 1970; 0 if it is only a
-        name.
+        """Give the time when the shelf itself was created or last changed, in seconds since 1970; 0 if shelves
+        exist only through their pieces.
         """
 
     @abstractmethod

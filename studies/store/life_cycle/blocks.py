@@ -141,7 +141,7 @@ class Blocks(Lookup):
         Returns
         -------
         Record
-            Queued.
+            The study's record, now queued.
 
         Raises
         ------
@@ -188,11 +188,11 @@ class Blocks(Lookup):
         blocks : sequence of int
             Indices of blocks; those without a mark are ignored.
         why : str
-            Recorded among the study's events.
+            The reason, which is recorded among the study's events.
         in_turn : bool
             Whether queuing the study in this way counts as a submission.
         owner : str, optional
-            The owner that works on the study and computes them next; its state is unchanged.
+            The owner that works on the study and computes the blocks next; the study's state is then unchanged.
 
         Raises
         ------
@@ -201,13 +201,13 @@ class Blocks(Lookup):
         StudyBusy
             If somebody works on it.
         TooManyUnfinished
-            If the limit of waiting and running studies is reached, and it counts.
+            If `in_turn` is set, the study has ended, and the limit of waiting and running studies is reached.
         """
 
         def look(connection: Connection) -> Row[Any]:
             row = study_row(connection, study_id)
             if owner is None or claim_owner(row) != owner:
-                require_free(row, "take blocks back from")
+                require_free(row, "invalidate blocks of")
             if in_turn:
                 self._require_turn(connection, row)
             return row

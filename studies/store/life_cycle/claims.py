@@ -48,7 +48,7 @@ class Claims(StoreBase):
     """The claims on the studies of a store.
 
     A claim ends when its time is over by the wall clock. It also ends if the observer sees no renewal for that long by
-    its steady clock, so setting a wall clock back does not keep a dead owner's claim. A clock set forward may end the
+    its monotonic clock, so setting a wall clock back does not keep a dead owner's claim. A clock set forward may end the
     claim of a living owner, whose later writes are then refused (`Blocks.mark`).
     """
 

@@ -103,7 +103,7 @@ class Entry:
     Parameters
     ----------
     study : AnyStudy
-        What is asked.
+        The study.
     chunk : tuple of int
         Extent of a block.
     provenance : dict of str
@@ -277,7 +277,7 @@ class Entering(StoreBase):
         Raises
         ------
         StoreFault
-            If a cube cannot be written; then none is left.
+            If a cube cannot be written; then no cube is left.
         """
         made: dict[str, _Made] = {}
         entered: set[str] = set()
@@ -401,7 +401,7 @@ class Entering(StoreBase):
         return True
 
     def _require_newest(self) -> None:
-        """Refuse to continue with an older copy of the catalogue, detected by an earlier submission."""
+        """Refuse to continue if an earlier submission found that this catalogue is an older copy."""
         with self.catalogue.reading() as connection:
             name = fact(connection, UNKNOWN_RESULTS)
             parsed = parse_cube_name(name or "")
@@ -491,7 +491,7 @@ class _Made:
 
     @property
     def name(self) -> str:
-        """Address of its shelf."""
+        """Name of its shelf."""
         return cube_name(self.entry.id, self.number)
 
     def files(self) -> dict[str, bytes]:

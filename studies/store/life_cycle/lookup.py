@@ -247,7 +247,7 @@ class Lookup(StoreBase):
         owner: str,
         message: str | None = None,
     ) -> None:
-        """Set the activity of a running study before its blocks; nothing changes if another owner has the claim.
+        """Set the phase of a running study before it computes blocks; nothing changes if another owner has the claim.
 
         Parameters
         ----------

@@ -142,7 +142,7 @@ def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 
 def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -> bool:
-    """Whether the marks record an end that the catalogue has lost, for example with the tail of its log.
+    """Whether the marks record an end that the catalogue has lost, for example with the end of its write-ahead log.
 
     Parameters
     ----------

@@ -28,9 +28,9 @@ class SmallBatches(Blocks, Claims):
         ids : sequence of str
             Whole ids.
         owner : str
-            Their owner.
+            Owner of the claims.
         identity : str
-            Provenance of its solver.
+            Identity of the owner's solver, see `damperlab.studies.store.solver.identity_of`.
         """
         taken = []
         now = time.time()
@@ -54,7 +54,7 @@ class SmallBatches(Blocks, Claims):
             connection.execute(change.values(claim_expires=time.time() + CLAIM_SECONDS))
 
     def finish(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
-        """Mark the one block of each study and end the study; marks that do not fit on a full disk are written later."""
+        """Mark the one block of each study, and end the study. If its cube cannot store the marks, the next run ends it."""
         with self.catalogue.writing() as connection:
             marked = [
                 each for each, outcome in outcomes.items() if self._mark_one(connection, each, outcome, owner)

@@ -1,4 +1,4 @@
-"""Submission again for another solver, and deletion by a tombstone."""
+"""Repeated submission for another solver, and deletion."""
 
 import json
 import time
@@ -48,12 +48,12 @@ class Submissions(Entering):
         study_id : str
             The complete id of any version.
         provenance : dict of str
-            Of today's solver.
+            Provenance of today's solver.
 
         Returns
         -------
         record : Record
-            The new version. If the newest version already belongs to today's solver, or waits for it, that one.
+            The new version, or the newest one if it already belongs to today's solver or waits for it.
         created : bool
             Whether it is new.
 
@@ -102,14 +102,15 @@ class Submissions(Entering):
         study_id : str
             The whole id.
         facts : mapping of str
-            Provenance from the workers; `identity` decides.
+            Provenance from the workers. If its `identity` is the recorded one, nothing changes.
         owner : str, optional
             Owner of the claim on the study; nothing changes if another owner has it.
 
         Returns
         -------
         Record
-            The study's present record. If blocks are done, its provenance is unchanged, and the caller compares it.
+            The study's present record. If blocks are done, its provenance is unchanged, and the caller must compare it
+            with `facts`.
 
         Raises
         ------
@@ -157,7 +158,7 @@ class Submissions(Entering):
         keep_seconds : float
             Time in the trash, from where `undelete` restores it.
 
-        The study is gone once its tombstone is committed. The next call of `bury`, in this process or another, removes the
+        The study is gone once the deletion is committed. The next call of `bury`, in this process or another, removes the
         files. A service calls it in the background, as do `damperlab delete` and `damperlab store gc`.
 
         Raises
@@ -174,8 +175,8 @@ class Submissions(Entering):
             until = time.time() + keep_seconds
             connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=until))
             log_event(connection, study_id, "deleted")
-        # written after the commit, because the record beside the cube must never be wrong; it is lacking only if the
-        # catalogue is lost too
+        # written after the commit, because the record beside the cube must never be wrong; its absence matters only if
+        # the catalogue is lost too
         with suppress(OSError):
             put_tombstone(self.cube_shelf(study_id, row.number), until)
 
@@ -214,8 +215,8 @@ class Submissions(Entering):
     def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:
         """Remove the files of studies that were deleted before a time, in seconds since 1970, by default now.
 
-        A tombstone loses its marks and its definition last, so that an interrupted removal is found again by the next
-        call. An empty row remains, so that the study's number and revisions are never used twice.
+        The row of a deleted study loses its marks and its definition last, so that an interrupted removal is found
+        again by the next call. An empty row remains, so that the study's number and revisions are never used twice.
         """
         c = studies.c
         before = time.time() if before is None else before

@@ -57,9 +57,9 @@ class Differences:
     older, newer : str
         Ids of the two versions.
     points : int
-        Of the grid.
+        Points of the grid.
     compared : int
-        Computed in both.
+        Points computed in both versions.
     only_older, only_newer : int
         Points computed in only one of the two versions.
     differing : int

@@ -40,7 +40,7 @@ def known_points(
     Parameters
     ----------
     sources : tuple of Source
-        Of `reuse.Overlaps.of`.
+        From `reuse.Overlaps.of`.
     study, block : AnyStudy, Block
         The block.
 
