@@ -47,7 +47,7 @@ class Attractor:
 
 @dataclass(frozen=True)
 class Attractors:
-    """The responses met.
+    """The different responses of one design point.
 
     Attributes
     ----------

@@ -27,7 +27,7 @@ def name_of(function: Callable[..., Any]) -> str:
 
 
 def fingerprint(name: str) -> str:
-    """Hash the function of a kernel, found by `name_of`.
+    """Hash the function of a kernel, found by the name that `name_of` gives.
 
     Kernels that it calls enter only by name, because each has its own fingerprint.
 

@@ -99,7 +99,7 @@ def kernel(function: F) -> F:
     (`compiler`). So a point has the same bits in any block, process and order. Division by zero gives inf and NaN as
     in C, because a numerical failure is data, not an exception.
 
-    The compiler decides what is inlined into its caller. By default numba takes this from the first compiled caller.
+    The compiler decides what is inlined into its caller. By default numba lets the first compiled caller decide this.
     The machine code, though not its results, would then depend on the kernels that a process has compiled before.
     """
     return _kernel(function, forceinline=False)
@@ -108,7 +108,7 @@ def kernel(function: F) -> F:
 def inlined(function: F) -> F:
     """Like `kernel`, but always inlined into its callers.
 
-    This is for the small laws inside the integration. By default the compiler calls some of them, and then passes their
-    states through memory. This costs a quarter of the run time of a measured integration.
+    This is for the small laws inside the integration. By default the compiler does not inline some of them, and their
+    states then pass through memory. This costs a quarter of the run time of a measured integration.
     """
     return _kernel(function, forceinline=True)

@@ -1,4 +1,4 @@
-"""From a study's block to kernel arguments: the kernel for each point. Absent elements are None."""
+"""Kernel arguments for the points of a study's block. Absent elements are None."""
 
 from collections.abc import Iterator, Mapping
 
@@ -24,9 +24,7 @@ def rebound_of(restitution: float) -> float:
 
 
 def wants_energies(study: Study) -> bool | None:
-    """True if a study stores a measure that needs integrals over the motion; otherwise they are removed from its
-    kernels.
-    """
+    """True if a study stores a measure that needs integrals over the motion; None removes them from its kernels."""
     return True if (INTEGRATED | ACCELERATION) & set(study.metrics) else None
 
 
@@ -78,7 +76,7 @@ def wall_of(contact: Contact | None, restitution: float, mass_ratio: float) -> W
 
 
 def acting(before: Mapping[str, float]) -> tuple[float | None, float | None]:
-    """Return κ and G for the solver; None if neither acts. A particle under gravity alone has a friction of 0.
+    """Return κ and G for the solver, None for one that does not act; but κ is 0 for a particle under gravity alone.
 
     Parameters
     ----------

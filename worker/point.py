@@ -115,7 +115,7 @@ def simulate_ready(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> Simulation:
-    """Do the work of `simulate` with existing kernels; missing kernels are compiled within the measured time."""
+    """Do the work of `simulate`, whose kernels should exist: missing ones are compiled within the measured time."""
     began = thread_time()
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
@@ -223,7 +223,7 @@ def _march(
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
-    meter = None if measured else Meter(sums)  # the measured results are only displayed
+    meter = None if measured else Meter(sums)  # a response that is already measured is only displayed
     peaks = np.zeros((2 * cycles + 1, 2))
     state = at_rest(design.excitation, friction, particle) if start is None else start
     stored = stored_energy(state, base_rate_at_phase_zero(design.excitation), particle)
@@ -294,7 +294,7 @@ def _measures(
     cycles: int,
     outcome: int,
 ) -> dict[str, float | int]:
-    """The cube's variables over a number of complete cycles of a transient, which is not steady."""
+    """The cube's variables over a number of complete cycles of a transient."""
     if outcome != ARRIVED or cycles == 0:
         status = outcome if outcome != ARRIVED else int(Status.NOT_COMPUTED)
         return {"cycles": cycles, "status": status}

@@ -1,4 +1,4 @@
-"""Identity of the computing code, so that a cube holds results of a single solver, whichever workers computed it."""
+"""Identity of the computing code, so that a cube contains results of a single solver, whichever workers computed it."""
 
 import hashlib
 import math
@@ -35,8 +35,8 @@ _FUNCTIONS: tuple[Callable[[float], float], ...] = (
 )
 """Functions of the C library that kernels and closed forms use."""
 _ARGUMENTS = tuple(8.0 * ((k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0) for k in range(1, 1001))
-"""Arguments of these functions, spread evenly over 0 to 8. Two versions of the C library differ at 1 to 10 of these
-1,000.
+"""Arguments of these functions, spread evenly over 0 to 8. The values of two versions of the C library differ at 1 to
+10 of these 1,000 arguments.
 """
 
 
@@ -81,7 +81,7 @@ def code_version() -> str:
 
 
 def identity() -> dict[str, str]:
-    """The identity of a worker, as it answers.
+    """The identity that a worker reports.
 
     Returns
     -------

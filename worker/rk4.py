@@ -172,5 +172,5 @@ def march_rk4_wall(damping_ratio, frequency_ratio, friction, particle, steps_per
 
 
 def empty_peaks(cycles: int) -> np.ndarray:
-    """Arrays for the peaks of a number of cycles."""
+    """Empty array for the peaks of a number of cycles."""
     return np.empty((cycles, 2))

@@ -136,7 +136,7 @@ def scenes(study: AnyStudy) -> list[Scene]:
         acts = contact_in(study.cavity, study.contact)
         return sorted(Scene("record", f, acts if p else "") for f in forces for p in masses)
     if not isinstance(study, Study):
-        raise TypeError(f"no kernels are known of a {type(study).__name__}")
+        raise TypeError(f"there are no kernels for a {type(study).__name__}")
     rubs = _signs(study.coordinates["friction_force_n" if study.over_amplitudes else "friction_ratio"])
     rattles = {p and study.particle for p in _signs(study.coordinates["mass_ratio"])}
     if isinstance(study.solver, Rk4Solver):

@@ -27,11 +27,11 @@ def simulate(
         Stop after exactly this many excitation cycles and measure over all of them. None: continue to the steady
         response and measure that.
     history : int
-        Cycles at the end for the time history.
+        Number of last cycles in the time history.
     method : {"event", "rk4"}
         The event-driven solver, or the paper's fixed-step Runge–Kutta (needs `cycles`; gives no history).
     steps_per_cycle : int
-        Of rk4.
+        Steps per excitation cycle of rk4.
     settings : Settings, optional
         Criteria for the steady response; by default those of a study.
     followed : bool
@@ -46,7 +46,7 @@ def simulate(
     Raises
     ------
     ValueError
-        For rk4 without `cycles`, with a contact time, or under a force.
+        For rk4 without `cycles`, under a force, or for a particle with a contact time, compliant walls or friction.
     """
     for scene in scenes_of(design, cycles, method, settings, followed or history > 0):
         warm(scene)
@@ -60,8 +60,8 @@ def scenes_of(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> list[Scene]:
-    """Scenes that `simulate` needs for the same arguments; a steady response with a time history needs that for
-    following it.
+    """Scenes that `simulate` needs for the same arguments; `followed` must be True for a steady response with a time
+    history.
     """
     friction, contact = design.friction_ratio > 0.0, contact_name(design.particle)
     if method == "rk4":

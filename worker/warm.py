@@ -202,7 +202,7 @@ def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "
     """Start a process that compiles some of these scenes (`warm_alike`), by default into this process's cache
     folder.
 
-    It ends with this one.
+    It ends when this process ends.
     """
     command = [sys.executable, "-m", __name__, str(os.getpid()), *(scene.name for scene in wanted)]
     environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(cache)}

@@ -20,7 +20,7 @@ class Scene:
     Parameters
     ----------
     name, title : str
-        Short name.
+        Short name, and title in the report.
     design : Design
         The point.
     cycles : int

@@ -140,7 +140,7 @@ def _stiffnesses() -> list[Extreme]:
 
 
 def _grazing() -> list[Extreme]:
-    """The clearance equals the largest displacement of the mass within ten cycles, or a neighbouring number."""
+    """The clearance equals the largest displacement of the mass within ten cycles, or differs slightly from it."""
     cycles = 10
     peak = simulate(Design(ZETA, 1.0, 0.6), cycles).metrics["amplitude_ratio_max"]
     return [
@@ -194,7 +194,7 @@ def _chatter_until_release() -> list[Extreme]:
 
 
 def _turn_with_impact() -> list[Extreme]:
-    """The clearance is the position of the first velocity reversal: reversal and impact coincide, up to rounding."""
+    """The clearance is the position of an early velocity reversal: reversal and impact coincide, up to rounding."""
     history = simulate(Design(ZETA, 1.0, 0.6), 2, history=2).history
     turns = np.flatnonzero((history["v_rate"] == 0.0) & (history["time"] > 0.0))
     if turns.size == 0:

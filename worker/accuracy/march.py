@@ -27,7 +27,7 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     cycles : int
         Excitation cycles.
     meter : Meter or None
-        Zeros, to which measures are added; None removes energies and peaks from the kernel.
+        A meter of zeros, to which the motion is added; None removes energies and peaks from the kernel.
 
     Returns
     -------

@@ -102,16 +102,16 @@ def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
         "# Accuracy and stability",
         "",
         f"Measured {report['created']} with damperlab {report['version']} (kernels {report['kernels']}) on "
-        f"{report['machine']['cores']} cores, {report['machine']['processor']}. Every figure is a run of this report.",
+        f"{report['machine']['cores']} cores, {report['machine']['processor']}. All numbers were measured for this report.",
         "",
         "## Error against run time",
         "",
-        f"![Error of the end state against run time, one panel a scene]({figure})",
+        f"![Error of the end state against run time, one panel per scene]({figure})",
         "",
         "Error: largest difference of u, u', p, p' from a reference in 40 digits after the given number of cycles from "
         "rest, over the largest of them. Run time: the smallest of several runs, one core, kernels compiled. The "
-        "event-driven integration has no step to vary, so it is a point. The order is the exponent of the error over "
-        "the setting: the median slope over all pairs of settings.",
+        "event-driven integration has no step to vary, so it has one point. The order p is that of error ∝ setting⁻ᵖ: "
+        "the median slope over all pairs of settings.",
         "",
     ]
     for diagram in report["diagrams"]:
@@ -121,8 +121,8 @@ def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
         "## Stability",
         "",
         f"{passed} of {len(report['stability'])} extreme cases pass: the integration arrives, every value is finite, the "
-        "energy residual is within its limit, penetration and momentum errors are rounding (1e-12). The last column is "
-        f"what the paper's method does with {STEPS} steps per cycle.",
+        "energy residual is within its limit, penetration and momentum error are at most rounding (1e-12). The column "
+        f"`paper's method` gives the outcome of that method with {STEPS} steps per cycle.",
         "",
         "| case | cycles | status | impacts | turns | attachments | energy residual | penetration | momentum error | "
         "µs per cycle | paper's method | |",
@@ -151,8 +151,8 @@ def _steady_lines(steady: dict[str, Any]) -> list[str]:
         "|---|---:|",
         *(f"| {name} | {value:.6g} |" for name, value in steady["table"].items()),
         "",
-        f"The extreme cases through the same search, compared with integrations over {2 * EXTREME_CYCLES} "
-        "cycles. Without damping, or with very little, neither has settled by then.",
+        f"The extreme cases, solved in the same way and compared with integrations over {2 * EXTREME_CYCLES} cycles. "
+        "Without damping, or with very little, neither the search nor the integration has settled by then.",
         "",
         "| case | class | period | X/Z | error | cycles | status | compared with the integration |",
         "|---|---|---:|---:|---:|---:|---|---|",
@@ -175,7 +175,7 @@ def _diagram_lines(diagram: dict[str, Any]) -> list[str]:
     for curve in diagram["curves"]:
         usable = [point for point in curve["points"] if point["error"] is not None]
         if not usable:
-            lines.append(f"| {curve['method']} | gave up at every setting | | | |")
+            lines.append(f"| {curve['method']} | failed at every setting | | | |")
             continue
         best = min(usable, key=lambda point: point["error"])
         at = f"{best['setting']:g} {curve['setting']}" if curve["setting"] else "nothing to vary"

@@ -43,15 +43,17 @@ class Row:
         |work in − losses − stored| over the largest of them, and its limit.
     penetration : float or None
         Largest |u − p| beyond d/Z in the sampled cycles. It includes the rounding of d/Z, of the largest |u| and of the
-        base's 1, so it is relative to their sum. None without a particle.
+        base's amplitude, 1, so it is relative to the sum of the three. None without a particle.
     momentum_error : float or None
-        Largest change of u' + β p' across an impact, relative to the momenta before it; None without an impact.
+        Largest change of u' + β p' across an impact, relative to |u'| + β |p'| before it plus (1 + β) r; None without
+        an impact.
     microseconds : float
         Per cycle, including energies and peaks.
     paper : str
         Outcome of the paper's method with 400 steps per cycle.
     passed : bool
-        Whether the integration arrived, the residual is within its limit, and every value is finite.
+        Whether the integration arrived, every value is finite, the residual is within its limit, and penetration and
+        momentum error are at most 1e-12.
     """
 
     name: str
@@ -144,7 +146,7 @@ def _sampled(design: Design, cycles: int) -> tuple[float | None, float | None]:
 def _paper(design: Design, cycles: int, state: tuple[float, ...] | None) -> str:
     """The outcome of the paper's method, in a few words."""
     if design.particle is not None and design.particle.contact_time is not None:
-        return "knows no contact time"
+        return "supports no contact time"
     found = paper_march(design, min(cycles, 10_000), STEPS)
     if found is None:
         return "not finite"

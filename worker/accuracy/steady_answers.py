@@ -32,9 +32,9 @@ SETTINGS = Settings(4000, 0.02, 1e-9)
 MODELS = ("instant", "instant", "instant", "dwell", "instant", "instant", "instant", "compliant")
 """Contact models of successive points."""
 SIGMA = 4.0
-"""Allowed difference in stated errors; a normal error exceeds it once in 16,000 times."""
+"""Allowed difference, in stated errors; a normally distributed error exceeds it once in 16,000 times."""
 HALF_WIDTH = 1.96
-"""Stated errors on either side of a 95 % interval."""
+"""Half width of a 95 % interval, in stated errors."""
 
 _LONGEST_REPEAT = 128  # half cycles
 _SAME = 1e-7  # relative difference of the peaks of an integration that counts as repeating
@@ -192,9 +192,9 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         unknown = SIGMA * truth.error + response.amplitude_error
         if slow and abs(response.amplitude_ratio - truth.amplitude) <= unknown:
             return "agrees", np.nan
-        return "periodic where the march is not", np.nan
+        return "periodic, but the integration is not", np.nan
     if 0 < truth.period_halves <= LONGEST:
-        return "not periodic where the march is", np.nan
+        return "not periodic, but the integration is", np.nan
     error = float(np.hypot(response.amplitude_error, truth.error))
     deviation = (response.amplitude_ratio - truth.amplitude) / error if error > 0.0 else 0.0
     if abs(deviation) > SIGMA:
@@ -230,8 +230,8 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
         )
         if verdict_there == "agrees":
             verdict, deviation = f"several responses ({verdict})", there
-        elif verdict == "not periodic where the march is":
-            # irregular up to the end of the answer's run; the integration settles only later, which no run can predict
+        elif verdict == "not periodic, but the integration is":
+            # irregular until the answer's run ended; if the integration settles only later, no run could predict it
             halves = np.empty((_REMEMBERED, 3))
             before = max(0, 2 * int(response.cycles) - _REMEMBERED)
             _, outcome = march_halves(*point, point.rest(), before, halves)
@@ -249,7 +249,7 @@ def every(found: Iterable[Point], cycles: int) -> Iterator[Compared]:
 
 
 def table(answers: list[Compared]) -> dict[str, Any]:
-    """Number of trials and of failures."""
+    """Number of answers by class and by verdict, and how often the stated interval contains a mean."""
     verdicts = Counter(one.verdict for one in answers)
     classes = Counter(ResponseClass(int(one.response.response_class)).name.lower() for one in answers)
     means = [one.deviation for one in answers if one.deviation == one.deviation]
@@ -258,7 +258,7 @@ def table(answers: list[Compared]) -> dict[str, Any]:
     figures |= {f"verdict: {name}": number for name, number in sorted(verdicts.items())}
     if means:
         figures["means compared"] = len(means)
-        figures["95 % interval holds the mean, %"] = 100.0 * float(np.mean(np.abs(means) <= HALF_WIDTH))
+        figures["95 % interval contains the mean, %"] = 100.0 * float(np.mean(np.abs(means) <= HALF_WIDTH))
         figures["largest deviation, in errors"] = float(np.abs(means).max())
     return figures
 

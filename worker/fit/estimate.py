@@ -37,8 +37,8 @@ as settled. Two changes of a round must be below the limit: the region's motion,
 logarithm of the factor by which its size changes.
 """
 LINEAR = 3.0
-"""Residual, in standard deviations, above which its weight is linear (Huber 1964), so that one wrong row does not
-decide.
+"""Residual, in standard deviations, above which the misfit grows only linearly (Huber 1964), so that one wrong row does
+not decide.
 """
 LEAST_SHARE = 1e-6
 """Smallest relative standard deviation, because computed data agree to rounding."""
@@ -80,14 +80,14 @@ class _End:
     surface: Surface
     draws: Matrix
     best: Matrix
-    row: int  # indices in the archive
+    row: int  # index of the best set in the archive
     variance: Matrix
     share: float  # relative standard deviation of the measurement, if it is estimated
     misfit: float  # -2 ln L
 
 
 def _begin(archive: Archive) -> list[Region]:
-    """Fill the ranges, and choose the best places that are apart."""
+    """Fill the ranges, and choose the best places that lie apart from each other."""
     # imported here: a service that fits nothing starts sooner
     from scipy.stats.qmc import Halton
 
@@ -186,7 +186,7 @@ def _share(archive: Archive, amplitude: Matrix, scatter: Matrix) -> float:
 
 
 def _weighed(off: Matrix, variance: Matrix) -> Matrix:
-    """Sum the squared residuals, with linear weight beyond `LINEAR`; a failed response counts as far off."""
+    """Sum the squared residuals, which grow linearly beyond `LINEAR`; a failed response counts as far off."""
     z = np.abs(off) / np.sqrt(variance)
     z = np.where(np.isfinite(z), z, 10.0)
     z[..., ~np.isfinite(variance)] = 0.0
@@ -196,7 +196,7 @@ def _weighed(off: Matrix, variance: Matrix) -> Matrix:
 def _log_density(
     archive: Archive, region: Region, surface: Surface, variance: Matrix
 ) -> Callable[[Matrix], Matrix]:
-    """Posterior density within the region and the ranges, for a uniform prior."""
+    """Give the logarithm of the posterior density within the region and the ranges, for a uniform prior."""
 
     def density(places: Matrix) -> Matrix:
         inside = ((places >= 0.0) & (places <= 1.0)).all(axis=1)

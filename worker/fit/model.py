@@ -27,7 +27,7 @@ class Responses:
     amplitude, error : ndarray
         In the unit of the measurement; NaN if a response failed or is unbounded.
     impacts_per_cycle, stick_fraction : ndarray
-        Whether the particle strikes, and the share of time for which the structure sticks.
+        Number of impacts per cycle, and the share of time for which the structure sticks.
     response_class : ndarray
         As in `damperlab.studies.variables.ResponseClass`.
     """

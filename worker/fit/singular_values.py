@@ -69,7 +69,7 @@ def singular_values(matrix: Matrix) -> SingularValues:
     count = matrix.shape[1]
     if not np.isfinite(matrix).all():
         raise ArithmeticError("A matrix that is not finite has no singular values.")
-    # by a power of two, which is exact, so that squares of elements are finite
+    # divided by a power of two, which is exact, so that squares of elements are finite
     unit = 2.0 ** float(np.frexp(np.abs(matrix).max(initial=0.0))[1])
     matrix = matrix / unit
     rows = matrix.shape[0]

@@ -1,9 +1,9 @@
 """The structure alone, or with a tuned mass damper, under a record. The system is linear, so its matrix exponential
 gives the response.
 
-Between two samples this is one linear system without input, x' = Mx, if displacement, velocity, acceleration and jerk
-of the base are unknowns too. Its exponential over a panel is exact for any length, so there is no step size. Peaks are
-the extrema of the power series of each panel, mean squares are integrated to rounding.
+Between two samples, structure and damper are one linear system without input, x' = Mx, if displacement, velocity,
+acceleration and jerk of the base are unknowns too. The exponential of M over a panel is exact for any length, so there
+is no step size. Peaks are the extrema of the power series of each panel; mean squares are integrated to rounding.
 """
 
 from math import factorial, nan, sqrt

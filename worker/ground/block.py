@@ -54,7 +54,7 @@ def solve_suite_block(
         source = sources[place[0]]
         point = [axis[at] for axis, at in zip(axes, place[1:], strict=True)]
         frequency, damping, scale, restitution, mass, clearance, force = point
-        # record and structure vary slowest, so the data derived last serve most points
+        # record and structure vary slowest, so most points reuse the data of the previous point
         if place[:3] != shared:
             shared = place[:3]
             structure = Structure(suite.numbers["mass_kg"], frequency, damping)

@@ -54,7 +54,7 @@ def damper_of(asked: Earthquake, case: str) -> Damper:
 
 
 def absorber_of(asked: Earthquake) -> Absorber | None:
-    """The tuned mass damper of a comparison; None if neither it nor the particle has a mass."""
+    """The tuned mass damper of a comparison; None if its mass, by default that of the particle, is 0."""
     values = asked.values
     mass = values["tmd_mass_kg"]
     mass = values["particle_mass_kg"] if np.isnan(mass) else mass
@@ -178,8 +178,8 @@ def spread(
     nominal : GroundResponse
         The response from rest.
     starts : int
-        Perturbed starts: displacement, velocity times 1/ω_n and position of the particle, each drawn uniformly
-        within ± `size_m`.
+        Number of perturbed starts. Displacement, velocity times 1/ω_n and position of the particle are each drawn
+        uniformly within ± `size_m`.
     size_m : float
         Size of the perturbation [m].
     seed : int or sequence of int

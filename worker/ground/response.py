@@ -87,13 +87,13 @@ class GroundResponse:
     impacts : int
         Number of impacts.
     impact_speed_max_m_s : float
-        Fastest approach of an impact.
+        Largest approach speed of an impact.
     stick_fraction : float
         Share of the time that friction held the mass.
     work_in_j, loss_viscous_j, loss_friction_j, loss_impact_j : float
-        Energies.
+        Work of the base, and energy lost in the dashpot, to friction and in impacts.
     energy_residual : float
-        Residual of the energy balance, over the largest of work, losses, stored energy and that of the peak.
+        Residual of the energy balance, over the largest of work, losses, stored energy, and energy of the peak.
     duration_s : float
         Duration of record and tail.
     end_relative_displacement_m, end_relative_velocity_m_s : float
@@ -206,10 +206,10 @@ def ground_response(
 def ground_history(
     structure: Structure, damper: Damper, motion: GroundMotion, factor: float = 1.0, tail_s: float = 0.0
 ) -> tuple[GroundResponse, dict[str, NDArray[np.float64]]]:
-    """Compute the same response with its time history: `HISTORY_COLUMNS` at every panel start, at every event, and at
-    the end.
+    """Compute the response as `ground_response` does, with its time history: `HISTORY_COLUMNS` at every panel start,
+    at every event, and at the end.
 
-    An absent particle has NaN.
+    The displacement of an absent particle is NaN.
     """
     response, history = _march(structure, damper, motion, factor, tail_s, None, None, True)
     assert history is not None

@@ -17,7 +17,7 @@ DAMPING = 0.05
 PERIODS = np.geomspace(0.05, 5.0, 81)
 """Natural periods of the structures [s]."""
 SCENE = Scene("record", False, "")
-"""The record."""
+"""The scene for which kernels are compiled: a structure without a damper under a record."""
 
 
 @dataclass(frozen=True)

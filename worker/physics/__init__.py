@@ -1,1 +1,1 @@
-"""One law per file: the structure, friction, impact. No solver, no arrays with labels."""
+"""The physical laws, one per file: structure, friction, impact and compliant wall."""

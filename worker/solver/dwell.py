@@ -1,4 +1,4 @@
-"""The particle's dwell on a wall for a contact time. Without a contact time, every function in this module is a
+"""The particle's dwell on a wall for a contact time. If impacts are instantaneous, every function in this module is a
 constant, which the compiler drops.
 """
 

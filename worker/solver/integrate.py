@@ -161,7 +161,7 @@ def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> Sta
 
 @inlined
 def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves) -> None:
-    """Expand the polynomials of a segment, as many as requested."""
+    """Expand the polynomials of a segment: that of x and, if a particle or a meter needs it, that of x + s."""
     base, state, phase, regime = scene.base, segment.start, segment.phase, segment.regime
     if regime.sticks:
         expand_base(base, phase, curves.absolute)

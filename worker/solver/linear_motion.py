@@ -12,7 +12,7 @@ from damperlab.worker.solver.motion.taylor import TERMS, forced_rows, motion_row
 
 
 class LinearMotion(NamedTuple):
-    """The linear motion with one inertia: that of the primary mass alone, or with the particle in sustained contact.
+    """The linear motion with a given inertia: of the primary mass alone, or with the particle in sustained contact.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class LinearMotion(NamedTuple):
 
 @kernel
 def make_linear_motion(base: Any, inertia: float, energies: bool | None) -> LinearMotion:
-    """Make the motion with one inertia from its Taylor polynomials; `energies` as for `make_sine_base`."""
+    """Make the motion with a given inertia from its Taylor polynomials; `energies` as for `make_sine_base`."""
     h = base.window
     if isinstance(base, SineForce):
         forced = forced_rows(base.two_zeta, 1.0 / inertia, base.rows)

@@ -61,11 +61,12 @@ class Segment(NamedTuple):
     Attributes
     ----------
     start, end : State
-        States at its ends; before events are searched, `end` is the state that would result without an event.
+        States at its ends. Before events are searched, `end` is the state without an event if the segment is a complete
+        panel; otherwise it is not known yet.
     phase, phase_end : Phase
-        The base at the two ends.
+        The excitation at the two ends.
     regime : Regime
-        Length of the segment.
+        Regime of the segment.
     time : float
         Length [1/ω_n].
     bounds : MotionBounds

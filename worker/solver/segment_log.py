@@ -34,7 +34,7 @@ _WIDTH = len(COLUMNS)
 
 
 class Log(NamedTuple):
-    """Rows to fill and, in cursor[0], the number of filled rows; rows beyond the end are counted, not stored."""
+    """Rows to fill and, in cursor[0], the number of rows so far; rows beyond the end are counted, not stored."""
 
     rows: NDArray[np.float64]
     cursor: NDArray[np.int64]

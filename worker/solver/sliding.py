@@ -1,6 +1,6 @@
 """A particle with friction, or under gravity, in its cavity.
 
-Without friction and gravity, every function in this module is a constant, which the compiler drops.
+With neither friction nor gravity, every function in this module is a constant, which the compiler drops.
 
 The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. While |u''| ≤ κ,
 friction may carry it along as one body with the mass. A pushing wall carries it along at any u''. Gravity adds −G to
@@ -15,7 +15,7 @@ from damperlab.worker.solver.state import Slide, State
 
 @inlined
 def slide_at_rest(particle: Particle | None) -> Slide | None:
-    """Slide of a carried particle; None without friction and gravity."""
+    """Slide of a carried particle; None with neither friction nor gravity."""
     if particle is None:
         return None
     if particle.friction is None:
@@ -75,9 +75,10 @@ def fall_of(slide: Slide | None, particle: Particle) -> float:
 
 @inlined
 def with_pull(force: float, state: State, particle: Particle | None) -> float:
-    """Add the force of the particle to a force on the mass against u, over k Z; unchanged without friction and gravity.
+    """Add the force of the particle to a force on the mass against u, over k Z.
 
-    If the particle is not carried, the mass gives it its acceleration p'', but does not bear its weight.
+    If the particle is not carried, the mass gives it its acceleration p'', but does not bear its weight. With neither
+    friction nor gravity the force is unchanged.
     """
     if particle is not None:
         if particle.friction is not None and state.riding == 0.0:

@@ -14,7 +14,7 @@ class Dwell(NamedTuple):
         Time until detachment [1/ω_n]; 0 without a dwell, when the particle is in sustained contact or flies, and always
         on a compliant wall.
     speed : float
-        Approach speed [Z ω_n] when it met the wall; on a compliant wall, the present one.
+        Approach speed [Z ω_n] when the particle met the wall; on a compliant wall, the present rate of penetration.
     """
 
     left: float
@@ -142,7 +142,7 @@ def in_flight(
 
 @inlined
 def mirrored(state: State) -> State:
-    """State with all signs flipped, for which the base half a cycle later has the corresponding phase."""
+    """State with all signs flipped, so that the next half cycle starts at phase 0 again."""
     return State(
         -state.v,
         -state.w,

@@ -26,7 +26,9 @@ from damperlab.worker.solver.segment_log import (
 from damperlab.worker.solver.time_history_compliant import motion_in_contact
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
-"""τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 at the end of an impact."""
+"""τ [1/ω_n]; displacement [Z] and velocity [Z ω_n] of the mass, absolute and then relative to the base, and of the
+particle, absolute; 1 in the row just before an impact.
+"""
 
 _SAMPLES_PER_WINDOW = 4
 

@@ -34,7 +34,7 @@ WIDTH = 24
 
 
 class Transitions(NamedTuple):
-    """Rows to fill and, in cursor[0], the number of filled rows; rows beyond the end are counted, not stored.
+    """Rows to fill and, in cursor[0], the number of rows so far; rows beyond the end are counted, not stored.
 
     Attributes
     ----------

@@ -42,7 +42,7 @@ def drawn_starts(
         The six coordinates of the point. The draw depends only on them and the seed, so it is the same in every block,
         order and study. A longer ensemble begins with the starts of a shorter one.
     damping_ratio, excitation, friction, particle
-        As for `settle`; the second is its `frequency_ratio`.
+        As for `settle`, whose `frequency_ratio` is the `excitation`.
 
     Yields
     ------
@@ -117,7 +117,7 @@ def ensemble_values(responses: Sequence[Response]) -> dict[str, float | int]:
     Parameters
     ----------
     responses : sequence of Response
-        One a start.
+        One per start.
 
     Returns
     -------

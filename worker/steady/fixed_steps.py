@@ -54,11 +54,11 @@ def settle_stepped(
 
     Notes
     -----
-    The run stops if the peaks of the last 64 cycles, including the possible remainder, vary by less than `tolerance`.
-    It also stops, after a burn-in, if the peaks show no trend and the standard error of their mean is below
-    `tolerance`, and at `max_cycles`. The remainder is a geometric series: a free vibration of the structure decays as
-    exp(−ζτ), other motions faster. `amplitude_error` covers only the run. The error of the method itself, of first
-    order in the step, is not included.
+    The run stops if the peaks of the last 64 cycles vary by less than `tolerance`, including the change still to come.
+    That change is the rest of a geometric series: a free vibration of the structure decays as exp(−ζτ), other motions
+    faster. The run also stops, after a burn-in, if the peaks show no trend and the standard error of their mean is
+    below `tolerance`, and at `max_cycles`. `amplitude_error` covers only the run. The error of the method itself, of
+    first order in the step, is not included.
     """
     halves = np.empty((2 * settings.max_cycles + 1, 2))
     peaks = np.empty((2, settings.max_cycles))
@@ -67,7 +67,7 @@ def settle_stepped(
     state = Stepped(0.0, -frequency_ratio, 0.0, 0.0)
     cycles = 0
     burn_in = int(_BURN_IN * settings.max_cycles)
-    impacts_before = 0  # cycles of the transient
+    impacts_before = 0  # impacts in the transient
     status = _MAX_CYCLES
     first = 0  # first cycle of the measurement, and first cycle of the mean
     begin = 0

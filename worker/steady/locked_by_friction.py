@@ -1,4 +1,4 @@
-"""Rules that show that friction will hold the mass permanently, in the limit of a motion that continues."""
+"""Rules that show that friction holds the mass permanently, or that the present motion tends to such a state."""
 
 from math import inf, pi, sqrt
 
@@ -84,7 +84,7 @@ def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) ->
     limit : State
         The mass at the edge, the particle in its present state.
     apart : float
-        Distance to which a cycle leads from there; infinite if there is no such limit.
+        Distance from this state after one cycle; infinite if there is no such limit.
     """
     particle = scene.particle
     if particle is not None and particle.friction is not None and particle.gravity is None:
@@ -153,9 +153,9 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 
     At a time τ from its maximum, |rτ| ≤ π, the forcing is at least P (1 − cos rτ) ≥ 2P (rτ/π)² below the limit of
     friction and spring. So a slip that begins with the velocity W and passes one maximum ends within the time 2a + W
-    π²/(2P r² a²), for any a up to π/r; here a = W^¼. If there is a margin to the edge, the slip also ends within the
-    time W over that margin. During a slip of the creep or a contact, the mass may also move with W, so the durations
-    of both are added. A compliant wall whose largest force stays within the margin does not move the mass.
+    π²/(2P r² a²), for any a up to π/r; here a = W^¼. If there is a margin to the edge, W over the margin is another
+    bound on this time. During a slip of the creep or a contact, the mass may also move with W, so the durations of both
+    are added. A compliant wall whose largest force stays within the margin does not move the mass.
 
     A displacement outwards makes the mass creep more, so the bound is computed again, allowing for twice its first
     value. Two assumptions are confirmed by integrations, but not proved. First, the impacts during the creep, at most
@@ -193,7 +193,7 @@ def slows_down(friction: float, particle: Particle, scene: Scene) -> bool:
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
     """Bound on the total displacement by which impacts can still move a locked mass.
 
-    It holds as long as the mass has moved outwards by at most `moved`.
+    The bound is valid as long as the mass has moved outwards by at most `moved`.
     """
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
@@ -225,10 +225,10 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
 
 @inlined
 def _restitution_of_a_held_wall(particle: Particle) -> float:
-    """Largest restitution at a rigid wall.
+    """Largest restitution at a wall that friction holds at rest.
 
-    The damping ratio of a contact decreases with the mass that it brings to rest: by the factor √(1 + β) for β instead
-    of β/(1 + β). So it is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
+    A compliant wall then stops the mass β instead of the reduced mass β/(1 + β), so the damping ratio of the contact is
+    smaller by the factor √(1 + β). So the restitution is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
     """
     if particle.wall is not None:
         return 1.0 - (1.0 - particle.restitution) / sqrt(1.0 + particle.mass_ratio)

@@ -43,9 +43,9 @@ _UNBOUNDED = int(Status.UNBOUNDED)
 # that whole cycles lie between two examinations. The smaller one is used if a half cycle takes long.
 _CHUNK = 32
 _SHORT_CHUNK = 8
-_LONG_HALF = 1000  # windows
+_LONG_HALF = 1000  # panels
 _SPARE_EVENTS = 20_000  # added to the number allowed for its cycles, so that a short run is not cut off
-# number of metered half cycles before the burn-in is over; to `advance` and `nearby` any number below 0 means this
+# number of metered half cycles before the burn-in is over; `advance` and `look_farther` treat any negative number alike
 _NOT_METERED = -1
 _LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
 # First, the remaining displacement, over the static one, that a run ignores at any time. Second, the least amplitude to
@@ -190,13 +190,13 @@ def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: No
 
 @kernel
 def _waited_for(locked: Orbit, metered_halves: int, settings: Settings) -> float:
-    """Remaining displacement of a mass with a decelerating particle that a run ignores."""
+    """Remaining displacement, of a mass with a decelerating particle, that a run ignores."""
     return _allowed(locked, settings) if metered_halves >= 2 * FEWEST_MEASURED else _AT_ONCE
 
 
 @kernel
 def _allowed(locked: Orbit, settings: Settings) -> float:
-    """Distance from its locked state at which a mass counts as known."""
+    """Distance from its locked state at which the position of a mass counts as known."""
     return settings.tolerance * max(abs(locked.state.v), _SMALL)
 
 

@@ -171,7 +171,7 @@ def _measured_orbit(
         _acceleration_of_period(period_halves, halves, notes),
         Kind(response_class, period, multiplier, error, cycles, status),
     )
-    # the end state continues the particle's phase
+    # if the particle still moves, a continuation starts from the present state
     return response, state if found.way_left == 0.0 else found.state
 
 

@@ -10,8 +10,9 @@ from damperlab.worker.solver.state import State
 
 @kernel
 def at_rest(frequency_ratio: float | Forced, friction: float | None, particle: Particle | None) -> State:
-    """Everything at rest in the absolute frame, with the particle centred: v' = −r, or 0 under a force, which begins at
-    0.
+    """Everything at rest in the absolute frame: v' = −r, or 0 under a force, which begins at 0.
+
+    The particle is in the middle of its cavity or, under gravity, on the lower wall.
     """
     slip = 0.0
     if friction is not None:

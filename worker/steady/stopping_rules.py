@@ -78,7 +78,7 @@ def is_known(mean: Estimate, settings: Settings) -> bool:
 
 @kernel
 def next_estimate(mean: Estimate, settings: Settings) -> int:
-    """Metered cycles until the next check, planned from this one.
+    """Number of metered cycles at the next check, planned from this one.
 
     There are few checks, each at a length fixed before its data are known, because checking until the error happens to
     be small would understate it.

@@ -21,7 +21,7 @@ class Beginning:
     Parameters
     ----------
     rows : int
-        Samples of it.
+        Number of its samples.
     places : list of Place
         The best parameters over it, the best first.
     spread : Spread

@@ -86,8 +86,8 @@ def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | Non
 
 
 def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning | None:
-    """Search around the best until no better parameter set is found: a structure that stops or is struck has minima
-    close together.
+    """Search around the best until no better parameter set is found, because stops and impacts of the structure make
+    minima close together.
     """
     tried: list[Place] = []
     for _ in range(ROUNDS):

@@ -68,7 +68,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     filled = int(log.cursor[0])
     if outcome != ARRIVED or filled > log.rows.shape[0]:
         return np.full(rows, np.nan)
-    # every panel begins with a segment, and every sample begins a panel
+    # a segment begins at the start of every panel, and a panel at every sample
     starts, v = log.rows[:filled, START], log.rows[:filled, V]
     pieces = base.windows // (rows - 1)
     windows = np.arange(0, base.windows, pieces)

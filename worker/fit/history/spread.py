@@ -12,7 +12,7 @@ from damperlab.worker.fit.singular_values import principal
 REACH = 2.0
 """Standard deviations to either side over which a response must change smoothly."""
 LITTLE = 0.05
-"""A shorter beginning determines a parameter if its standard deviation is below this share of the range."""
+"""Standard deviation, as a share of the ranges, below which a shorter beginning determines a principal direction."""
 FLATTEST, STEEPEST = 0.25, 4.0
 """Allowed rise of chi-square relative to that of a linear response; outside these bounds the response is not
 predictable.

@@ -85,8 +85,8 @@ def _correlated(spread: Spread, period: int) -> Matrix:
     """Factor by which each deviation grows because residuals are correlated from sample to sample (Newey and West
     1987).
 
-    Correlations are included over up to one period of the structure, or a tenth of the rows; they never make an
-    interval narrower.
+    Correlations are included over lags up to one period of the structure or a tenth of the rows, whichever is less;
+    they never make an interval narrower.
     """
     lags = min(period, spread.residual.size // 10)
     pulls = spread.slopes * spread.residual[:, None]

@@ -71,7 +71,7 @@ class Trials:
         return np.asarray((self.question.measured.displacement_m[:rows] - found) / self.unit[:rows])
 
     def variance(self, squares: float, rows: int) -> float:
-        """Variance of the residuals in their unit: 1 if it was given, else from their scatter."""
+        """Variance of the residuals in their unit: 1 if the deviation was given, else from their scatter."""
         if self.question.measured.deviation_m is not None:
             return 1.0
         # computed data agree to rounding
@@ -110,7 +110,7 @@ class Trials:
             curvature, gradient = product(slopes.T, slopes), product(slopes.T, here)
             before = best
             pulls, directions = principal(curvature)
-            # no step is made along a direction in which only rounding changes
+            # no step is made along a direction in which the residuals change by rounding only
             changes = pulls > shares.size * np.finfo(float).eps * pulls.max()
             along = np.where(changes, product(directions.T, _free(best.shares, gradient)), 0.0)
             for damping in DAMPINGS:

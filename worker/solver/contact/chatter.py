@@ -8,12 +8,10 @@ from damperlab.worker.solver.scene import Scene
 
 # A chatter is completed before its last impact: the bodies join with their common momentum, which the omitted impacts
 # would not change. The error is of the order of (remaining time)³. Times are fractions of a panel.
-_CHATTER_LEFT = (
-    5e-6  # remaining time at which it is completed if the wall pushes all the while and nothing else happens
-)
-_STEADY_PUSH = (
-    1e-3  # largest relative change of the wall's acceleration, while the mass does not come to rest
-)
+# Remaining time at which it is completed if the push is steady and the mass does not come to rest meanwhile.
+_CHATTER_LEFT = 5e-6
+# Largest change of the wall's acceleration in that time, as a share of it, for a push that counts as steady.
+_STEADY_PUSH = 1e-3
 _NOTHING_LEFT = 1e-8  # remaining time at which a chatter is completed in any case, too short for other events
 _LEAST_LOSS = 1e-3  # least relative loss of speed in an impact
 

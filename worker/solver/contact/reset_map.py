@@ -193,7 +193,7 @@ def _part(
     closing = wall * u_acceleration  # rate at which the wall approaches the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     if leaving == 0.0 and closing == 0.0:
-        # in a tie, the sign of the change of the wall's acceleration decides, as in the search for a detachment
+        # in a tie the particle attaches; the search for a detachment then decides by the change of the acceleration
         closing = rounding
     dwell = no_dwell(state.dwell)
     is_over = is_chatter_over(w, leaving, u_acceleration, closing, scene, particle)

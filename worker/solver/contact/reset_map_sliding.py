@@ -161,7 +161,8 @@ def _together(
     Parameters
     ----------
     state : State
-        State in which the particle's velocity is used; its slip is used if the mass moves.
+        State with the common velocity. Its slip is used only if the mass moves; contact and sliding are determined
+        here.
     loose : float
         Direction in which the particle is known to start sliding; 0 if it is to be determined.
     slips : bool
@@ -214,7 +215,7 @@ def _impact(
     leaving = particle.restitution * approach
     after = _at_wall(state, wall, state.w + jump, p_rate, scene)
     rounding = _SPEED_ROUNDING * (abs(u_rate) + abs(p_rate) + abs(phase.rate))
-    # on its way back to the wall, the particle is pushed towards it by friction
+    # while the wall approaches the particle again, friction pushes the particle away from it
     _, acceleration = _response(after, _pull(state, wall, particle, friction), 1.0, phase, scene)
     closing = wall * without_fall(acceleration, state.slide, particle) - friction
     loss = impact_loss(approach, particle.restitution, particle.mass_ratio)

@@ -91,7 +91,10 @@ def w_rate_bound(segment: Segment, base: Excitation) -> float:
 
 @inlined
 def w_curvature_bound(dropped: int, segment: Segment, base: Excitation) -> float:
-    """Bound on the second derivative of w/t^dropped (0 or 1) over a segment of slip: 2/(dropped + 2)! times that of w."""
+    """Bound on the second derivative of w/t^dropped (0 or 1) over a segment of slip.
+
+    It is 2/(dropped + 2)! times the bound on the derivative of w of order dropped + 2.
+    """
     if dropped == 0:
         return _in_slip(3, segment, base) + base_derivative_bound(base, segment.phase, 3)
     return (_in_slip(4, segment, base) + base_derivative_bound(base, segment.phase, 4)) / 3.0

@@ -37,7 +37,7 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
     """Whether a panel integrated by its matrix holds no event, because no function whose zeros are events has a zero in
     it.
 
-    Inside the panel a function is at least its smaller value at the ends, minus time²/8 times its curvature.
+    Inside the panel a function is at least its smaller value at the ends, minus time²/8 times a bound on its curvature.
     """
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     window: float = base.window

@@ -1,8 +1,9 @@
-"""The excitation of the structure, at present and in time: a base shaken by a sine or a record, or a sine force.
+"""The excitation of the structure, at one instant and over a panel: a base shaken by a sine or a record, or a sine
+force.
 
 The integrator uses only the functions here. The compiler keeps only the branch of the given kind of excitation, so
-that a kernel for a shaken base contains nothing of records and forces. Under a force the base stands still, and the
-particle, on which no force acts, flies straight in its frame.
+that a kernel for a shaken base contains no code for records and forces. Under a force the base stands still, and the
+particle, on which no force acts, flies straight in the frame of the base.
 """
 
 from typing import NamedTuple
@@ -145,7 +146,7 @@ def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
 def travel(base: Excitation, phase: Phase, end: Phase) -> float:
     """Displacement of the base over a complete panel."""
     if isinstance(base, RecordBase):
-        t = base.window  # not computed as a difference of positions, which may be far from their start
+        t = base.window  # no difference of positions, which loses digits if the base is far from its start
         return (phase.rate + (phase.first / 2.0 + phase.second * t / 6.0) * t) * t
     if isinstance(base, SineForce):
         return 0.0
@@ -219,7 +220,7 @@ def forcing_derivative_bound(base: Excitation, phase: Phase, order: int, inertia
 
 @inlined
 def force_to_hold(base: Excitation, phase: Phase, v: float, inertia: float) -> float:
-    """Force that friction must take to keep the mass on the base, over k Z."""
+    """Friction force required to hold the mass on the base, over k Z."""
     if isinstance(base, SineForce):
         return phase.first - v
     return hold_force(v, phase.inertia_force, inertia)
@@ -255,7 +256,7 @@ def largest_to_hold(base: Excitation, inertia: float) -> float:
 
 @inlined
 def contact_forcing(base: Excitation) -> CompliantForcing:
-    """Data on the base for the motion in contact with a compliant wall."""
+    """Data on the excitation for the motion in contact with a compliant wall."""
     if isinstance(base, RecordBase):
         return CompliantForcing(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
     r = base.frequency_ratio

@@ -1,4 +1,4 @@
-"""A record in the form of the integrator: divided into panels, with the motion of the base."""
+"""A record divided into panels for the integrator, with the motion of the base."""
 
 from math import ceil
 from typing import NamedTuple

@@ -57,7 +57,9 @@ class SineBase(NamedTuple):
 
 
 class SineForce(NamedTuple):
-    """A force sin φ on the structure over half a cycle, over its amplitude F₀; the base is at rest and lengths are over F₀/k.
+    """A force on the structure over half a cycle, divided by its amplitude F₀: sin φ.
+
+    The base is at rest, and lengths are over F₀/k.
 
     Its attributes are those of `SineBase`, with the force in the place of s.
     """
@@ -84,7 +86,7 @@ def base_rate_at_phase_zero(frequency_ratio: float | Forced) -> float:
 def make_sine(
     damping_ratio: float, frequency_ratio: float | Forced, energies: bool | None
 ) -> SineBase | SineForce:
-    """Excitation of a frequency; parameters as for `make_sine_base`."""
+    """Shaken base, or a force if the frequency is `Forced`; parameters as for `make_sine_base`."""
     if isinstance(frequency_ratio, Forced):
         return _as_force(make_sine_base(damping_ratio, frequency_ratio.frequency_ratio, energies))
     return make_sine_base(damping_ratio, frequency_ratio, energies)
@@ -106,7 +108,7 @@ def make_sine_base(damping_ratio: float, frequency_ratio: float, energies: bool 
     damping_ratio, frequency_ratio : float
         ζ and r.
     energies : True or None
-        As of the `observe.meter.Meter` of the integration.
+        As in the `observe.meter.Meter` of the integration.
     """
     half = pi / frequency_ratio
     count = ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW)

@@ -59,7 +59,7 @@ def make_contact(forcing: CompliantForcing, particle: Particle, wall: Wall) -> C
 
 @kernel
 def compliant_equations(forcing: CompliantForcing, mass_ratio: float, wall: Wall, held: bool) -> Array:
-    """A of z' = Az, shape (DIM, DIM), the coordinates z in the order of `slow_subspace`."""
+    """Matrix A of z' = Az, shape (DIM, DIM), with the coordinates z in the order of `slow_subspace`."""
     mu = reduced_mass(mass_ratio)
     kappa = 1.0 / (1.0 + mass_ratio)
     a = zero_matrix(DIM, DIM)
@@ -154,8 +154,9 @@ def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, b
 
 @kernel
 def _fill_vibration(to_fast: Array, from_fast: Array, p: Array, b: Array, fast: int) -> None:
-    """f = q − Pr of the coordinates, and the contribution of f to them, (Bf, f + PBf); a single fast coordinate
-    takes the second place.
+    """Fill the matrices that give f = q − Pr from the coordinates, and the contribution (Bf, f + PBf) of f to them.
+
+    A single fast coordinate takes the second place.
     """
     n = DIM - fast
     place = 2 - fast
@@ -173,7 +174,7 @@ def _fill_vibration(to_fast: Array, from_fast: Array, p: Array, b: Array, fast: 
 
 @kernel
 def _slow_motion(a: Array, p: Array, fast: int) -> tuple[Array, Array]:
-    """G, and the coordinates (ξ, Pξ) of the slow motion."""
+    """Matrix G of the slow motion, and the matrix that gives its coordinates (ξ, Pξ) from ξ."""
     n = DIM - fast
     generator = zero_matrix(DIM, DIM)
     lift = zero_matrix(DIM, DIM)

@@ -19,9 +19,9 @@ other coordinates. Then
     q = Pr + f,   r = ξ + Bf,   ξ' = Gξ,   f' = Λf,
     A_qr + A_qq P = PG,   G = A_rr + A_rq P,   Λ = A_qq − P A_rq,   BΛ = GB + A_rq.
 
-P (a Riccati equation) and B (a linear one) are found by iteration, which converges as the ratio of the rates. A wall
-with much damping has two very different rates, both fast compared with the structure. Then y still moves when y'
-already follows it. For this case a third expansion takes y as slow (`Contact.slipping_between`).
+P (a Riccati equation) and B (a linear one) are found by iteration, whose error falls in each step by about the ratio of
+slow to fast rates. A wall with much damping has two very different rates, both fast compared with the structure. Then y
+still moves when y' already follows it. For this case a third expansion takes y as slow (`Contact.slipping_between`).
 """
 
 from typing import NamedTuple
@@ -38,7 +38,7 @@ class CompliantForcing(NamedTuple):
     two_zeta, window : float
         2ζ of the structure, and the length of a panel [1/ω_n].
     fastest : float
-        The faster of structure and excitation [ω_n].
+        The higher frequency of structure and excitation [ω_n].
     first_rate, second_rate : float
         Ratio of the rate of the first coordinate to the second coordinate, and the reverse.
     inertia_force, force : float

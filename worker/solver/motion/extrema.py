@@ -14,12 +14,12 @@ _MOST = 8  # extrema in one segment, whose length is less than a tenth of a peri
 def raised(
     peak: float, polynomial: Floats, less: float, rate: Floats, t: float, rate_curvature: float
 ) -> float:
-    """The larger of a peak and every extremum of |polynomial − offset| inside a segment.
+    """The largest of a peak and all extrema of |polynomial − less| inside a segment.
 
     Parameters
     ----------
     peak : float
-        So far.
+        Peak so far.
     polynomial, rate : array, shape (TERMS,)
         Coefficients of the displacement, and of its rate.
     less : float

@@ -69,7 +69,7 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     Notes
     -----
     At most 400 intervals are examined. Motions within a panel need few. A cluster of four or five roots in a hundredth
-    of the interval would need more. The sign at the end then decides, and the end is returned.
+    of the interval would need more. Then the sign at the end decides: if it is negative, the end is returned, else inf.
     """
     if start == 0.0:
         f0 = sign * polynomial[0]

@@ -50,7 +50,7 @@ def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
     Returns
     -------
     array, shape (5,)
-        ∫s for sin φ = 1 and for cos φ = 1; ∫s² by sin²φ, 2 sin φ cos φ, cos²φ.
+        ∫s for sin φ = 1 and for cos φ = 1; the coefficients of sin²φ, 2 sin φ cos φ and cos²φ in ∫s².
     """
     forms = filled(5, 0.0)
     for i in range(_POINTS):
@@ -89,9 +89,9 @@ def motion_forms(
     Returns
     -------
     array, shape (3 · PAIRS + 4,)
-        First ∫−(2ζw + x) s' and ∫2ζw² by the products of (x₀, w₀, sin φ, cos φ), in the order
-        00 01 02 03 11 12 13 22 23 33. Then ∫(x + s)² by the products of (x₀ + s₀, w₀ + s₀', sin φ, cos φ), and
-        ∫(x + s) by each of these four.
+        Coefficients in ∫−(2ζw + x) s', then in ∫2ζw², of the products of (x₀, w₀, sin φ, cos φ), in the order
+        00 01 02 03 11 12 13 22 23 33. Then those in ∫(x + s)² of the products of (x₀ + s₀, w₀ + s₀', sin φ, cos φ),
+        and those in ∫(x + s) of these four numbers.
         Each integral uses coordinates in which it is a sum without cancellation, for r ≪ 1 and for r ≫ 1.
     """
     forms = filled(3 * PAIRS + 4, 0.0)

@@ -6,7 +6,7 @@ no cancellation near resonance or at ζ = 0, r = 1. Panels are short enough for 
 0.4^16/16! ≈ 2e-20.
 
 The recurrence is linear in the state at the start of a segment (x, w, sin φ, cos φ), so it is evaluated once per motion
-for each of the four. A segment's coefficients are then a sum of four constant rows, of which the processor adds eight
+for each of the four. A segment's coefficients are then a sum of four constant rows; the processor adds eight of their
 numbers in one instruction.
 """
 
@@ -18,12 +18,13 @@ from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.array_loops import filled, zero_matrix
 
 ORDER = 15
-"""Degree of the polynomials: sixteen coefficients, whole vectors of every width."""
+"""Degree of the polynomials. Their sixteen coefficients fill the processor's vectors of every width."""
 
 TERMS = ORDER + 1
 
 LARGEST_WINDOW = 0.4
-"""Longest panel that keeps the remainder below rounding, in units of the faster of structure and excitation, for ζ → 0.
+"""Longest panel that keeps the remainder below rounding, for ζ → 0; the unit of time is 1 over the higher frequency of
+structure and excitation.
 """
 
 
@@ -120,7 +121,10 @@ def combine(x: float, w: float, sine: float, cosine: float, rows: Floats, out: F
 
 @inlined
 def stick(v: float, relative: Floats, absolute: Floats) -> None:
-    """Coefficients of the motion while friction holds the mass: v is constant; `absolute` holds the base's own."""
+    """Coefficients of the motion while friction holds the mass, so that v is constant.
+
+    On entry, `absolute` has the coefficients of s.
+    """
     for n in range(TERMS):
         relative[n] = 0.0
     relative[0] = v

@@ -54,7 +54,9 @@ from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS
 from damperlab.worker.solver.scene import Scene
 
 LEAST_DECAY = 1e-9
-"""Least |tr Λ| t of a long step. Below it, J loses its accuracy, since it is a difference of two ends over tr Λ."""
+"""Least |tr Λ| t of a long step. Below it J loses its accuracy, because it is a difference between the two ends divided
+by tr Λ.
+"""
 
 
 @inlined
@@ -169,7 +171,7 @@ def measure_long_step(
         if not isinstance(base, RecordBase):
             raise_over_long_step(meter, t, before, regime, scene)
         elif regime.sticks:
-            # |u''| of a slipping mass stays below the peak, since the step was limited for this
+            # |u''| of a slipping mass stays below the peak, since the length of the step was chosen for this
             raise_acceleration_in_contact(meter, t, regime, scene)
 
 
@@ -181,7 +183,7 @@ def measure_vibration(
 
     Notes
     -----
-    ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f], by parts, which ends with the derivatives of the polynomial p.
+    Integrated by parts, ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f], which is finite because p is a polynomial.
     J = ∫ f fᵀ dt solves ΛJ + JΛᵀ = [f fᵀ].
     """
     sums, base, motion, buffers = meter.sums, scene.base, regime.motion, buffers_of(scene)
@@ -235,7 +237,11 @@ class _Squares(NamedTuple):
 
 @kernel
 def _squares(before: Vibration, after: Vibration, rates: Floats) -> _Squares:
-    """J = ∫ f fᵀ dt, of [[2a, 2b, 0], [c, a + d, b], [0, 2c, 2d]] J = [f fᵀ] with the elements of Λ."""
+    """J = ∫ f fᵀ dt.
+
+    Let Λ = [[a, b], [c, d]]. The vector j of the elements J₁₁, J₁₂ and J₂₂ is the solution of
+    [[2a, 2b, 0], [c, a + d, b], [0, 2c, 2d]] j = [(f₁², f₁f₂, f₂²)].
+    """
     first, second = before
     one, two = after
     a, b, c, d = rates[0], rates[1], rates[2], rates[3]

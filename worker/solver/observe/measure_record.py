@@ -96,7 +96,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
     if not regime.sticks:
         most = u_derivative_bound(4, segment, base)
         if ends + bulge * most > peak:
-            # −κ(2ζ w + x) as a polynomial of the relative motion: it is zero where the base would dominate
+            # u'' = −κ(2ζw + x) from the polynomial of x, because x'' and s'' might nearly cancel
             polynomial = of_base  # its coefficients are not needed any more
             for n in range(ORDER):
                 polynomial[n] = -motion.compliance * (base.two_zeta * (n + 1) * relative[n + 1] + relative[n])

@@ -13,8 +13,8 @@ def measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
     """Add the loss of a particle that slides through the cavity.
 
     The work of a shaken base is integrated with the offset of the spring centre. This offset includes the particle's
-    pull, which the spring does not transmit. The share of the pull is therefore added here, and to the work at rest,
-    which also lacks it.
+    pull, which the spring does not transmit. The work of the pull is therefore added here, also for a held mass, whose
+    work lacks it too.
     """
     if scene.particle is not None:
         if scene.particle.friction is not None:

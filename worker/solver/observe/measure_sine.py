@@ -32,7 +32,7 @@ _TOP = 11  # 0.4^12/12! = 4e-14: higher terms add less than the error of the rul
 
 @inlined
 def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
-    """Raise the peaks by the ends of a segment; False if a peak between them may be higher."""
+    """Raise the peaks to the values at the ends of a segment; False if a peak between them may be higher."""
     sums = meter.sums
     v_start = segment.start.v
     v_end = segment.end.v
@@ -225,7 +225,7 @@ def _highest(
     rate_end : float
         Slope at the end of the span.
     third_derivative : float
-        Bound on its size.
+        Bound on the modulus of the third derivative of p.
     """
     rate = p[1]
     curve = 2.0 * p[2]
@@ -234,8 +234,8 @@ def _highest(
     ):  # the slope is monotone, so there is one extremum if it changes sign, else none
         if rate * rate_end >= 0.0:
             return 0.0
-        # A parabola through slope and curvature at the start and slope at the end. Then steps of Newton, each of which
-        # squares the error; the error of the height is the square of that.
+        # A parabola through slope and curvature at the start and slope at the end. Then two Newton steps: each squares
+        # the error of the time, and the error of the height is the square of that.
         half = 0.5 * curve
         last = (rate_end - rate - curve * t) / (t * t)
         root = sqrt(max(half * half - last * rate, 0.0))

@@ -19,7 +19,7 @@ SPEED = 6  # largest approach speed of an impact
 PEAK = 7  # largest |u| since the last reset
 RELATIVE_PEAK = 8  # largest |v| since the last reset
 PARTICLE_LOSS = 9  # to the friction of the particle
-SLIDING = 10  # time in which it slides
+SLIDING = 10  # time in which the particle slides
 METERS = 11
 
 # Additional sums of a record's meter; a meter with acceleration has the last two as well.

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 # The following values are chosen, not derived; their error rate is measured by comparing answers with long integrations
 # (`accuracy.steady_answers`).
-_TRIAL_PERIODS = 4  # least number of half cycles integrated for a candidate
+_TRIAL_PERIODS = 4  # number of periods that must be allowed before Newton's method is started
 # Largest multiplier of an orbit that attracts; the margin covers the rounding of a multiplier of one.
 _ATTRACTS = 1.0 - 1e-9
 _REACH = 0.1  # relative distance within which an orbit may be the one that the run approaches
@@ -140,7 +140,7 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
     """Whether the run must tend to a stable orbit.
 
     Without impacts v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance √(Δv² + Δw²) of any two motions never
-    grows. So a stable periodic motion attracts all others, unless the mass may still reach a wall before.
+    grows. So a stable periodic motion attracts all others, unless the particle may still meet a wall before.
     """
     particle = scene.particle
     if particle is not None:
@@ -232,7 +232,7 @@ def _follows(
     size: int,
     scale: float,
 ) -> int:
-    """Whether the run approaches the orbit as its linearisation predicts, `periods` after a known distance from it.
+    """Whether the run approaches the orbit as its linearisation predicts, `periods` periods after a known distance.
 
     Parameters
     ----------

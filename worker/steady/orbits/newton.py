@@ -72,7 +72,7 @@ def _newton_step(
     particle: Particle | None,
     step: Array,
 ) -> bool:
-    """Solve (1 − M) step = residual in the free coordinates; False if it is singular.
+    """Solve (1 − M) step = residual in the free coordinates; False if 1 − M is singular.
 
     A mass held by friction has w = 0, and a particle in sustained contact follows the wall, so these coordinates are
     not free.

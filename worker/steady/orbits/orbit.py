@@ -60,7 +60,7 @@ class SectionLook(NamedTuple):
 
 @kernel
 def no_orbit(state: State) -> Orbit:
-    """The value that stands for no orbit."""
+    """The value for no orbit."""
     return Orbit(state, 0, inf)
 
 
@@ -85,9 +85,10 @@ def newton_orbit(
     Returns
     -------
     orbit : Orbit
-        Its error is infinite if there is no orbit; its Jacobian is in the notes. found : bool
+        Its error is infinite if there is no orbit; its Jacobian is in the notes.
+    found : bool
     halves : int
-        Half cycles that it took.
+        Half cycles integrated.
     """
     begin_probe(probe, scene, 12 * period_halves)
     size = look.size

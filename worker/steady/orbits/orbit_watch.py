@@ -92,8 +92,7 @@ def look_farther(
 ) -> Nearby:
     """Occasionally search for a stable orbit farther off, on which a run that does not repeat may end.
 
-    Its cost is limited because it is rare. If it were taken from the share of the nearby searches, it would use all of
-    it.
+    The search is rare, which limits its cost. Counted among the nearby searches, it would use up all of their share.
     """
     if metered_halves < 0 or metered_halves % _FAR_EVERY != 0 or nearby.rival:
         return nearby

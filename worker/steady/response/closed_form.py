@@ -29,9 +29,9 @@ def linear_response(
     Notes
     -----
     With H = r²/(1 − r² + 2iζr) the relative motion is |H| and the absolute one |1 + H| =
-    √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)]. Work in and viscous loss of a cycle, over k Z², are computed separately from these,
-    and the residual compares the two. For a force, 1 replaces r², and the base is at rest. An amplitude from the closed
-    form is exact to a few roundings.
+    √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)]. Work in and viscous loss per cycle, over k Z², are computed separately, and the
+    residual compares the two. For a force, 1 replaces r², and the base is at rest. An amplitude from the closed form is
+    exact to a few roundings.
     """
     r = frequency_ratio
     loss = 2.0 * damping_ratio * r

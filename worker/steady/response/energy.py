@@ -71,9 +71,9 @@ def energy_residual(sums: NDArray[np.float64], stored_before: float, stored_afte
 def unbalanced(work: float, losses: float, stored_before: float, stored_after: float, peak: float) -> float:
     """|work in − losses − change of stored energy| over the largest energy.
 
-    The largest energy is that of work in, losses, energy stored at either end, and half the square of the peak. The
-    last one serves as the scale if almost no net work is done over the stretch. Without loss, or with a locked mass,
-    the base recovers in one half cycle the work of the other.
+    The largest energy is the largest of work in, losses, energy stored at either end, and half the square of the peak.
+    The last one is the scale if almost no net work is done over the stretch. Without loss, or with a locked mass, the
+    base recovers in one half cycle the work of the other.
     """
     scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)
     if scale == 0.0:  # a force that friction withstands causes no motion

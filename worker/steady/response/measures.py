@@ -87,7 +87,7 @@ class Kind(NamedTuple):
     multiplier : float
         Largest Floquet multiplier; NaN for a response that is not periodic.
     error : float
-        Standard error of the mean peak.
+        Standard error of the mean peak; for a periodic response, the distance from periodicity.
     cycles, status : int
         Cycles of the run, and its outcome.
     """
@@ -224,9 +224,9 @@ def mean_of_run(
 def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks) -> Largest:
     """Largest values in the last three quarters of the metered cycles of a run that does not repeat.
 
-    The remaining transient falls below the error of a mean before it falls below a largest peak. The burn-in is that
-    of the structure alone; the particle, and the mass with it, settle more slowly. If a run is short, its last cycles
-    may all be below the mean, or without an impact.
+    A remaining transient may already be negligible in a mean, but not yet in a largest peak. The burn-in is that of the
+    structure alone; the particle, and the mass with it, settle more slowly. If a run is short, its last cycles may all
+    be below the mean, or without an impact.
     """
     first = stretch.first + (stretch.last - stretch.first) // 8 * 2
     peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)

@@ -71,13 +71,13 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
     mean, error : float
         The error comes from batches of 1/61 of the range, unless batches of 1/19 give a significantly larger one.
         Batches shorter than the correlation time understate the error, but an error from few batches is less certain.
-        1.96 times the error is the half width of a 95 % interval. Fewer than 80 samples do not show their correlation,
-        so their complete spread is used.
+        1.96 times the error is the half width of a 95 % interval. The correlation of fewer than 80 samples cannot be
+        estimated, so the error is then the largest sample minus the smallest.
 
     Notes
     -----
-    A batch begins at every sample (Meketon and Schmeiser 1984). Such overlapping batches are worth one and a half times
-    as many adjacent ones, so the error itself is more exact, and a run ends sooner with the same coverage.
+    A batch begins at every sample (Meketon and Schmeiser 1984). Such overlapping batches have one and a half times the
+    degrees of freedom of adjacent ones, so the error is more accurate, and a run ends sooner with the same coverage.
     """
     count = last - first
     total = 0.0

@@ -32,11 +32,13 @@ IMPACTS_SO_FAR = 3
 STORED = 4
 _TOTALS = 5  # the first of the meter's totals, in the order of the meter
 COLUMNS = _TOTALS + 8
-"""Of a trace."""
+"""Number of columns of a trace."""
 HALF_ACCELERATION = COLUMNS
 _ACCELERATION_SQUARE = COLUMNS + 1
 ACCELERATION_COLUMNS = COLUMNS + 2
-"""Further columns of a trace with acceleration: largest |u''| of the half cycle, and ∫u''² dτ so far."""
+"""Number of columns of a trace with acceleration; the last two are the largest |u''| of the half cycle, and ∫u''² dτ so
+far.
+"""
 LOSSES = (_TOTALS + 1, _TOTALS + 2, _TOTALS + 3, _TOTALS + 6)
 """Columns of the losses: viscous, friction, impact, friction of the particle."""
 _METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK, PARTICLE_LOSS, SLIDING)
@@ -82,7 +84,7 @@ class Stretch(NamedTuple):
 
 @kernel
 def make_trace(rows: int, acceleration: bool | None) -> NDArray[np.float64]:
-    """Arrays of a trace."""
+    """Empty array for a trace."""
     if acceleration is not None:
         return np.empty((rows, ACCELERATION_COLUMNS))
     return np.empty((rows, COLUMNS))

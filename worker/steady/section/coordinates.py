@@ -17,7 +17,7 @@ from damperlab.worker.solver.state import Dwell, State, slide_on
 Array = NDArray[np.float64]
 
 SECTION_SIZE = 4
-"""Coordinates of a state on the section, and components of a tangent vector."""
+"""Number of coordinates of a state on the section, and of components of a tangent vector."""
 
 
 @inlined

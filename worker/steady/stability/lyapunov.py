@@ -46,8 +46,8 @@ def is_chaotic(
     Notes
     -----
     The exponent is the mean increase of ln |δz| per cycle (Benettin et al. 1980). A quasi-periodic response has
-    exponent 0: its mean then lies within its error, or below 0.01, which distinguishes slow beats from chaos over 320
-    cycles. The vector is followed only as long as needed.
+    exponent 0. Its mean then lies within its error or, for slow beats over 320 cycles, below 0.01. The vector is
+    followed only as long as needed.
     """
     tangent = zero_matrix(SECTION_SIZE, 1)
     tangent[0, 0] = 1.0

@@ -1,4 +1,4 @@
-"""The largest eigenvalue of a small matrix."""
+"""The spectral radius of a small matrix."""
 
 from math import exp, log
 

@@ -1,8 +1,8 @@
 """Effect of an event on tangent vectors: one saltation law for all contact models.
 
-Every event has one form (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, ch. 7). It occurs where a coordinate i
-reaches a given value, so its time moves by δt = −δz_i / f_i. It changes w by −q g, the last coordinate from g to k g,
-and the vector field from f⁻ to f⁺:
+All events have the same form (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, ch. 7). An event occurs where a
+coordinate i reaches a given value, so its time changes by δt = −δz_i / f_i. The event changes w by −q g, the last
+coordinate from g to k g, and the vector field from f⁻ to f⁺:
 
     δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt,    R: w → w − q g, g → k g.
 

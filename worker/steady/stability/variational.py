@@ -64,8 +64,9 @@ def propagate(
 
     Notes
     -----
-    A mass held by friction forgets δw, and a particle in sustained contact follows the wall. Directions in which a
-    perturbation vanishes immediately have multiplier 0. A chatter is the product of its impacts up to its end.
+    While friction holds the mass, δw is 0; a particle in sustained contact follows the wall. Directions in which a
+    perturbation vanishes immediately have multiplier 0. The matrix of a chatter is the product of those of its impacts
+    up to its end.
     """
     if particle is not None:
         _propagate(log, base, free, loaded, friction, particle, particle.wall, tangents)

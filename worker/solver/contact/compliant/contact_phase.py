@@ -174,7 +174,7 @@ def _in_contact(
             t = longest_step(state, phase, t, vibration, regime, scene, meter)
             if t > 0.0:
                 return after_long_step(state, t, vibration, regime, scene, meter)
-            coordinates_into(state, regime, phase, start)  # these coordinates are slow now
+            coordinates_into(state, regime, phase, start)  # until here, `start` had only the slow motion
         scene.counts[SEGMENTS] += 1
     expand(start, DIM, motion.rows, phase, scene)
     return to_event(state, phase, min(remaining, motion.step), regime, scene, meter)
@@ -211,7 +211,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
         riding = 0.0
         leaving = -pen_rate
         if leaving <= _SPEED_ROUNDING * (abs(u_rate) + abs(w) + abs(phase.rate)):
-            # the particle came to rest on the wall: its separation is below the accuracy of the velocities
+            # the particle came to rest on the wall: its leaving speed is below the accuracy of the velocities
             if meter is not None:
                 if meter.energies is not None:
                     meter.sums[IMPACT_LOSS] += spring_energy(wall.stiffness, -gap)

@@ -80,7 +80,7 @@ def to_event(
         elif regime.sticks:
             meter.sums[STUCK] += t
         raise_peaks(meter, t, regime, scene)
-    order = order if t == 0.0 else 0  # two events are simultaneous
+    order = order if t == 0.0 else 0  # at t = 0 two events are simultaneous
     p_rate = slope(buffers.absolute, t) - y_rate
     end = advanced(state, v, w, -state.wall * y, p_rate, Dwell(0.0, state.wall * y_rate), order)
     return end, t, kind
@@ -90,9 +90,7 @@ def to_event(
 def friction_event(
     state: State, phase: Phase, span: float, regime: AnyRegime, scene: Scene
 ) -> tuple[float, int]:
-    """Find when the mass stops or starts to slip, against the structure and the force of the wall in
-    `buffers.wall_force`.
-    """
+    """Find when the mass stops or starts to slip on the base, with the wall's force from `buffers.wall_force`."""
     t = span
     kind = NOTHING
     if scene.friction is not None:

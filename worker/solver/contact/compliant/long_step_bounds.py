@@ -28,7 +28,7 @@ _SHORTER = 0.125
 
 @kernel
 def _lower_bound(polynomial: Floats, sign: float, t: float) -> float:
-    """Lower bound of sign · p over [0, t]: between its ends a function sags by at most t²/8 of its curvature."""
+    """Lower bound of sign · p over [0, t]: it is at most t²/8 times the bound on |p''| below its smaller end value."""
     ends = min(sign * polynomial[0], sign * value(polynomial, t))
     return ends - 0.125 * t * t * curvature_bound(polynomial, t)
 

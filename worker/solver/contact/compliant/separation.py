@@ -64,7 +64,7 @@ def separate(
     found = _crossing_from(pen, near, t)
     if found < inf:
         t, kind = found, CLEARANCE
-    # spring and dashpot push again where K pen + C pen' rises through zero; right after the detachment it may be zero
+    # spring and dashpot push again where K pen + C pen' rises through zero; this sum may be 0 just after the detachment
     order = state.gap_order
     lead = wall.damping / wall.stiffness
     for i in range(TERMS - order):
