@@ -17,7 +17,7 @@ _SAFE = re.compile(r"[A-Za-z0-9._-]{1,64}")
 
 
 class AccessLog:
-    """ASGI middleware: gives each request an id, that of the client if it is harmless, and logs how the request ended."""
+    """ASGI middleware: gives each request an id (the client's own, if it has a safe form), and logs how it ended."""
 
     def __init__(self, app: ASGIApp, traffic: Traffic) -> None:
         self.app = app

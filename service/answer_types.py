@@ -40,7 +40,7 @@ def gives(kind: Any, description: str = "The answer", **headers: str) -> Schema:
 
 
 def declare(*kinds: Any) -> None:
-    """Give types, and the types in a union, their own schemas, to which other schemas refer."""
+    """Register types; each gets its own schema, to which other schemas refer."""
     for kind in kinds:
         if isinstance(kind, type | TypeAliasType) and _declared.setdefault(name_of(kind), kind) is not kind:
             raise ValueError(f"two types of answers have one name: {name_of(kind)}")

@@ -81,7 +81,7 @@ EXPORTS = 2
 COMPILING = 8
 """Largest number of requests that wait for kernels."""
 DRAIN_SECONDS = 10
-"""Longest wait of a shutdown for running answers, before it stops the studies."""
+"""Longest time that a shutdown waits for running answers before it stops the studies."""
 SHUTDOWN_SECONDS = 85
 """Time after which the process ends in any case: it allows for the answers, the studies and a margin."""
 
@@ -128,7 +128,7 @@ def create_app(settings: Settings) -> FastAPI:
         version=code_version(),
         description=DESCRIPTION,
         lifespan=_lifespan,
-        # The framework's own pages load their scripts from other hosts; / is ours and loads nothing from there.
+        # The framework's own pages load scripts from other hosts; the page at / loads nothing from them.
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -253,7 +253,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 def _prepare() -> None:
-    """Import the modules for computing ahead of requests; those of questions are loaded separately."""
+    """Import, before the first request, the modules that compute; those of questions are loaded separately."""
     import damperlab.service.work.functions  # noqa: F401
 
 
@@ -315,7 +315,7 @@ def serve(settings: Settings) -> None:
         proxy_headers=False,
         ws="none",
         lifespan="on",
-        # longer than clients usually keep a connection, because one that ends as it is reused loses a request
+        # longer than clients usually keep a connection: a request is lost if the service closes its connection meanwhile
         timeout_keep_alive=65,
         ssl_certfile=settings.tls_certificate,
         ssl_keyfile=settings.tls_key,

@@ -61,7 +61,7 @@ def submit_list(
     Raises
     ------
     StudyFaults
-        With every fault of every study, its place first, as in ``[3].axes.friction_ratio``.
+        With the faults of every study; each field begins with the study's index, as in ``[3].axes.friction_ratio``.
     """
     studies = _parse(documents, service.settings.records, key)
     plans = [make_plan(study, seconds_per_point) for study in studies]
@@ -75,7 +75,7 @@ def submit_list(
 
 
 def estimate_list(store: Store, shelf: Shelf, documents: list[Any], key: str | None) -> Document:
-    """Estimate the cost of each of several studies; faults as of `submit_list`."""
+    """Estimate the cost of each of several studies; the faults are those of `submit_list`."""
     studies = _parse(documents, shelf, key)
     sizes = [estimate_document(each, make_plan(each, seconds_per_point), store) for each in studies]
     return Document({"studies": sizes})

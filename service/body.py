@@ -16,7 +16,7 @@ class DeleteQuery(BaseModel):
 
     trash: bool = Field(
         False,
-        description=f"Keep it for {TRASH_DAYS} days, in which POST …/undelete restores it; until then it counts for quotas.",
+        description=f"Keep it for {TRASH_DAYS} days. During them POST …/undelete restores it, and it counts for quotas.",
     )
 
 

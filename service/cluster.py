@@ -25,7 +25,7 @@ def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], Abstr
     settings : Settings
         Settings of the service, or of a command.
     wanted : callable
-        Gives how many workers could be busy, which is the number to request from a batch system.
+        Gives the number of workers that could be busy; as many are requested from a batch system.
     """
     if settings.cluster is None:
         return partial(connect, workers=settings.workers, scheduler=settings.scheduler)

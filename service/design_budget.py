@@ -11,7 +11,8 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 FEWEST, MOST = 100, 10_000_000
 """Smallest and largest number of points of a budget."""
 HERE_SECONDS = 2.0
-"""Expected work of a study up to which the searching process computes it itself, because a cluster would take longer.
+"""A study with at most this expected time [s] is computed by the searching process itself, because a cluster would take
+longer.
 """
 
 

@@ -71,7 +71,7 @@ def design_report(found: Found) -> str:
     title = asked.name or "design"
     brief, _ = verdict_of(found)
     damper, own = brief.damper, kind_of(found.build)
-    assert damper is not None  # a design has one, or is without a damper
+    assert damper is not None  # for a design, the verdict always names a damper, or "no_damper"
     called = called_of(found, damper)
     parts = [
         f"<h1>{escape(title)}</h1>",
@@ -82,7 +82,7 @@ def design_report(found: Found) -> str:
     ]
     if damper != own:
         parts += _drawing(called.capitalize(), drawing_of(found, own))
-        parts.append(said(f"All that follows is about the {called}, where it names no other damper."))
+        parts.append(said(f"All that follows is about the {called}, unless another damper is named."))
     parts += [
         *_excitations(found),
         "<h2>Beside other dampers</h2>",
@@ -96,7 +96,7 @@ def design_report(found: Found) -> str:
         parts.append(
             drawing(
                 draw_alternatives(found, called),
-                "Response over the band under the largest amplitude, each damper as drawn, at every frequency computed."
+                "Response of each damper as drawn, over the band under the largest amplitude, at every computed frequency."
                 " The tuned mass damper has the mass of the particle.",
             )
         )
@@ -106,7 +106,7 @@ def design_report(found: Found) -> str:
             "<h2>Under other amplitudes</h2>",
             drawing(
                 draw_amplitudes(found),
-                "The drawn damper under amplitudes of the range and beyond it; its force and clearance stay "
+                "The drawn damper under amplitudes within the range and beyond it; its force and clearance stay "
                 "the same."
                 + (
                     ""
@@ -136,7 +136,7 @@ def design_report(found: Found) -> str:
 
 
 def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
-    """List the structure, its excitation, and the measure, to which a signature refers."""
+    """List what a signature refers to: the structure, its excitations, and the measure."""
     asked = found.asked
     own = {"damping_ratio": f"{asked.structure.damping_ratio:.4g}"}
     if asked.in_units:
@@ -224,7 +224,7 @@ def _starts(found: Found) -> Iterable[str]:
     yield table("More than one response", columns, rows)
     yield said(
         "The damper as drawn under the largest amplitude, at the frequencies where starts lead to different "
-        "responses; at most the three most frequent ones at each. The class is known for the most frequent "
+        "responses; at most the three most frequent responses at each frequency. The class is known for the most frequent "
         "response and for the response from rest.",
         "quiet",
     )
@@ -269,7 +269,7 @@ def _excitations(found: Found) -> Iterable[str]:
 def _drawing(title: str, lines: list[Line]) -> Iterable[str]:
     if lines:
         yield f"<h2>{title}</h2>"
-        yield table(title, ("quantity", "value", "tolerance", "alone, it may move"), lines)
+        yield table(title, ("quantity", "value", "tolerance", "may change alone within"), lines)
 
 
 def _dampers(found: Found, called: str) -> Iterable[tuple[str, ...]]:

@@ -161,7 +161,8 @@ class _Search:
         submitter.set(self.kept.owner)
         self._started = now() if self.kept.round is None else self.kept.round.started
         self._asked = parse_specification(self.kept.specification, self.settings.records)
-        if self.kept.round is None:  # it counts as running from now on, even while all its studies are stored
+        # the design counts as running from now on, even if all its studies are already stored
+        if self.kept.round is None:
             self.shelf.follow(self.kept.id, Round("the first look", 0, 0, 0, (), None, self._started))
         rounds = designing(self._asked, self.kept.budget_points)
         number = 1
@@ -211,7 +212,7 @@ class _Search:
         return make_plan(study, seconds_per_point).seconds <= HERE_SECONDS
 
     def _compute_together(self, ids: list[str]) -> None:
-        """Compute waiting studies of one block on every core; unusual studies are left to `_compute`."""
+        """Compute waiting studies of one block, one on each core; a study that fails is left to `_compute`."""
         for start in range(0, len(ids), AT_ONCE):
             self._require_wanted()
             self.stop.computing = True
@@ -221,7 +222,7 @@ class _Search:
                 raise _Over
 
     def _compute(self, study_id: str) -> None:
-        """Compute a waiting study, unless the service has started it meanwhile; its record then holds the outcome."""
+        """Compute a waiting study, unless the service has started it meanwhile; its record gives the outcome."""
 
         def look(_: object) -> None:
             try:
@@ -283,8 +284,8 @@ class _Search:
         return [known[study.digest] for study in ask.studies]
 
     def _enter(self, new: list[Submission]) -> tuple[list[Record], TooManyUnfinished | None]:
-        """Enter all studies; as long as there is no room for them, try the first half instead. Give the reason
-        against more.
+        """Enter all studies or, while there is no room for them, the first half, quarter and so on. Give the entered
+        studies, and the fault that refused more.
         """
         count, refused = len(new), None
         while count:

@@ -1,4 +1,6 @@
-"""Searches waiting designs, a few in parallel, each in a separate process. No design is lost by a restart or crash."""
+"""Runs the searches of waiting designs, a few in parallel, each in a separate process. No design is lost by a restart or
+crash.
+"""
 
 import logging
 import multiprocessing
@@ -18,7 +20,7 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
 
 LOOK_SECONDS = 2.0
-"""Interval between checks for designs of other processes."""
+"""Interval between checks for designs that other processes submitted, or left behind when they died."""
 AGAIN_SECONDS = 5.0
 """Time after which a design is tried again if its process could not use the store or was ended."""
 MOST_DEATHS = 3
@@ -35,7 +37,7 @@ class _Run:
 
 
 class Designer:
-    """Searches the designs of a data directory, oldest first.
+    """Runs the searches of the designs in a data directory, the oldest first.
 
     A design that has not ended is resumed, whichever process worked on it before. The studies that it requested before
     the interruption are stored.
@@ -105,7 +107,8 @@ class Designer:
             runs = list(self._runs.values())
         for run in runs:
             run.process.terminate()
-        give_up = time.monotonic() + STOP_SECONDS  # all share one time limit, because a shutdown has its own
+        # one time limit for all, because the whole shutdown is limited in time
+        give_up = time.monotonic() + STOP_SECONDS
         for run in runs:
             run.thread.join(max(0.0, give_up - time.monotonic()))
         for run in runs:

@@ -32,7 +32,7 @@ CLEAN_SECONDS = 3600.0
 AGAIN_SECONDS = 5.0
 """Time after which a study is tried again if its cluster failed."""
 COMPANY = 4
-"""Largest number of small waiting studies that are run together."""
+"""Smallest number of small waiting studies that are run together."""
 STOP_SECONDS = 60.0
 """Longest wait of a shutdown for runners; each gives its running blocks a shorter time."""
 
@@ -81,7 +81,7 @@ class Dispatcher:
         self._alone: set[str] = set()
         # each submitter's latest start, as a counter; the one who has waited longest is next
         self._turns: dict[str | None, int] = {}
-        # set at the start because of interrupted deletions
+        # a removal is made at the start, because deletions may have been interrupted
         self._leaving: list[threading.Thread] = []
         self._untidy = threading.Event()
         self._untidy.set()
@@ -100,8 +100,8 @@ class Dispatcher:
         return sorted(self._runs)
 
     def workload(self) -> tuple[dict[str, int], int, int]:
-        """Give the workers by standing (from the study with the most), the blocks at workers, and the blocks repeated
-        so far.
+        """Give the number of workers for each standing, which is the largest over the studies that run here; the number
+        of blocks at workers; and the number of blocks repeated so far.
         """
         with self._lock:
             now = list(self._progress.values())
@@ -238,7 +238,9 @@ class Dispatcher:
             self._runners_store.keep_late_marks(stop=lambda: self._removing.closing)
         except (StoreFault, OSError) as error:
             self._untidy.set()
-            _log.warning("marks could not be written, or files of deleted studies removed: %s", error)
+            _log.warning(
+                "marks could not be written, or files of deleted studies could not be removed: %s", error
+            )
         except BaseException:
             self._untidy.set()
             raise
@@ -248,7 +250,7 @@ class Dispatcher:
         while waiting:
             # within a priority the list is oldest first, and this order is kept for each submitter
             waiting.sort(key=lambda one: (-one.priority, self._turns.get(one.owner, 0)))
-            # a batch of small studies, if the first one is small and there are others
+            # a batch of small studies, if the first one is small and there are enough others
             small = [one.id for one in waiting if one.small and one.id not in self._alone][:MOST]
             together = len(small) >= COMPANY and small[0] == waiting[0].id
             ids = small if together else [waiting[0].id]
@@ -338,7 +340,7 @@ class Dispatcher:
             self._put_off(study_id, str(error))
         except (StudyBusy, StudyNotFound) as error:
             _log.info("study %s is left alone: %s", study_id, error)
-            with self._lock:  # because clocks differ, it may seem free immediately
+            with self._lock:  # because clocks differ, the study may seem free at once
                 self._not_before[study_id] = time.monotonic() + AGAIN_SECONDS
         except (StoreFault, OSError) as error:
             # The catalogue cannot be written, or a connection broke. The study is continued later from its present

@@ -56,7 +56,7 @@ class Documentation(StaticFiles):
     def file_response(
         self, full_path: PathLike, stat_result: os.stat_result, scope: Scope, status_code: int = 200
     ) -> Response:
-        """Send a file. A page of HTML gets its own policy, even in the answer that it has not changed."""
+        """Send a file. A page of HTML gets its own policy, even in an answer 304 (Not Modified)."""
         response = super().file_response(full_path, stat_result, scope, status_code)
         response.headers["Cache-Control"] = "no-cache"
         if str(full_path).endswith(".html"):
@@ -66,8 +66,8 @@ class Documentation(StaticFiles):
 
 @lru_cache(maxsize=64)
 def policy_of(path: str, changed_ns: int) -> str:
-    """Give the policy of a page: it allows the page's inline scripts by their SHA-256, so that no other script can be
-    injected.
+    """Give the policy of a page: it allows the page's inline scripts by their SHA-256, so that an injected script does
+    not run.
     """
     scripts = _SCRIPT.findall(Path(path).read_bytes())
     hashes = sorted({b64encode(sha256(script).digest()).decode() for script in scripts})

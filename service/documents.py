@@ -95,5 +95,5 @@ class Document(JSONResponse):
     def render(self, content: Any) -> bytes:
         """Return the bytes of `content` as JSON in UTF-8."""
         text = "".join(_pieces(plain(content)))
-        # A client may send "\ud800", half a character, which UTF-8 cannot hold; JSON can, as the same escape.
+        # A client may send "\ud800", half a character, which UTF-8 cannot encode; JSON can, as the same escape.
         return text.encode("utf-8", errors="backslashreplace")

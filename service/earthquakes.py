@@ -12,11 +12,11 @@ from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.comparison import Comparison, compare, structure_of
 
 MOST_WINDOWS = 3_000_000
-"""Largest number of panels that a comparison may integrate over all starts; they take some seconds."""
+"""Largest number of integration steps of a comparison over all its runs; they take some seconds."""
 
 
 class WithPaper(Comparison):
-    """A comparison together with the paper's own."""
+    """A comparison together with the results of the paper."""
 
     brief: InShort
     paper_table_a1: Annotated[dict[str, dict[str, Measured]], Says(propertyNames={"enum": list(CASES)})]

@@ -69,7 +69,7 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
     dict
         ``points``; ``points_stored``, those computed already if this study was submitted before; ``blocks``; ``bytes``
         (before compression). ``seconds`` on one core, including compiling, and its likely range ``seconds_low`` to
-        ``seconds_high``. ``compiling_seconds`` is its part for compiling, and ``kernels_missing`` the number of scenes
+        ``seconds_high``. ``compiling_seconds`` is the part of it for compiling, ``kernels_missing`` the number of scenes
         to compile on this machine. Also ``digest``, ``definition``, and ``understood``: assumptions, derived ratios,
         and unusual values, in sentences.
     """
@@ -103,7 +103,7 @@ def readiness_document(wanted: Sequence[Scene]) -> Readiness:
     Parameters
     ----------
     wanted : sequence of Scene
-        Its needs.
+        The scenes that the request needs.
 
     Returns
     -------

@@ -34,8 +34,8 @@ _SHOWN = (
 
 
 def event_id(record: Record) -> str:
-    """Identify the last event that a client has received. Events are cumulative, so it gives all that the client has
-    received.
+    """Give the id of the event for a state of the study. Each event repeats all counts, so the id of the last one
+    shows what a client has received.
     """
     return f"{record.blocks_done}-{record.points_failed}-{record.phase}-{record.phase_done or 0}"
 

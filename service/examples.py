@@ -16,8 +16,8 @@ from damperlab.studies.specification.schema import specification_schema
 from damperlab.studies.text import MOST_STUDIES
 
 EDGE = (400, 408, 421, 422, 431, 503)
-"""Error statuses that any request may get: no HTTP, too slow, an unknown host, invalid parameters, a long head, no
-data.
+"""Error statuses that any request may get: not HTTP, too slow, unknown host, invalid parameters, head too long, data
+unavailable.
 """
 WITH_KEY = (401, 403, 429)
 """Further error statuses of requests that need a key: no key, a wrong scope, too many requests."""
@@ -195,7 +195,7 @@ COMPARISON_BODY: dict[str, Any] = {
             "examples": {
                 "table-a1": {"summary": "Table A1 under Loma Prieta", "value": {"record": "loma-prieta"}},
                 "building": {
-                    "summary": "Another structure, half the record",
+                    "summary": "Another structure, the record scaled by 0.5",
                     "value": {
                         "record": "el-centro",
                         "scale": 0.5,

@@ -33,7 +33,7 @@ class Kernels:
         self._thread = threading.Thread(target=self._warm, name="kernels", daemon=True)
 
     def compiled(self) -> tuple[int, float]:
-        """Give the number of scenes compiled here since the start, and the seconds this took, without queues."""
+        """Give the number of scenes compiled here since the start, and the seconds this took, without waits."""
         with self._lock:
             return self._compiled, self._seconds
 
@@ -44,7 +44,7 @@ class Kernels:
     def require(self, wanted: Iterable[Scene]) -> None:
         """Wait until the kernels of some scenes are compiled.
 
-        Failures are logged and left to the computing process, which compiles them itself or reports the error.
+        A failure is logged; the computing process then compiles the kernel itself, or reports the error.
         """
         for scene, future in [(scene, self._begin(scene)) for scene in missing(wanted)]:
             try:

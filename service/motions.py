@@ -21,7 +21,7 @@ NATURAL = 4
 HELD = 1e-9
 """Share of the largest speed below which a structure counts as held by friction."""
 AT_WALL = 1e-9
-"""Share of the clearance below which a particle counts as resting against a wall."""
+"""Distance from a wall, over the clearance, below which a particle counts as resting against it."""
 
 
 def forces_on(history: Mapping[str, Column], design: Design) -> dict[str, Column]:
@@ -38,7 +38,8 @@ def forces_on(history: Mapping[str, Column], design: Design) -> dict[str, Column
     -------
     dict of ndarray
         ``spring``, ``damping``, ``friction``, and ``excitation``, which is 0 on a shaken base. If friction locks the
-        structure, it is the force that moves the structure with its base. An instantaneous impact has no finite force.
+        structure, ``friction`` is the force that moves the structure with its base. An instantaneous impact has no
+        finite force.
     """
     u, v, v_rate = history["u"], history["v"], history["v_rate"]
     phase = design.frequency_ratio * (history["time"] - history["time"][0])
@@ -67,7 +68,7 @@ def harmonics_of(history: Mapping[str, Column], frequency_ratio: float) -> dict[
     Returns
     -------
     dict of ndarray
-        ``multiple``, in equal steps from the lowest that fits, and ``amplitude`` over Z.
+        ``multiple``, in steps of 1 over the number of cycles up to `HARMONICS`, and ``amplitude`` over Z.
     """
     time = history["time"]
     cycle = 2.0 * math.pi / frequency_ratio
@@ -96,6 +97,6 @@ def drift_spectrum(history: Mapping[str, Column], natural_frequency_hz: float) -
 
 
 def _amplitudes(time: Column, values: Column, span: float, count: int) -> Column:
-    """Give the discrete Fourier transform at equal time steps, with straight lines between samples."""
+    """Give the amplitudes of the discrete Fourier transform, with linear interpolation at equal time steps."""
     even = np.interp(time[0] + span * np.arange(count) / count, time, values)
     return np.asarray(2.0 * np.abs(np.fft.rfft(even)) / count)

@@ -21,7 +21,7 @@ def own_process() -> dict[str, tuple[str, str, float]]:
     used = resource.getrusage(resource.RUSAGE_SELF)
     found = {
         "process_cpu_seconds_total": ("counter", "CPU time of this process.", used.ru_utime + used.ru_stime),
-        "process_start_time_seconds": ("gauge", "When this process began, since 1970.", _BEGAN),
+        "process_start_time_seconds": ("gauge", "Start of this process, in seconds since 1970.", _BEGAN),
     }
     if sys.platform == "linux":
         pages = int(Path("/proc/self/statm").read_text().split()[1])

@@ -61,16 +61,16 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
     Parameters
     ----------
     *questions : type
-        Dataclasses whose fields `damperlab.studies.field.asked` defines. Their names are unique, except that a field
-        takes precedence over a dimension.
+        Dataclasses whose fields `damperlab.studies.field.asked` defines. Their names are unique; a field
+        with the name of a dimension takes precedence over it.
     dimensions : sequence of str
-        Dimensions that may be named; by default of every kind of study. Those of a harmonic study in SI units are
+        Dimensions that may be named; by default those of every kind of study. Those of a harmonic study in SI units are
         added.
 
     Returns
     -------
     Depends
-        A tuple with one value of each. Unknown parameters are refused.
+        It gives a tuple with one value of each question. Unknown parameters are refused.
     """
     own = [each for question in questions for each in fields_of(question) if "http" in each.doors]
     taken = {each.key for each in own}.union(set(EVERY_AXIS).difference(dimensions, COORDINATES))

@@ -18,7 +18,7 @@ def require_printer() -> Any:
     """
     try:
         with warnings.catch_warnings():
-            # it prints without HarfBuzz's library of subsets, which a later version will require
+            # it works without HarfBuzz's subsetting library, but warns that a later version will require it
             warnings.simplefilter("ignore", DeprecationWarning)
             import weasyprint
     except (ImportError, OSError) as error:
@@ -40,7 +40,7 @@ def printed(text: str) -> bytes:
     Returns
     -------
     bytes
-        PDF; text stays text, figures stay lines.
+        PDF; text stays text, and figures stay vector graphics.
 
     Raises
     ------

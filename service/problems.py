@@ -76,7 +76,7 @@ def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 
 class Problem(Exception):
-    """A request that cannot be served, in the client's words.
+    """A request that cannot be served, described in the terms of the request.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def invalid(entries: Sequence[Mapping[str, Any]], known: Sequence[str] = ()) -> 
     entries : sequence of mappings
         From ``ValidationError.errors()``; the first `MOST_FAULTS` are translated.
     known : sequence of str
-        Allowed names, for the fault of an unknown one.
+        Allowed names, which the fault of an unknown name lists.
     """
     return tuple(_fault(entry, known) for entry in entries[:MOST_FAULTS])
 
@@ -208,7 +208,7 @@ _STORE_PROBLEMS: dict[type[StoreFault], tuple[int, str, str]] = {
     QuotaReached: (507, "quota-reached", "The study would exceed a quota."),
     RecordDamaged: (503, "record-damaged", "A record cannot be read."),
     RecordNotFound: (404, "record-not-found", "There is no such record."),
-    RecordKept: (409, "record-kept", "This record stays."),
+    RecordKept: (409, "record-kept", "This record cannot be removed."),
     ShelfFull: (507, "records-full", "No more records can be stored."),
     DesignDamaged: (503, "design-damaged", "A design cannot be read."),
     DesignNotFound: (404, "design-not-found", "There is no such design."),

@@ -92,7 +92,7 @@ class Scrub:
                 if study_id == "catalogue"
                 else f"damperlab store verify {study_id} --repair"
             )
-            _log.error("%s is damaged: %s%s; see, and repair, with `%s`", study_id, told[0], more, mend)
+            _log.error("%s is damaged: %s%s; run `%s`", study_id, told[0], more, mend)
         self.found[study_id] = told
 
     def _pause(self) -> None:
@@ -105,4 +105,4 @@ class Scrub:
         except _Closing:
             return
         except (StoreFault, OSError) as error:
-            _log.warning("stored results cannot be compared now: %s", error)
+            _log.warning("stored data cannot be checked now: %s", error)

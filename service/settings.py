@@ -41,7 +41,7 @@ class Settings(BaseSettings):
         extra="forbid",
         frozen=True,
         env_ignore_empty=True,
-        # the value that removes a limit with a default
+        # the value that removes a limit which has a default
         env_parse_none_str="none",
     )
 
@@ -55,8 +55,8 @@ class Settings(BaseSettings):
     )
     store: str | None = Field(
         None,
-        description="s3://bucket/prefix for the cubes; by default at the location stored in the catalogue, "
-        "at first the data folder. The server and the keys come from AWS_ENDPOINT_URL, "
+        description="s3://bucket/prefix for the cubes; by default the location stored in the catalogue, which "
+        "is at first the data folder. The server and the keys come from AWS_ENDPOINT_URL, "
         "AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, …",
     )
     quota_bytes: ByteSize | None = Field(
@@ -121,7 +121,7 @@ class Settings(BaseSettings):
         "`make docs`. none for no links.",
     )
     tls_certificate: Path | None = Field(
-        None, description="File of the certificate chain, in PEM; serves TLS."
+        None, description="File of the certificate chain, in PEM; with it the service uses TLS."
     )
     tls_key: Path | None = Field(None, description="File of its private key, in PEM.")
     workers: int | None = Field(
@@ -134,7 +134,7 @@ class Settings(BaseSettings):
         None, description="Address of a Dask scheduler to use in place of an embedded cluster."
     )
     cluster: BatchSystem | None = Field(
-        None, description="Batch system whose jobs are the workers; this machine holds the scheduler."
+        None, description="Batch system whose jobs are the workers; this machine runs the scheduler."
     )
     cluster_host: str | None = Field(
         None, description="Name or address by which jobs reach this machine; its host name by default."
@@ -142,7 +142,9 @@ class Settings(BaseSettings):
     workers_min: int = Field(
         0, ge=0, le=1024, description="Least number of jobs to keep, even if fewer blocks are left."
     )
-    job_seconds: float = Field(3600.0, gt=0.0, description="Wall time of a job; its worker leaves before.")
+    job_seconds: float = Field(
+        3600.0, gt=0.0, description="Wall time of a job, in seconds; its worker leaves before it ends."
+    )
     job_memory_bytes: ByteSize = Field(
         ByteSize(2 << 30), ge=1 << 28, description="Memory of a job, as in 2GiB."
     )

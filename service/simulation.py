@@ -289,8 +289,8 @@ def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
     dict
         ``metrics`` (the cube's variables), ``state``, ``events``, ``cycles``, ``history`` (columns by name),
         ``status`` and ``response_class`` in words. ``settles_after_cycles`` if the response repeats, and
-        ``attractors`` if starts were requested. ``wall`` with the ``stiffness`` over k and the ``damping`` over
-        k/ω_n of a compliant one.
+        ``attractors`` if starts were requested. ``wall``, for a compliant one, with its ``stiffness`` over k and its
+        ``damping`` over k/ω_n.
     """
     settings = _settings(asked, cycles_limit)
     answer = simulate(
@@ -343,7 +343,7 @@ def simulation_document(answer: Simulation, samples: int) -> SimulatedDocument:
 def settles_after(metrics: Mapping[str, float]) -> float | None:
     """Give the cycles in which a small disturbance falls to `SETTLED`, from the Floquet multiplier.
 
-    None if there is no multiplier, or if it is 0, since a disturbance then vanishes after a period.
+    None if the multiplier is missing or at least 1, or if it is 0, since a disturbance then vanishes after a period.
     """
     multiplier = metrics.get("floquet_multiplier", math.nan)
     if not 0.0 < multiplier < 1.0:

@@ -50,9 +50,9 @@ class Service:
     kernels : Kernels
         Compiles kernels that requests need.
     designer : Designer
-        Searches the designs.
+        Runs the searches of the designs.
     scrub : Scrub
-        Compares stored data.
+        Checks stored data for damage.
     closing : Event
         Set at the shutdown of the service, which ends streams.
     """

@@ -242,7 +242,7 @@ def _cost(record: Record, cube: xr.Dataset, worst_case: bool) -> Iterable[str]:
             worst = max(found["error_high"].values.tolist(), default=float("nan"))
             rows += [
                 (
-                    "relative error that nine of ten points of similar run time do not exceed, at its largest",
+                    "90 % quantile of the relative error among points of similar run time, at most",
                     f"{worst:.2g}",
                 ),
                 ("points that reached the cycle limit", f"{limited:.0f} of {int(number.sum()):,}"),

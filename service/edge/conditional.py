@@ -12,7 +12,7 @@ TAGGED_BYTES = 8 * 1024 * 1024
 
 
 class Head:
-    """ASGI middleware: answers HEAD as GET without the body, and stops its computation."""
+    """ASGI middleware: answers HEAD like GET but without the body, and stops computing the body."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app

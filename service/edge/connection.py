@@ -114,7 +114,7 @@ class Connection(H11Protocol):
         self._body_since = (self._body_since or now) if their is h11.SEND_BODY else None
 
     def eof_received(self) -> bool | None:  # type: ignore[override]
-        """Keep answering a client that has stopped sending for a moment: it may have left, or only closed its half."""
+        """Keep answering for a moment if the client stops sending: it may have left, or closed only its half."""
         if self._lingers_until is not None or self.scheme == "https":
             return None  # TLS has no half-closed connections
         under_way = self.cycle is not None and not self.cycle.response_complete

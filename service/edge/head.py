@@ -47,7 +47,7 @@ def _framed_twice(scope: Scope) -> Problem | None:
         return None
     fault = Fault(
         "Content-Length",
-        "one beside Transfer-Encoding",
+        "one together with Transfer-Encoding",
         "one of the two",
         "leave it out",
         "`Content-Length` and `Transfer-Encoding` exclude each other (RFC 9112, 6.1).",

@@ -71,7 +71,7 @@ class Silence:
     def _forget(self, served: "asyncio.Future[None]") -> None:
         self._left.discard(served)
         if not served.cancelled():
-            served.exception()  # nobody waits for the test any more
+            served.exception()  # nobody waits for this answer any more
 
 
 async def _ask(catalogue: Catalogue) -> bool:

@@ -7,7 +7,7 @@ import { CURVES, DASHES, Figure } from "./figure.js";
 import { help } from "./help.js";
 import { count, moment, short } from "./numbers.js";
 
-/** Errors at the level of rounding are drawn at this value, since a logarithmic axis has no zero. */
+/** Smaller errors, and zero, are drawn at this value, since a logarithmic axis has no zero. */
 const FLOOR = 1e-17;
 const SHAPES = ["star", "circle", "square", "diamond", "triangle-up"];
 

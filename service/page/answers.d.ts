@@ -1,6 +1,6 @@
-/** What the service answers, as far as the page reads it. A number that is not known is null. */
+/** The parts of the service's answers that the page reads. An unknown number is null. */
 
-/** The answer to what is asked for at a path. */
+/** The answer to a request at a path. */
 export type Answer<Path extends string> = Path extends `studies/${string}/${infer Question}`
   ? Question extends keyof OfStudy
     ? OfStudy[Question]
@@ -16,7 +16,7 @@ export type Answer<Path extends string> = Path extends `studies/${string}/${infe
           : unknown;
 
 export type OfStudy = {
-  /** `in_units`: what a ratio is multiplied with to be in SI units. */
+  /** `in_units`: the factor from each ratio to SI units. */
   axes: { axes: Axes; variables: string[]; in_units: Record<string, number> };
   fragility: Fragility;
   "frequency-response": Curve;
@@ -65,10 +65,10 @@ export type Definition = {
   [name: string]: unknown;
 };
 
-/** What is kept in a list: a study or a design. */
+/** An entry of a list: a study or a design. */
 export type Listed = { id: string; name: string; state: string; created: string; message: string | null };
 
-/** A study as it is kept; a list leaves `definition` and `provenance` out. */
+/** A study as it is stored; a list leaves `definition` and `provenance` out. */
 export type StudyRecord = Listed & {
   phase: string;
   phase_done: number | null;
@@ -96,7 +96,7 @@ export type StudyRecord = Listed & {
 /** Values along each dimension; those of records are texts, which `Selection.records` gives. */
 export type Axes = Record<string, number[]>;
 
-/** What a study takes before it is run. */
+/** The expected cost of a study. */
 export type Estimate = {
   points: number;
   blocks: number;
@@ -114,7 +114,7 @@ export type Readiness = { phase: string; phase_done: number; phase_total: number
 /** A result variable. */
 export type Variable = { name: string; long_name: string; units: string; doc?: string; coded: boolean };
 
-/** What a study can be made of, and what its results mean. */
+/** The parts of a study, and the meaning of its results. */
 export type Catalogue = {
   variables: Variable[];
   suite: { variables: Variable[] };
@@ -178,7 +178,7 @@ export type MapAnswer = Worded & {
   status?: number[][];
 };
 
-/** A map less another one, with both. */
+/** The difference of two maps, and both maps. */
 export type MapDifference = MapAnswer & {
   other: Row[];
   other_status?: number[][];
@@ -210,21 +210,21 @@ export type Ranking = Worded & {
   designs_total: number;
   units: string;
   long_name: string;
-  /** By which designs of a harmonic study are judged. */
+  /** The criterion by which designs of a harmonic study are judged. */
   objective: string;
   columns: Record<string, unknown>;
   best_with_impacts?: Ranked | null;
   brief: { damper: string | null };
   /** Whether friction clamps the structure with the best design. */
   clamped?: boolean;
-  /** The band to compute where one frequency was. */
+  /** The band to compute, if only one frequency was computed. */
   next_frequencies?: Frequencies | null;
 };
 
-/** A damper beside a tuned mass damper: curves over the frequency. */
+/** A damper compared with a tuned mass damper: curves over the frequency. */
 export type Comparison = Worded &
   Curves & {
-    /** What has a closed form, at more frequencies. */
+    /** The curves with a closed form, at more frequencies. */
     exact: Partial<Curves>;
     ratio: number | null;
     judged: boolean;
@@ -233,7 +233,7 @@ export type Comparison = Worded &
   };
 export type Curves = { frequency_ratio: number[]; hybrid: Row; tmd: Row; no_damper: Row };
 
-/** How likely a damper exceeds a limit, over the scale of the records. */
+/** The probability that a damper exceeds a limit, over the scale of the records. */
 export type Fragility = {
   note: string;
   records: number;
@@ -258,7 +258,7 @@ export type Simulated = {
   metrics: Record<string, number | null>;
   history: import("./history.js").Columns;
   spectrum: { multiple: number[]; amplitude: number[] };
-  /** On the structure, over k·Z. */
+  /** Forces on the structure, over k·Z. */
   forces: Record<string, number[]>;
 };
 
@@ -269,7 +269,7 @@ export type Earthquake = {
   histories: Record<string, EarthquakeHistory>;
   note?: string;
 };
-/** Its results by name; `spread` is that from other starts. */
+/** The results with one damper, by name; `spread` is that over other starts. */
 export type EarthquakeCase = Record<string, number> & {
   label: string;
   spread?: Record<string, { lowest: number; highest: number }> & { sensitive: boolean };
@@ -321,7 +321,7 @@ export type Design = DesignSummary & {
 };
 export type Specification = Record<string, unknown> & { choose?: Record<string, unknown> };
 
-/** What a search for a damper may take. */
+/** The budget of a search for a damper. */
 export type Budget = { chosen: string[]; budget_points: number; understood: string[] };
 
 /** Frequencies, in hertz where the structure has units. */
@@ -343,13 +343,13 @@ export type DesignAnswer = Known & {
   specification: Specification;
   limits: unknown[];
   probability: number | null;
-  /** Not in an answer that was kept before there was one. */
+  /** Answers of earlier versions lack it. */
   verdict?: { damper: string | null; sentences: string[]; rows: string[][]; next: string };
   /** The name of the damper found, and the drawing of the verdict; earlier answers lack them. */
   called?: string;
   drawing?: string[][];
   words: string[];
-  /** The worst that is compared with others, where it is not that of every tolerance. */
+  /** The worst case for the comparison with others, if it is not that over every tolerance. */
   compared?: Worst;
   response: OverBand;
   no_damper?: { response?: OverBand } | null;
@@ -387,7 +387,7 @@ export type OfMass = Known & {
   particle_alone: number | null;
 };
 
-/** A response that starts meet. */
+/** A response to which starts lead. */
 export type Met = {
   displacement: number;
   share: number;
@@ -395,7 +395,7 @@ export type Met = {
   from_rest?: boolean;
 };
 
-/** A prototype, from what was measured of it: over frequency, or over time. */
+/** A prototype fitted to its measurement over frequency or over time. */
 export type Fitted = {
   confidence: number;
   parameters: Record<string, { value: number; low: number; high: number; determined: boolean }>;

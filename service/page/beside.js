@@ -15,7 +15,7 @@ import { sliders } from "./sliders.js";
 import { isComparable, orderOf } from "./vocabulary.js";
 
 const MOST = 160;
-/** Number of newest studies that are offered. */
+/** Number of the newest studies among which comparable ones are offered. */
 const OFFERED = 200;
 const CHOOSE = "Choose a study with the same axes.";
 const NONE =
@@ -105,7 +105,7 @@ class BesideTab {
     );
   }
 
-  /** Find the other studies, of which those are offered that the service can compare. */
+  /** Find the other studies. Only those that the service can compare are offered. */
   async offer() {
     const { record } = this.session;
     const { view } = this;
@@ -160,7 +160,7 @@ class BesideTab {
     this.look();
   }
 
-  /** In SI units if the study is shown in units; each study is converted with its own structure. */
+  /** The request, in SI units if the study is shown so; each study is converted with its own structure. */
   question() {
     const { selection, shown } = this.session;
     const { x, y } = this.axes;
@@ -200,7 +200,7 @@ class BesideTab {
     }
   }
 
-  /** Label the two maps. @param {string} id of the other study */
+  /** Label the maps and their difference. @param {string} id of the other study */
   name(id) {
     const { record } = this.session;
     const [one, other] = [record.name || record.id, this.others.find((each) => each.id === id)?.name || id];

@@ -156,7 +156,7 @@ function share(label, now, onChange) {
       onChange(Number(slider.value) / 100);
     },
   });
-  slider.value = String(percent); // after its limits: before them a browser would cut it
+  slider.value = String(percent); // set after the limits, because a browser would clip it to the default ones
   return el("label", { class: "slider" }, el("span", {}, label), slider, output);
 }
 

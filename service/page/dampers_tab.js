@@ -23,7 +23,7 @@ import { WORDS } from "./words.js";
 const MOST = 240;
 const TOP = 10;
 
-/** The dimension that no designer chooses, in a suite and in a study over base amplitudes. */
+/** Suites, and below them studies over base amplitudes; `met` is the dimension that no designer chooses. */
 const SUITE = {
   axes: WORDS.suite_axes,
   damper: WORDS.damper,

@@ -23,7 +23,7 @@ const OTHERS = /** @type {[OtherName, string][]} */ ([
   ["particle_alone", "The particle alone"],
   ["tuned_mass_damper", "Tuned mass damper of the same mass"],
 ]);
-/** What is built instead of the damper found. @type {Record<string, string>} */
+/** Titles of what is built instead of the damper found. @type {Record<string, string>} */
 const BUILT = { ...Object.fromEntries(OTHERS), tuned_mass_damper: "Tuned mass damper" };
 /** @typedef {{worst: Worst}} Judged */
 const { damper, cavity, tables } = WORDS.specification;
@@ -137,7 +137,7 @@ function underWay(design) {
     el(
       "section",
       { class: "box", "aria-label": "Progress" },
-      el("h2", {}, "How far it is"),
+      el("h2", {}, "Progress"),
       // the bar has no value, since a search usually ends long before its budget is spent
       el("progress", { "aria-label": `Points of ${design.name || design.id}` }),
       el("p", {}, `${count(done)} of at most ${counted(design.budget_points, "point")}.`),
@@ -183,7 +183,7 @@ function answered(design) {
 }
 
 /**
- * The unit of the values in its figures.
+ * The unit of the values in the figures of an answer.
  *
  * @param {DesignAnswer} answer
  * @returns {Scale}
@@ -316,7 +316,7 @@ export function spelledWorst({ worst, feasible }) {
   return response({ measure, units, value }) + (feasible ? "" : ", exceeds a limit");
 }
 
-/** The name of the judged value of an answer. @param {Judged} answer */
+/** The measure of an answer, and its units. @param {Judged} answer */
 function judged({ worst: { measure, units } }) {
   return { measure, units };
 }
@@ -415,7 +415,7 @@ function starts({ starts: known, worst }) {
 }
 
 /**
- * The response for each mass of the particle, and each of these dampers.
+ * The best damper for each mass of the particle, and its response.
  *
  * @param {DesignAnswer} answer
  * @param {OfMass[]} masses

@@ -36,7 +36,7 @@ const frequencies = (of) => of.frequency_hz ?? of.frequency_ratio;
 const frequencyTitle = (of) => (of.frequency_hz ? "frequency [Hz]" : "frequency ratio r");
 
 /**
- * The damper found, as drawn, under the largest amplitude, beside others.
+ * Draw the responses of the damper found, as drawn, and of others under the largest amplitude.
  *
  * @param {Answered} design
  * @param {Scale} scale
@@ -88,8 +88,8 @@ export function overBand(design, { metres, unit, atFrequency }) {
  */
 export function overAmplitudes(id, rows) {
   const label =
-    "Response over the amplitude of the excitation, of the damper as drawn under amplitudes from " +
-    "half the least to twice the largest";
+    "Response over the frequency, of the damper as drawn, under amplitudes of the excitation from " +
+    "half the smallest to twice the largest";
   const chart = new Figure({ label, name: `amplitudes-${id}`, height: 460 });
   const moved = rows.filter((row) => row.worst_ratio > 0);
   const largest = {

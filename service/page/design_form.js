@@ -29,7 +29,7 @@ const EMPTY = {
   name: "your own machine",
   about: [
     "The structure, its excitation and the ranges of the damper, in the units of a drawing. The " +
-    "others are examples.",
+    "other choices are examples.",
   ],
   definition: { name: "", structure: {}, excitation: {}, choose: { clearance_m: {}, friction_force_n: {} } },
   empty: true,

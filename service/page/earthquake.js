@@ -304,7 +304,7 @@ function traces(found) {
 }
 
 /**
- * The motion of no damper, a tuned mass damper and the study's, each as a curve.
+ * The motion without a damper, with a tuned mass damper and with the study's damper, each as a curve.
  *
  * @param {Earthquake} found
  * @param {(history: EarthquakeHistory, name: string, shade: string, dash: string) => Trace} drawn

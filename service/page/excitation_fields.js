@@ -65,7 +65,7 @@ function kindOf(each) {
   return kind ?? "band";
 }
 
-/** Every excitation of the document; an undescribed one is empty. @param {Held} held */
+/** Every excitation of the document; an empty one if there is none. @param {Held} held */
 function allOf(held) {
   return [/** @type {Excitation | Excitation[]} */ (held.get(PLACE) ?? {})].flat();
 }
@@ -81,7 +81,7 @@ export function shakenBy(held) {
 }
 
 /**
- * Each excitation in its own group, with buttons to add one; or records.
+ * A picker of the kind of excitation, then each excitation in its own group.
  *
  * @param {Held} held
  * @param {GroundRecord[]} records those of the service
@@ -126,7 +126,7 @@ function sweepFields(held, path) {
   ];
 }
 
-/** The table of a power spectral density, and the draws. @param {Held} held @param {string} path */
+/** The table of a power spectral density, duration and draws. @param {Held} held @param {string} path */
 function vibrationFields(held, path) {
   return [
     list(held, `${path}.frequency_hz`, random_vibration.frequency),

@@ -91,7 +91,7 @@ const PLACES = Array.from({ length: 13 }, (_, i) => i - 6).flatMap((power) =>
   [1, 2, 5].map((first) => Number(`${first}e${power}`)),
 );
 
-/** The ticks of an axis with two or three marks per decade. @param {Axis} given */
+/** The ticks of an axis with three marks per decade. @param {Axis} given */
 function ticks(given) {
   return given.dtick === "D2"
     ? { dtick: null, tickvals: PLACES, ticktext: PLACES.map((one) => short(one)) }

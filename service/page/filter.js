@@ -68,7 +68,7 @@ export class Filter {
   }
 }
 
-/** The ends of a range are in the unit of its label. */
+/** The filter of studies. The ends of its range are in the unit of the label. */
 export class StudyFilter extends Filter {
   /** @param {Kept} kept @param {() => void} look */
   constructor(kept, look) {

@@ -56,7 +56,7 @@ export async function fitView(root, { query }) {
     first: query.get("example") ?? STARTS[0].name,
     fields: fieldsOf,
     estimated: (ready) =>
-      ready.phase === "compiling" ? compiling(ready) : "It can be estimated, in seconds to minutes.",
+      ready.phase === "compiling" ? compiling(ready) : "The estimate takes seconds to minutes.",
     waits: () => fill(answer, el("p", { class: "box" }, "Estimating …")),
     done: (found) => answered(answer, found),
   });
@@ -182,7 +182,7 @@ function answered(place, found) {
         el("h2", {}, "What was found"),
         grid("What was found", heads, rows),
         found.words.map((sentence) => el("p", {}, prose(sentence))),
-        json("A study of it, as JSON", found.study),
+        json("The prototype as a study, in JSON", found.study),
       ),
       chart.element,
     ),

@@ -2,8 +2,8 @@
 
 /**
  * @typedef {{time: number[], u: number[], u_rate: number[], v: number[], v_rate: number[], p: (number |
- *   null)[], p_rate: (number | null)[], impact: number[]}} Columns τ in 1/ω_n; structure u, the same against
- *   the base v, and particle p, over Z
+ *   null)[], p_rate: (number | null)[], impact: number[]}} Columns time τ in 1/ω_n;
+ *   displacements over Z: u of the structure, v of the structure relative to the base, p of the particle
  */
 
 export class History {

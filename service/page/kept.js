@@ -1,4 +1,4 @@
-/** The choices of a view, kept in its address: a link leads to the same view, and Back one step back. */
+/** The choices of a view, kept in its address: a link leads to the same view, and Back undoes one step. */
 
 import { nearest } from "./numbers.js";
 

@@ -8,7 +8,7 @@ import { colour, NARROW, thisPoint } from "./figure.js";
 import { extentOf, isLogarithmic, isWide, short } from "./numbers.js";
 import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 
-/** Symbols of one class on one map; more would hide the values. */
+/** Largest number of symbols of one class on a map; more would hide the values. */
 const MOST_SYMBOLS = 900;
 const LOCKED = 1;
 /**
@@ -20,7 +20,7 @@ const WHERE = { max: " where it is largest", min: " where it is smallest" };
 const FAILED_FROM = 2;
 /** Largest number of values for which every value is written along the axis. */
 const FEW = 8;
-/** Fewest points along either axis for contour lines; between fewer, lines would be invented. */
+/** Smallest number of points along either axis for contour lines; with fewer, lines would be invented. */
 const CONTOUR_POINTS = 6;
 const CONTOUR_LINES = 12;
 /** Relative difference below which values are equal up to rounding. */
@@ -290,7 +290,7 @@ function markers({ best, other, pareto, point }) {
       color: "white",
       line: { width: 2, color: "black" },
     });
-  // white within black: seen on light cells and on dark ones, among which it mostly lies
+  // white with a black edge: visible on light cells, and on dark ones, where it mostly lies
   if (other)
     add([other], other.acts ? "best with impacts" : "best, no impact", {
       symbol: "star",

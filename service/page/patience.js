@@ -12,7 +12,7 @@ const LOOK_MILLISECONDS = 1000;
  * @template {string} Path
  * @param {Path} path
  * @param {unknown} document
- * @param {(words: string) => void} tell called with the activity, unless it is computing
+ * @param {(words: string) => void} tell called with the progress of compiling; empty if nothing is compiled
  * @param {AbortSignal} [signal]
  * @param {Record<string, unknown>} [parameters]
  * @returns {Promise<Answer<Path>>}
@@ -27,7 +27,7 @@ export async function sendPatiently(path, document, tell, signal = undefined, pa
       );
       if (waits) tell(ready.phase === "compiling" ? compiling(ready) : "");
     } catch {
-      return; // what is wrong with the request its own answer says
+      return; // the answer to the request itself reports the fault
     }
     if (waits) setTimeout(look, LOOK_MILLISECONDS);
   };

@@ -1,6 +1,6 @@
 /**
  * Searches with follow-up studies: around the best design until it is known well enough, and for the
- * largest friction of its particle at which it keeps its value.
+ * largest friction of the particle at which the best design keeps its value.
  */
 /** @import { Refinement, Session } from "./types.js" */
 
@@ -32,7 +32,7 @@ export class RefinePanel {
     const stop = () => (this.stop.disabled = this.stopped = true);
     this.buttons = [
       button("Search around the best design", () => this.search("refine")),
-      button("Find the particle friction it bears", () => this.search("particle-friction")),
+      button("Find the particle friction it tolerates", () => this.search("particle-friction")),
     ];
     this.stop = button("Stop", stop);
     this.stop.disabled = true;
@@ -43,7 +43,8 @@ export class RefinePanel {
       quiet(
         "Computes further designs between those of the grid, in separate studies, until none can be " +
           "better by 1 % or 20,000 points are spent. The friction of the particle is found by computing " +
-          "the best design with it. Computed points are kept, so a stopped search continues from there.",
+          "the best design with several coefficients. Computed points are kept, so a stopped search " +
+          "continues from there.",
       ),
       el("div", { class: "row" }, this.buttons, this.stop),
       this.told,

@@ -27,7 +27,7 @@ export function tagList(tags, choose) {
 }
 
 /**
- * A form for all three.
+ * A form for the name, the tags and the note of a study.
  *
  * @param {StudyRecord} record
  * @param {(name: string) => void} renamed called with the stored name

@@ -55,8 +55,7 @@ export class Selection extends EventTarget {
   }
 
   /**
-   * Choose indices, and notify listeners: by `moved` if a map must be requested again, by `chosen` in any
-   * case.
+   * Choose indices, and notify listeners of `chosen`.
    *
    * @param {Record<string, number>} places index by dimension
    */

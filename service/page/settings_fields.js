@@ -23,7 +23,7 @@ export function numberField(label, path, value, onChange) {
   return field(path, label, box);
 }
 
-/** The name of a quantity that acts on the particle between impacts. @param {string} name */
+/** The field of a quantity that acts on the particle between impacts. @param {string} name */
 export function cavityField(name) {
   const about = WORDS.fitted.find((each) => each.name === name);
   if (!about) throw new Error(`no words for ${name}`);

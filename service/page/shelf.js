@@ -194,7 +194,7 @@ export class Shelf {
 
   /** @param {HTMLElement} place @param {T} record */
   async drawBest(place, record) {
-    // always called later, so that the item is inserted first
+    // awaited even without a request, so that the item is inserted before it is filled
     const best = await (this.gone ? null : this.what.best(record));
     this.bests.set(record.id, best);
     if (best) fill(place, el("span", { class: "quiet" }, "best "), el("strong", {}, best.text));

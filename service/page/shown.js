@@ -18,7 +18,7 @@ const QUANTITIES = WORDS.in_units;
 export const LENGTH_IN_SI = /_m$/;
 export const MILLIMETRES = 1000;
 
-/** The last shown digit of a value, relative to the value. */
+/** Error relative to a value above which a shown digit of the value may be wrong. */
 const SHOWN_DIGIT = 5e-6;
 
 export class Shown {

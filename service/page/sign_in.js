@@ -60,7 +60,7 @@ export async function showSession() {
   try {
     session = await ask("session");
   } catch {
-    return; // what fails here is told by whatever the page shows
+    return; // the shown view reports the failure
   }
   if (!session.needed || !session.signed_in) {
     fill(place);

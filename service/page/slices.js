@@ -55,7 +55,7 @@ export class SlicesPanel {
     });
   }
 
-  /** A map of one row, or the row of a map at which the point lies. @param {string} name */
+  /** The request for a slice: a map of one row, or one with a row at the point. @param {string} name */
   question(name) {
     const { selection } = this.session;
     const others = DIMENSIONS.filter((one) => one !== name && one !== FREQUENCY);

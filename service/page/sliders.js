@@ -1,4 +1,4 @@
-/** Sliders of the point, one for each dimension that varies. They do by keys what a click on the map does. */
+/** Sliders of the point, one for each varied dimension. For the keyboard they replace clicks on the map. */
 /** @import { Selection, Shown } from "./types.js" */
 
 import { checkbox, el, fill } from "./dom.js";

@@ -99,7 +99,7 @@ export function read(typed, each) {
 }
 
 /**
- * A list of numbers, or of other entries into which its parts are read.
+ * A text field for a list of numbers, or of the entries that `entry` makes of the parts of the text.
  *
  * @param {Held} held
  * @param {string} path

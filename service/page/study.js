@@ -90,7 +90,7 @@ async function sessionOf(id, tab, query) {
   };
 }
 
-/** The head of a study, which follows it to its end. */
+/** The head of a study; it follows the study to its end. */
 class StudyView {
   title = el("h1");
   steering = el("span", { class: "row" });

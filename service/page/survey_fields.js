@@ -166,7 +166,7 @@ function ids(given) {
 }
 
 /**
- * The id of a record, of which the id or the name of its earthquake is given.
+ * The complete id of a record that is given by its id or by the name of its earthquake.
  *
  * @param {string} written
  * @param {GroundRecord[]} records

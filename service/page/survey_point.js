@@ -153,7 +153,7 @@ export class SurveyPoint {
   }
 
   /**
-   * The results of the damper under one record, over the scales.
+   * The request for the results of the damper under one record, over the scales.
    *
    * @param {string} record
    * @returns {{y: string} & Record<string, unknown>}

@@ -8,11 +8,11 @@ import { orderOf } from "./vocabulary.js";
 
 /** Values along either axis of a picture. */
 const MOST = 32;
-/** Largest study with a picture; a larger one would make the service read too much for a small picture. */
+/** Largest number of points of a study with a picture; for more, the service would read too much. */
 export const LARGEST = 1_000_000;
 /** Largest number of pictures requested at the same time. */
 const AT_ONCE = 2;
-/** A running study is drawn again after each such share of its points. */
+/** A running study is drawn again this many times, after equal shares of its points. */
 const STEPS = 5;
 /** matplotlib's colour scale cividis at nine equally spaced places: the colours of the maps. */
 const CIVIDIS = [
@@ -55,7 +55,7 @@ const seen = new IntersectionObserver((entries) => {
 });
 
 /**
- * The picture of a study, empty until it was visible and is drawn.
+ * The picture of a study, empty until it becomes visible and is drawn.
  *
  * @param {StudyRecord} record as in the list
  * @returns {HTMLElement} a place of the picture's size, which gives the reason if there is nothing to draw

@@ -1,4 +1,4 @@
-/** Types that several modules share: what the service answers, and what modules are handed. */
+/** Types that several modules share: of answers of the service, and of arguments. */
 
 export type * from "./answers.js";
 export type { Fault } from "./api.js";
@@ -18,5 +18,5 @@ export type { Shown } from "./shown.js";
 export type { Session, Tab } from "./study.js";
 export type { FittedField, SpecifiedField } from "./words.js";
 
-/** What an element may hold: lists too, in lists. */
+/** Content of an element; lists may be nested. */
 export type Child = Node | string | number | null | undefined | false | Child[];

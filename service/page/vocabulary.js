@@ -102,9 +102,9 @@ export const CLASS_LOOKS = {
 };
 
 /**
- * Whether the service can subtract the maps of two studies, as far as a list of studies tells: it compares
- * the values along the axes too. A study without friction of the particle, or without gravity, has the
- * value 0.
+ * Whether the service can subtract the maps of two studies, as far as a list of studies shows; the service
+ * also compares the values along the axes. A study without friction of the particle, or without gravity,
+ * has the value 0.
  *
  * @param {Pick<StudyRecord, "dimensions" | "shape">} one
  * @param {Pick<StudyRecord, "dimensions" | "shape">} other

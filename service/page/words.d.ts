@@ -1,11 +1,11 @@
 /**
- * A field of a specification: its name, what people call it, its unit, what a value is multiplied with to be
- * in that, and what is meant where nothing is said.
+ * A field of a specification: its name, its label, its unit, the factor from the stored value to that unit,
+ * and the value of an empty field.
  */
 export type SpecifiedField = { name: string; label: string; unit: string; scale: number } & Usual;
 type Usual = { usual_value?: number | null };
 
-/** A quantity of a prototype: its place in what is known, whether it may be sought, and is usually. */
+/** A quantity of a prototype; `path`: its place in a study; `free`: can be estimated; `usual`: always shown. */
 export type FittedField = SpecifiedField & { path: string; free: boolean; usual: boolean };
 
 /**
@@ -13,17 +13,17 @@ export type FittedField = SpecifiedField & { path: string; free: boolean; usual:
  * shows.
  */
 export const WORDS: {
-  /** The questions to a study: by which kinds of study each is answered, and its name behind every door. */
+  /** The questions to a study: the kinds of study that answer each, and its name in every interface. */
   questions: { summary: string; route: string; command: string; method: string; kinds: string[] }[];
   /** Symbols of the dimensions of a harmonic study, as the paper writes them. */
   symbols: Record<string, string>;
   /** Dimensions that every harmonic study has. */
   dimensions: string[];
-  /** Dimensions that only some have, with what of a physical block makes them. */
+  /** Dimensions that only some have, each with its quantity in a physical block. */
   before: Record<string, string>;
-  /** Names for people of every dimension, those of ground-motion suites too. */
+  /** Readable names of every dimension, including those of ground-motion suites. */
   names: Record<string, string>;
-  /** Units that dimensions in SI are shown in: lengths in mm. */
+  /** Units in which dimensions in SI are shown: lengths in mm. */
   units: Record<string, string>;
   /** Dimensions without meaning if there is no particle. */
   of_particle: string[];
@@ -40,49 +40,49 @@ export const WORDS: {
   damper: string[];
   amplitude_damper: string[];
   /**
-   * Results that a study over base amplitudes has in units: the ratio that each stands for, its name for
-   * people, its unit.
+   * Results that a study over base amplitudes has in units: the ratio of each, its readable name, and its
+   * unit.
    */
   results_in_units: Record<string, [string, string, string]>;
-  /** The design point that is computed where nothing else is said. */
+  /** The default design point. */
   design_point: Record<string, number>;
   /** The paper's prototype in SI units, and its structure alone. */
   prototype: Record<string, number>;
   structure: { mass_kg: number; natural_frequency_hz: number; base_amplitude_m: number };
-  /** Physical quantities by the ratio that each makes. */
+  /** Physical quantities by the ratio that each defines. */
   stands_for: Record<string, string>;
-  /** What stands in units for a ratio: symbol, name, unit, and that unit in units of SI. */
+  /** The quantity in units for each ratio: symbol, name, unit, and the factor from SI to that unit. */
   in_units: Record<string, [string, string, string, number]>;
-  /** What designs may be judged by, where amplitudes are in units. */
+  /** Criteria for judging designs, if amplitudes are in units. */
   objectives_in_units: Record<string, string>;
-  /** Where the number of each respect in which designs may be compared comes from. */
+  /** The variable or dimension of each respect in which designs may be compared. */
   respects: Record<string, string>;
-  /** Results of which less is better: amplitudes and accelerations. */
+  /** Results that should be small: amplitudes and accelerations. */
   judged: string[];
-  /** What each result that is a ratio is over. */
+  /** The reference of each result that is a ratio. */
   over: Record<string, string>;
-  /** Errors below this share of their value are rounding, and what a table says of them. */
+  /** Errors up to this share of their value are rounding; a table shows the word instead. */
   rounding: { share: number; word: string };
-  /** The name by which a ratio is asked for in SI units. */
+  /** The name under which a ratio is requested in SI units. */
   names_in_si: Record<string, string>;
-  /** States of a study, and those at which nothing more happens by itself. */
+  /** States of a study, and those in which it has ended. */
   states: string[];
   ended: string[];
-  /** Names for people, by the name in documents. */
+  /** Readable names, by the name in documents. */
   excitations: Record<string, string>;
   contact_models: Record<string, string>;
   start_kinds: Record<string, string>;
   criteria: Record<string, string>;
-  /** Units that an acceleration may be given in. */
+  /** Allowed units of an acceleration. */
   acceleration_units: string[];
   export_formats: Record<string, string>;
-  /** When a response counts as steady, where a study says nothing. */
+  /** Default settings for a steady response. */
   steady: { max_cycles: number; tolerance: number };
   /** The fields of a specification. */
   specification: {
-    /** `usual`: shown though it is not given; `loose`: has a tolerance. */
+    /** `usual`: shown even if it is not given; `loose`: has a tolerance. */
     structure: (SpecifiedField & { usual: boolean; loose: boolean })[];
-    /** `most`: how many there may be. */
+    /** `most`: largest number of excitations. */
     excitation: {
       motions: SpecifiedField[];
       frequency: SpecifiedField[];
@@ -92,13 +92,13 @@ export const WORDS: {
       most: number;
       tail: SpecifiedField;
     };
-    /** Quantities of the damper, each with its name in a table and the ratio that may stand for it. */
+    /** Quantities of the damper, each with its name in a table and the ratio that may replace it. */
     damper: (SpecifiedField & { ratio: string; called: string })[];
-    /** What acts on a particle in its cavity, likewise; neither is made by one ratio alone. */
+    /** Quantities of the cavity, likewise; neither corresponds to one ratio alone. */
     cavity: (SpecifiedField & { ratio: string; called: string })[];
     ratios: Record<string, SpecifiedField>;
     contact_time: SpecifiedField;
-    /** `over_bands`: whether they hold over bands alone, and not under ground-motion records. */
+    /** `over_bands`: whether they apply only over bands, and not under ground-motion records. */
     limits: (SpecifiedField & { over_bands: boolean })[];
     numbers: SpecifiedField[];
     tables: {
@@ -109,6 +109,6 @@ export const WORDS: {
       accelerations: string[];
     };
   };
-  /** Everything that may be known of a prototype, or be sought. */
+  /** Every quantity of a prototype that may be known or estimated. */
   fitted: FittedField[];
 };

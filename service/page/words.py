@@ -65,7 +65,7 @@ _IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_p
 """The name in SI units of each result that has one."""
 
 _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
-"""Results that are not lengths."""
+"""Units of the results that are not lengths."""
 
 _KINDS = {"harmonic": HARMONIC, "suite": SUITE, "amplitudes": AMPLITUDES_KIND}
 """Kinds of study by their names on the page."""
@@ -80,7 +80,7 @@ _SELDOM = ("damping_n_s_per_m", *MADE_BY.values())
 
 
 def words_module() -> bytes:
-    """Give the module: one frozen value, with the same bytes for the same registries."""
+    """Give the module: one constant; the same registries give the same bytes."""
     text = json.dumps(_words(), ensure_ascii=False, indent=1)
     return f"/** Made by the service. */\nexport const WORDS = {text};\n".encode()
 
@@ -265,7 +265,9 @@ def _shown_unit(unit: str) -> str:
 
 
 def _in_units() -> dict[str, tuple[str, str, str, float]]:
-    """Give, for each ratio that a study in units displays in units, the quantity."""
+    """Give symbol, label, unit and scale of the quantity that the page shows in place of each ratio if a study is in
+    units.
+    """
     shown = {}
     for name, (symbol, label, unit, scale) in PRINTED.items():
         if name in SYMBOLS:
@@ -277,7 +279,7 @@ def _in_units() -> dict[str, tuple[str, str, str, float]]:
 
 
 def _names_in_si_of_ratios() -> dict[str, str]:
-    """Give the name in SI units under which a ratio is requested."""
+    """Give, for each ratio, the name under which it is requested in SI units."""
     coordinates = {ratio: name for name, ratio in COORDINATE_SOURCES.items()}
     return coordinates | _IN_SI
 

@@ -36,7 +36,7 @@ class Form:
     ----------
     write : callable
         Makes a document of a Dataset. It contains `columns`, a description of each column, so that a program can
-        rebuild it.
+        rebuild the Dataset.
     read : callable
         Makes the parts of the Dataset from a document.
     """
@@ -114,7 +114,7 @@ def _flags(name: str) -> dict[str, str]:
 def _ranking(answer: "xr.Dataset") -> dict[str, Any]:
     """Write designs, the best first, each with its coordinates and results; then their number."""
     said = {str(name): value for name, value in answer.attrs.items()}
-    worst = "metric" in said  # the companions of dampers that are ranked by their worst case
+    worst = "metric" in said  # whether the dampers are ranked by their worst case
     first = answer.coords if worst else (*dimensions_of(answer.coords), "value", "error", "response_class")
     names = list(dict.fromkeys(map(str, ("rank", *first, *answer.data_vars))))
     rows = zip(*(answer[name].values.tolist() for name in names), strict=True)

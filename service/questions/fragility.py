@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Fragility(OfPoints):
-    """How likely a damper exceeds a limit along ``scale``."""
+    """Probability that a damper exceeds a limit, along ``scale``."""
 
     scale: Numbers
     exceeded: Numbers

@@ -119,7 +119,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, 
 
     phrases, words = Phrases.of(study.cube), words_of(found)
     told = [*(doubt["sentence"] for doubt in words.get("doubts", ())), words["note"]]
-    # a front has no order, only designs
+    # a Pareto front is always listed, because its designs have no order
     if found.sizes["rank"] < 2 or not (details or "pareto" in found.attrs):
         return Words(words["brief"], told)
     shown = found.drop_vars(["lowest", "highest"], errors="ignore")

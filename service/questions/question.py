@@ -44,7 +44,7 @@ class Subject:
     called : str
         The study as the user named it.
     http : bool
-        Whether the question came by HTTP. The size of its answer is then limited, and no choice is left to a default.
+        Whether the question came by HTTP. The axes of a map must then be named, and its size is limited.
     """
 
     record: "Record"

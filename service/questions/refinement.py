@@ -29,7 +29,7 @@ class Refined(TypedDict):
 
 
 class RefinementDocument(Refined, OfStudy):
-    """The same with the study added."""
+    """A refinement together with its study."""
 
 
 Entered = Annotated[dict[str, Any], Like(Record, "definition")]

@@ -115,7 +115,7 @@ def _keep(service: Service, asked: Specification, budget: int) -> Document:
     summary="A page of designs, newest first",
 )
 def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -> Document:
-    """List designs without their specifications and answers; ask for one design to see its own."""
+    """List designs without their specifications and answers; the route of a single design gives both."""
     fitting = [
         each
         for each in service.designer.shelf.every(query.trash)

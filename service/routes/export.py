@@ -68,7 +68,7 @@ class ExportQuery(BaseModel):
         },
         206: {"description": "The part that Range asked for", "content": {NETCDF: {}}},
         304: {"description": "The client has this content already"},
-        416: {"description": "The range lies outside"},
+        416: {"description": "The range lies outside the content"},
         **documented(404, 422, 429, 503),
     },
     summary="The cube as a file",
@@ -82,7 +82,7 @@ async def export(
         return Response(status_code=304, headers={"ETag": tag, "Cache-Control": CACHING})
     _, file = await written(request, service, study, _write, query.format, query.names, export=True)
     response = _download(request, study, query.format, tag, file)
-    # the record was read first, so the file may hold more points than it says, but not fewer
+    # the record was read first, so the file may have more points than the header says, but not fewer
     response.headers[COMPLETE] = f"{study.points_done / study.points_total:.6g}"
     response.headers["Cache-Control"] = CACHING
     if tag is not None:

@@ -21,7 +21,7 @@ class Live(TypedDict):
 
 
 class Ready(TypedDict):
-    """Studies can be submitted; state of the cluster."""
+    """Studies can be submitted, and the state of the cluster."""
 
     status: Literal["ready"]
     cluster: ClusterState

@@ -96,11 +96,11 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         [({"thread": each.name}, each.failures) for each in threads],
     )
     _tell(
-        lines, "requests_total", "counter", "Requests answered; status 0 if the client left before.",
+        lines, "requests_total", "counter", "Requests answered; status 0 if the client left before the answer.",
         [({"method": method, "status": status}, count) for (method, status), count in sorted(counts.items())],
     )  # fmt: skip
     _tell(
-        lines, "request_seconds_total", "counter", "Total time of these requests.",
+        lines, "request_seconds_total", "counter", "Total time of the answered requests.",
         [({}, sum(each.seconds for each in durations.values()))],
     )  # fmt: skip
     _tell_durations(lines, durations)
@@ -109,14 +109,14 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         lines,
         "scenes_compiled_total",
         "counter",
-        "Scenes whose kernels this process had compiled.",
+        "Scenes whose kernels were compiled at the request of this process.",
         [({}, compiled)],
     )
     _tell(
         lines,
         "compile_seconds_total",
         "counter",
-        "Time that this took; parallel compilations are added up.",
+        "Time of these compilations; parallel ones are added up.",
         [({}, seconds)],
     )
     for name, (kind, meaning, value) in own_process().items():

@@ -117,7 +117,8 @@ def answered(study: Record, answer: dict[str, Any]) -> Document:
     Raises
     ------
     Problem
-        409 if the study stopped before any part of the answer was computed; it is computed only on request.
+        409 if the study was cancelled or failed before any point of the answer was computed; it must be resumed
+        first.
     """
     if study.state in ("cancelled", "failed") and answer.get("complete", 1) < 1:
         resume = f"POST /api/v1/studies/{study.id}/resume computes the missing points"

@@ -196,7 +196,7 @@ def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery, key
     summary="A page of studies, newest first",
 )
 def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
-    """List records without their definitions, which may be long; ask for one study to see its own.
+    """List records without their definitions, which may be long; the route of a single study gives its definition.
 
     With a range of an axis, a page may be short or empty although `cursor` leads to further studies: only part of a
     large catalogue is examined for one page.
@@ -295,7 +295,7 @@ def resume(service: TheService, study: TheExactStudy) -> Document:
     summary="Compute failed blocks again",
 )
 def retry(service: TheService, study: TheExactStudy) -> Document:
-    """Queue blocks that failed as a whole again; points that failed numerically would fail again."""
+    """Queue again the blocks that failed as a whole; points that failed numerically would fail again."""
     return Document(service.dispatcher.retry(study).document())
 
 
@@ -341,7 +341,7 @@ async def differences(
 ) -> Document:
     """Compare every common point: how many differ, by how much, and where the difference is largest."""
     found = await computed(request, service, study, _differences, query.older)
-    # which version is the previous one may change although this study does not
+    # another version may become the previous one although this study does not change
     return Document(found, headers={} if query.older else {"Cache-Control": "no-store"})
 
 

@@ -59,7 +59,7 @@ Key = Annotated[
         200: {"content": {CHUNK: {}, "application/json": {}}},
         206: {"description": "The part that Range asked for", "content": {CHUNK: {}}},
         304: {"description": "The client has it already"},
-        416: {"description": "The range lies outside"},
+        416: {"description": "The range lies outside the content"},
         **documented(404, 409, 410, 503),
     },
     summary="The cube as a Zarr store",
@@ -146,7 +146,7 @@ def _revision(key: str) -> tuple[int | None, str]:
 
 def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Response:
     if not marks.keys() >= set(group.blocks()):
-        # only a complete cube has these chunks, so blocks of it were invalidated since
+        # only a complete cube has these chunks, so blocks of it have been invalidated since
         raise Problem(
             409,
             "block-unfinished",

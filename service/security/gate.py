@@ -123,7 +123,7 @@ def _not_allowed(caller: Caller | None, scope: Scope) -> Problem | None:
     if wanted is None or (caller is not None and wanted in caller.scopes):
         return None
     if caller is None:
-        advice = "send a key as `Authorization: Bearer …`; `damperlab admin keys create` creates one on its machine"
+        advice = "send a key as `Authorization: Bearer …`; `damperlab admin keys create` creates one on the service's machine"
         told = f"The request has no valid key; it needs one of scope {wanted}."
         fault = Fault("Authorization", "no key that is valid", f"a key of scope {wanted}", advice, told)
         detail = "The service requires a key."

@@ -32,7 +32,9 @@ def is_large(service: Service, study: Record) -> bool:
 async def computed(
     request: Request, service: Service, study: Record, function: Callable[..., Result], *more: object
 ) -> Result:
-    """Call a function with a store, the study, and further arguments; importable by name, and picklable."""
+    """Call a function with a store, the study, and further arguments. The function can be imported by name; the
+    arguments and the result are pickled.
+    """
     if is_large(service, study):
         return await service.work.run(request, _there, service.settings, study, function, more)
     return await run_sync(function, service.store, study, *more)

@@ -47,7 +47,7 @@ def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
 
 
 def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
-    """Read the question to a measurement, and give the scenes to compile."""
+    """Read the question of a fit, and give the scenes to compile."""
     question = read_fit(load_text(body, "json"))
     if isinstance(question, HistoryQuestion):
         return question, scenes_of_history(question)

@@ -84,8 +84,8 @@ class Kept:
         answered = False
         while key not in self._kept and not answered and (under_way := self._under_way.get(key)) is not None:
             await asyncio.wait([under_way])
-            # The request that computed is without an answer if its client has left. Then one of the waiting requests
-            # computes the answer, and the others wait again.
+            # If the client of the computing request has left, there is no answer. Then one of the waiting requests
+            # computes it, and the others wait again.
             answered = under_way.result()
         if key in self._kept:
             self._kept.move_to_end(key)
@@ -93,7 +93,7 @@ class Kept:
         elif key in self._under_way:
             await self.app(
                 scope, receive, send
-            )  # another request computes it too, since it will not be cached
+            )  # this request computes the answer too, since it will not be cached
         else:
             await self._compute(key, scope, receive, send)
 

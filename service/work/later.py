@@ -13,7 +13,7 @@ from damperlab.service.problems import defect
 from damperlab.service.work.promises import Promise, PromiseDocument, Promises
 
 PATHS = ("/api/v1/simulate", "/api/v1/earthquake-comparisons", "/api/v1/fits")
-"""The computation for a request."""
+"""Paths of the requests whose answers may be deferred."""
 WAIT_SECONDS = 5.0
 """Default wait for an answer."""
 LONGEST_WAIT_SECONDS = 60.0
@@ -101,7 +101,7 @@ class Later:
 
 
 async def _left(sent: asyncio.Event, receive: Receive) -> None:
-    """Wait until the client has left; `Later` reads its messages before."""
+    """Wait until the client has left; the messages up to the end of the body are read elsewhere."""
     await sent.wait()
     while (await receive())["type"] != "http.disconnect":
         pass

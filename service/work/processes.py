@@ -46,8 +46,8 @@ class Work:
     seconds : float
         Largest processor time of one request [s].
     wait_seconds : float
-        Longest wait for this time once the request has its turn [s]. If this wait is exceeded, other work has the
-        processors; the request itself is not too large.
+        Longest time from the turn of the request until it has had this processor time [s]. If it is exceeded, other
+        work has the processors; the request itself is not too large.
     memory_bytes : int
         Largest memory of one process.
     """
@@ -155,7 +155,7 @@ class Work:
         return Problem(503, "too-busy", "The machine is too busy to compute this.", (fault,), headers)
 
     async def start(self, prepare: Callable[[], None]) -> None:
-        """Make one process import the modules for computing in advance.
+        """Make one process import, in advance, the modules for computing.
 
         Parameters
         ----------
@@ -213,7 +213,7 @@ def bounded(
     try:
         return function(*arguments)
     finally:
-        # the limit counts from here, without the imports before it
+        # no limit between requests: imports for the next one do not count
         _, most = resource.getrlimit(resource.RLIMIT_CPU)
         resource.setrlimit(resource.RLIMIT_CPU, (most, most))
 
@@ -222,7 +222,7 @@ _stood_back = False
 
 
 def _stand_back() -> None:
-    """Lower the priority below that of the service, and end with it."""
+    """Lower this process's priority below that of the service, and have it killed when the service ends."""
     global _stood_back
     if _stood_back:
         return
