@@ -105,7 +105,7 @@ class Settings(BaseSettings):
     )
     hosts: Annotated[tuple[str, ...], NoDecode] = Field(
         (),
-        description="More names that the service answers to, separated by commas; .example.org for every name under it.",
+        description="Further host names of the service, separated by commas; .example.org for every name under it.",
     )
     trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
         (), description="Addresses or networks of reverse proxies that are trusted, separated by commas."

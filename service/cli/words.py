@@ -183,16 +183,18 @@ def response_brief(
 
 def _difference(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> str:
     """Say where two curves differ most."""
+    from damperlab.studies.answers.compared_response import ERRORS
+
     values = answer["differs"].values
     number = int(values.sum())
     if not number:
-        return "The two studies differ nowhere by more than their errors."
+        return f"The two studies differ nowhere by more than {ERRORS:g} times their errors."
     most = float(answer.attrs["largest_difference_at"])
     place = answer["frequency_ratio"].values.tolist().index(most)
     pair = (phrases.value(metric, float(answer[name].values[place]), ".3g") for name in (metric, "other"))
     return (
-        f"The two studies differ by more than their errors at {number} of {values.size} frequencies, most at "
-        f"{phrases.equal('frequency_ratio', most, '.4g')}: {' against '.join(pair)}."
+        f"The two studies differ by more than {ERRORS:g} times their errors at {number} of {values.size} "
+        f"frequencies, most at {phrases.equal('frequency_ratio', most, '.4g')}: {' against '.join(pair)}."
     )
 
 

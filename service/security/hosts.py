@@ -37,7 +37,7 @@ class Hosts:
         itself, this machine's name, and any numeric address are allowed too: an attacker can make only names point to
         this machine.
     names : iterable of str
-        More names; ``.example.org`` includes every name under it.
+        Further host names; ``.example.org`` includes every name under it.
     """
 
     def __init__(self, listens_on: str, names: Iterable[str] = ()) -> None:

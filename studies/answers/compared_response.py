@@ -91,7 +91,10 @@ def compared_response(
     answer["differs"] = (
         FREQUENCY,
         differs.astype(np.int8),
-        {"units": "1", "long_name": "whether the two studies differ by more than their errors"},
+        {
+            "units": "1",
+            "long_name": f"whether the two studies differ by more than {ERRORS:g} times their errors",
+        },
     )
     r = first[FREQUENCY].values
     order = np.argsort(r)
@@ -107,7 +110,7 @@ def compared_response(
     def sentence(phrases: Phrases) -> str:
         if not both.any():
             return "No frequency has a value in both studies."
-        words = "The two do not differ by more than their errors anywhere."
+        words = f"The two differ nowhere by more than {ERRORS:g} times their errors."
         if differs.any():
             f = phrases.symbol(FREQUENCY)
             where = ", ".join(
@@ -116,7 +119,8 @@ def compared_response(
                 for low, high in spans
             )
             words = (
-                f"The two differ by more than their errors at {counted(int(differs.sum()), 'frequency ratio')} of {r.size}: "
+                f"The two differ by more than {ERRORS:g} times their errors at "
+                f"{counted(int(differs.sum()), 'frequency ratio')} of {r.size}: "
                 f"{f} = {where}{phrases.unit(FREQUENCY)}. They differ most at {phrases.equal(FREQUENCY, r[place])}: "
                 f"{phrases.number(metric, a[place])} against {phrases.value(metric, b[place])}."
             )
