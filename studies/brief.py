@@ -23,6 +23,8 @@ DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 MOST_SENTENCES, MOST_ROWS = 3, 6
 PLACES = ("best", "second", "third", "fourth")
 """Names of the rows of a ranking."""
+AS_GOOD = "as good"
+"""Name of a further row with the value of the best."""
 
 
 def damper_of(acts: bool, rubs: bool) -> Damper:

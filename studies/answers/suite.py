@@ -27,7 +27,7 @@ from damperlab.studies.answers.selection import (
     require_stored,
 )
 from damperlab.studies.answers.slab import Slab, slabs_of
-from damperlab.studies.brief import PLACES, Brief, Damper, Note, damper_of, listed, notes_document
+from damperlab.studies.brief import AS_GOOD, PLACES, Brief, Damper, Note, damper_of, listed, notes_document
 from damperlab.studies.cavity import left_open
 from damperlab.studies.faults import counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
@@ -279,7 +279,10 @@ def _brief(
     if ends:
         sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
     kind = _kind(answer)
-    rows = [(PLACES[rank], *spelled(rank)[:2]) for rank in range(1, min(answer.sizes["rank"], len(PLACES)))]
+    rows = []
+    for rank in range(1, min(answer.sizes["rank"], len(PLACES))):
+        name = PLACES[rank] if answer["value"].values[rank] > answer["value"].values[0] else AS_GOOD
+        rows.append((name, *spelled(rank)[:2]))
     if not (beaten or isnan(tuned)):
         rows.append(("tuned mass damper", valued(tuned), mass))
     if not isnan(bare):

@@ -18,6 +18,7 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.brief import (
+    AS_GOOD,
     DOUBTS,
     PLACES,
     Brief,
@@ -196,7 +197,11 @@ class _Known:
             if not homes:
                 place = {name: nearest_place(cube[name].values, active[name]) for name in question.design}
                 lead_flat = flatness(cube, question, place, float(active["value"]))
-        beside = [row for row in rows[1:] if row["value"] > lead["value"]][:OTHERS]
+        beside = [
+            row
+            for row in rows[1:]
+            if row["value"] >= lead["value"] and any(row[name] != lead[name] for name in question.design)
+        ][:OTHERS]
         striking = active if lead is best and best["impact_share"] == 0 else None
         beside_peaks = (math.nan, math.nan)
         if question.objective == "peak":
@@ -338,7 +343,8 @@ class _Known:
             rows.append(("best with impacts", self._value(row, phrases), self._design(row, phrases)))
         for place, row in zip(PLACES[1:], self.others, strict=False):
             idle = ", no impacts" if row["impact_share"] == 0 < self.lead["impact_share"] else ""
-            rows.append((place, self._value(row, phrases), self._design(row, phrases) + idle))
+            name = place if row["value"] > self.lead["value"] else AS_GOOD
+            rows.append((name, self._value(row, phrases), self._design(row, phrases) + idle))
         if not math.isnan(self.tuned) and damper != "tuned_mass_damper":
             mass = phrases.equal("mass_ratio", self.lead["mass_ratio"], ".3g")
             rows.append(("tuned mass damper", phrases.value(METRIC, self.tuned, ".3g"), mass))

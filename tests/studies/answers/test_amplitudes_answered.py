@@ -272,6 +272,13 @@ def test_the_worst_case_is_compared_with_a_tuned_mass_damper_and_with_the_bare_s
         assert rows["tuned mass damper"] == pytest.approx(peak, rel=5e-3)
 
 
+def test_a_damper_with_the_value_of_the_best_is_as_good(cube: xr.Dataset) -> None:
+    values = cube["amplitude_m"].copy(data=np.ones_like(cube["amplitude_m"]))
+    values[{"friction_force_n": 2}] = 2.0
+    rows = worst_case_designs(cube.assign(amplitude_m=values), "amplitude_m").attrs["brief"]["rows"]
+    assert [row[0] for row in rows[:3]] == ["as good"] * 3
+
+
 @pytest.mark.parametrize("constant", ["velocity", "acceleration"])
 def test_no_linear_peak_stands_beside_a_base_whose_displacement_varies(
     stored: tuple[Store, str], constant: str
