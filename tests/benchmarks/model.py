@@ -162,10 +162,12 @@ def _begin_at(workers: int) -> NDArray[np.float64]:
 
 def best(truth: NDArray[np.float64], workers: int) -> float:
     """Busy share where all that blocks take is known beforehand, and the longest begin first; nearly the best."""
-    free = list(_begin_at(workers))
+    free, end = list(_begin_at(workers)), 0.0
     for seconds in -np.sort(-truth):
-        heapq.heappush(free, heapq.heappop(free) + float(seconds))
-    return float(truth.sum() / (workers * max(free)))
+        ends = heapq.heappop(free) + float(seconds)
+        heapq.heappush(free, ends)
+        end = max(end, ends)
+    return float(truth.sum() / (workers * end))
 
 
 class Replay:
