@@ -39,15 +39,15 @@ def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
     cube : Dataset
         A study's cube.
     used : container of str
-        Dimensions that the question fixes or runs along.
+        Dimensions that the question fixes, or along which the answer runs.
     """
     name = kind_of(cube.sizes).uncontrolled
     return name not in used and cube.sizes[name] > 1
 
 
 def say_frequency(cube: xr.Dataset, r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
-    """Say that an answer applies to one frequency, and how to change that. If it shows `codes`, there is no worst over
-    the band.
+    """Say that an answer applies to one frequency, and how to change that. If the answer shows `codes`, they have no
+    largest value over the band.
     """
     at = phrases.equal(FREQUENCY, r, ".10g")
     if has_band(cube) and codes:
@@ -57,7 +57,7 @@ def say_frequency(cube: xr.Dataset, r: float, codes: bool = False, phrases: Phra
             f"with `{name}`, or ask for a quantity."
         )
     if has_band(cube):
-        return f"Judged at {at} alone; leave the frequency out for the worst over the band."
+        return f"Judged at {at} alone; leave out the frequency to judge by the largest value over the band."
     return f"Only one frequency was computed, {at}: the judgement applies to that frequency alone. {WHY}"
 
 

@@ -20,13 +20,13 @@ Floats = NDArray[np.float64]
 Key = tuple[float, ...]
 
 NOISE = 2.0
-"""Standard errors of a difference below which it counts as zero."""
+"""A difference smaller than this multiple of its standard error counts as zero."""
 LUCK = 4.0
-"""Standard errors below which a difference from the best value counts as zero. The best value is low partly by
-chance, because it is the least of many.
+"""The same multiple for a difference from the best value. The best value is low partly by chance, because it is the
+least of many.
 """
 STEEPEST = 2.0
-"""Largest ratio of a cell to its neighbour for which a slope is extrapolated."""
+"""Largest factor by which the change over one cell is enlarged to extrapolate it over a wider neighbour."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,8 @@ class Cells:
         """Find the cells within `ranges`; leave out a cell that a later study divides.
 
         A range may end within a cell: the cell is cut off there, and its corner outside is still used for bounds. A
-        study with another tolerance than the first one adds no cells; it adds values, because some of its designs are
-        more exact.
+        study with another tolerance than the first one adds no cells. It adds values, because some of them have a smaller
+        error.
         """
         grids = [_Grid.of(cube, question, ranges, varied) for cube in cubes.values()]
         best: dict[Key, tuple[float, float]] = {}
@@ -105,7 +105,7 @@ class Cells:
         return self.take(np.asarray(~within.all(axis=1)))
 
     def touch(self, point: list[float]) -> NDArray[np.bool_]:
-        """Say which cells contain one of the points, inside or on the border, (n,)."""
+        """Say which cells contain a point, inside or on the border, (n,)."""
         at = np.asarray(point)
         reached = ((self.low <= at) | same(self.low, at)) & ((self.high >= at) | same(self.high, at))
         return np.asarray(reached.all(axis=1))
@@ -207,7 +207,7 @@ class _Grid:
         )
 
     def _drops(self, d: int) -> tuple[Floats, Floats]:
-        """By how much a value may fall within the cell above and within the cell below, up to half a cell."""
+        """By how much the value of a design may fall towards the middle of the cell above it and of the cell below it."""
         axis = self.axes[d]
         value, error = np.moveaxis(self.value, d, 0), np.moveaxis(self.error, d, 0)
         up, down = np.zeros_like(value), np.zeros_like(value)

@@ -19,7 +19,7 @@ from damperlab.studies.questions import Selection
 from damperlab.studies.variables import BEFORE
 
 ERRORS = 3.0
-"""Multiple of a value's stated errors; two values that differ by more than both together are two responses."""
+"""Two values that differ by more than this multiple of the sum of their stated errors are two responses."""
 OWN_ERRORS = {
     "amplitude_ratio": "amplitude_error",
     "impacts_per_cycle": "impacts_error",
@@ -47,16 +47,16 @@ def compared_response(
     cube, other : Dataset
         The cubes of two studies with the same frequencies.
     selection : Selection
-        A quantity, not a code, and the design, as in `frequency_response`; both studies must contain the same one.
+        A quantity, not a code, and the design, as in `frequency_response`; both studies must contain this design.
 
     Returns
     -------
     Dataset
         As of `frequency_response` on `cube`, with `other`, `other_amplitude_error`, `other_response_class` and
         `other_status` of the second study. `differs` is 1 where the two differ by more than `ERRORS` times their
-        errors and `ROUNDING`; it is 0 also where an error is unknown. Attributes: `errors_unknown` (their number),
-        `apart` (lowest and highest frequency of each run of differing values), `largest_difference` and
-        `largest_difference_at`; `complete`, `points`, `points_failed` of both together.
+        errors and `ROUNDING`; it is 0 also where an error is unknown. Attributes: `errors_unknown` (number of
+        frequencies with an unknown error), `apart` (lowest and highest frequency of each run of differing values),
+        `largest_difference` and `largest_difference_at`; `complete`, `points`, `points_failed` of both together.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def compared_response(
         raise refused("metric", metric, "a quantity where two studies are compared", advice)
     for name in first.coords:
         ours, theirs = first[name].values, second[name].values
-        # the comparison is with and without friction of the particle
+        # these may differ: the comparison is with and without friction of the particle, for example
         if name not in BEFORE and not np.array_equal(ours, theirs):
             found = f"a study whose values of {name} differ from those of the first"
             advice = f"name one with the same {name}, or subtract their maps with `minus`"

@@ -1,9 +1,9 @@
 """The best designs by a value with an error, those that may be the best, and the probability that another one is.
 
-The mean of an irregular response sometimes lies farther from the truth than a normal error of the stated size would. So
-it is taken as distributed by Student's t with `DEGREES` degrees of freedom. Compared with runs of 200,000 cycles, 2.3 %
-of 427 such means over random designs were off by more than `WIDTH` stated errors, and 1.4 % by more than 4.6. Student's
-t has 5 % and 1 % beyond these limits.
+The mean of an irregular response is sometimes farther from the truth than a normal distribution of the stated error
+allows. So its error is taken as distributed by Student's t with `DEGREES` degrees of freedom. Compared with runs of
+200,000 cycles, 2.3 % of 427 such means over random designs were off by more than `WIDTH` stated errors, and 1.4 % by
+more than 4.6. Student's t has 5 % and 1 % beyond these limits.
 """
 
 import math
@@ -25,7 +25,7 @@ NODES = 512
 ALIKE = 1e-9
 """Relative difference of two exact values that counts as rounding: the same response, computed in two ways."""
 COMPARED = 2000
-"""Largest number of designs included in one probability; those with the highest limits are left out first."""
+"""Largest number of designs included in one probability; those with the highest lower limits are left out first."""
 CLEARLY = 0.02
 """Another kind of damper is recommended only if it is better by more than this share."""
 

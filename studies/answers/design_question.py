@@ -133,7 +133,7 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
     band, ranges = judging.band, dict(judging.ranges)
     for name in [
         name for name in judging.ranges if name in units
-    ]:  # in the order of `units`, in which sentences name them
+    ]:  # in the order of the question, which sentences keep
         each = units[name]
         if each.source in cube.sizes:
             values = each.of(cube[each.source].values)
@@ -175,7 +175,7 @@ def within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] 
 
 
 def axes_within(cube: xr.Dataset, ranges: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
-    """Give the grid points along every dimension that are within ranges, some of them in units."""
+    """Give the grid points along every dimension that are within ranges, which may be in units."""
     judging = judging_in_ratios(cube, Judging(ranges=ranges))
     wanted = dict(judging.ranges)
     if judging.band is not None:

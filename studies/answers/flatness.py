@@ -12,7 +12,7 @@ from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.slab import Slab
 
 LOSS = 0.1
-"""A design counts as good as the optimum if it loses no more than this share."""
+"""A design counts as equally good if its value exceeds that of the optimum by no more than this share."""
 
 
 def flatness(
@@ -35,10 +35,10 @@ def flatness(
         One entry for each dimension with more than one value. It has `dimension` and `value`. `low` and `high` are the
         farthest grid points on either side up to which every value is known and at most `LOSS` larger. `below` and
         `above` are the next grid points beyond them, or None at the end of the axis. The border lies between `low` and
-        `below`, and between `high` and `above`; there is no interpolation. `resolved`: whether the next design on
-        either side is known to be as good. If one is `worse`, the response changes by more than `LOSS` from one grid
-        point to the next, and a much better design may lie between them. If one is `unknown`, it has no value: it was
-        not computed, failed, or is left out.
+        `below`, and between `high` and `above`; there is no interpolation. `resolved`: whether the next designs on
+        both sides are known to be as good. `worse`: whether one of them is not. The response then changes by more than
+        `LOSS` from one grid point to the next, and a much better design may lie between them. `unknown`: whether one of
+        them has no value because it was not computed, failed, or is left out.
     """
     found = []
     for name in question.design:

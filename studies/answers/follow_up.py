@@ -65,7 +65,7 @@ class Refinement:
 
 
 def follow_up(study: Study, axes: Mapping[str, Any], kind: str) -> Study:
-    """Make the study on other axes."""
+    """Make a study with the settings of another one, on other axes."""
     document = study.document()
     # the ratios are given explicitly, so only entries of the physical block that convert units remain
     physical = document.pop("physical", None) or {}
@@ -115,7 +115,7 @@ def _axes(part: np.ndarray) -> list[np.ndarray]:
 
 
 def _halves(part: np.ndarray) -> list[np.ndarray]:
-    """Split along the parameter that makes the two grids smallest together."""
+    """Split the designs in two, so that the grids of both parts are smallest together."""
     best: tuple[int, list[np.ndarray]] | None = None
     for column, axis in enumerate(_axes(part)):
         for cut in axis[1:]:

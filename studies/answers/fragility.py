@@ -38,9 +38,9 @@ Floats = NDArray[np.float64]
 
 SCALE = "scale"
 DROP = 1.9207
-"""Fall of the log-likelihood from its maximum within an interval of 95 %: half the quantile of χ² with 1 degree."""
+"""Fall of the log-likelihood from its maximum within an interval of 95 %: half the quantile of χ² with 1 degree of freedom."""
 WIDEST = 4.0
-"""Largest dispersion considered; buildings and dampers have 0.1 to 1."""
+"""Largest dispersion considered; that of buildings and dampers is 0.1 to 1."""
 NARROWEST = 1e-3
 SETTLED, MANY = 3.0, 10
 """A median is settled if the ratio of its interval's ends is at most the first number. Beyond the second number of
@@ -48,7 +48,7 @@ records, more records help little.
 """
 FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
 """A failed run at a scale above all known or pending ones of its record counts as exceeding the limit, as in
-incremental dynamic analysis. Without it, a record that fails as it is scaled up would make the damper look better
+incremental dynamic analysis. Without this rule, a record that fails as it is scaled up would make the damper look better
 than it is.
 """
 
@@ -109,10 +109,10 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     kind = kind_of(cube.sizes)
     if kind is not SUITE:
         told = f"This study is {kind.words}, and a fragility curve needs {SUITE.words}."
-        raise refused("study", kind.words, SUITE.words, "ask a suite whose scales vary", told)
+        raise refused("study", kind.words, SUITE.words, "ask a suite with several scales", told)
     check_question(asked)
     metric = asked.metric or main_metric(cube)
-    check_quantity(cube, metric, "which exceed nothing")
+    check_quantity(cube, metric, "which cannot exceed a limit")
     index, lead = leading_place(cube, asked.at, (RECORD, SCALE), metric)
     dims = (RECORD, SCALE)
     values, status = as_float(read(cube, metric, index, dims)), read(cube, "status", index, dims)
@@ -264,7 +264,7 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
     Returns
     -------
     Fitted or None
-        None if the data determine no dispersion: see `may_be_one`, or `WIDEST` or more.
+        None if the data determine no dispersion (see `may_be_one`), or one of `WIDEST` or more.
     """
     finite = np.log(np.concatenate((low[low > 0], high[np.isfinite(high)])))
     if not finite.size or may_be_one(low, high):
@@ -331,7 +331,7 @@ def _details(found: Mapping[str, Any], failed: int) -> Iterator[str]:
         )
     if failed:
         count = "count as exceeding" if failed > 1 else "counts as exceeding"
-        yield f"{counted(failed, 'failed run')} above every known scale of the record {count}."
+        yield f"{counted(failed, 'failed run')} {count}: no larger scale of the same record has a result."
 
 
 def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, share: float) -> str:
@@ -347,8 +347,8 @@ def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, sh
     return (
         f"At a scale of {cube[SCALE].values[-1]:g} the rms over {counted(records, 'record')} is {factor * found.rms:.4g} ± "
         f"{factor * found.rms_error:.2g}{unit} (standard error). The mean is {factor * found.mean:.4g} ± "
-        f"{factor * found.mean_error:.2g}{unit}. {100 * share:g} % stay below {factor * found.quantile:.3g}{unit} (95 % from "
-        f"{low} to {high}; {enough_records(share)} records bound it)."
+        f"{factor * found.mean_error:.2g}{unit}. {100 * share:g} % stay below {factor * found.quantile:.3g}{unit} (95 % "
+        f"interval from {low} to {high}; {enough_records(share)} records bound both ends)."
     )
 
 

@@ -40,15 +40,15 @@ def frequency_response(
     cube : Dataset
         A study's cube; only the curve is read.
     selection : Selection
-        The shown result, and the values of the other five dimensions, see `leading_place`; for a study in SI units
-        also `amplitude_m` and the like, and `clearance_m` and the like.
+        The shown result, and the values of the other five dimensions, see `leading_place`. If the study is given in SI
+        units, both may also be named in units, as `amplitude_m` and `clearance_m`.
 
     Returns
     -------
     Dataset
         Dimension frequency_ratio. The metric, with `amplitude_error`, `response_class` and `status` if the cube has
-        them. Scalar coordinates and attributes as in `resonance_map`; and `acceleration_g`, the largest acceleration
-        of the structure over the frequencies [g], with the main result if it is known.
+        them. Scalar coordinates and attributes as in `resonance_map`. For the main result also `acceleration_g`, the
+        largest acceleration of the structure over the frequencies [g], if it is known.
 
     Raises
     ------

@@ -22,7 +22,7 @@ HIGHER = 1.1
 PER_BANDWIDTH = 4
 """Steps within the bandwidth that resolve a resonance: they miss at most 3 % of its height."""
 MOST_FREQUENCIES = 1001
-"""Largest number of steps advised."""
+"""Number of frequencies advised if the bandwidth requires more; or, if it is larger, the number that halves the steps."""
 
 PEAK_BETWEEN = "Between the frequencies computed a peak may be more than a tenth higher."
 
@@ -76,7 +76,7 @@ def hidden(
     r : ndarray, (n,)
         Ascending frequencies.
     values, kinds : ndarray, (designs, n)
-        Amplitude ratio and class of response at those frequencies. Where one is unknown, the result is negative.
+        Amplitude ratio and class of response at those frequencies. Where one is unknown, the result is False.
     damping_ratio, mass_ratio : ndarray, (designs,)
         ζ and β of each design.
 
@@ -247,8 +247,8 @@ def hidden_peaks(
 
 
 def whose(hides: Sequence[bool], listed: int, recommended: int = 0) -> dict[str, Any]:
-    """Name these designs: the first ones listed, and perhaps the best with impacts after them; also the place of the
-    recommended one.
+    """Say for which designs a peak may hide: how many of the first ones `listed`, and whether for the best, for the best
+    with impacts, which may follow them, and for the recommended one, by its place in `hides`.
     """
     return {
         "designs": sum(hides),

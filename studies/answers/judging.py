@@ -102,7 +102,7 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
         keep &= ~outside
     rows = np.flatnonzero(keep)
     amplitude, error, kind, locked = amplitude[rows], error[rows], kind[rows], locked[rows]
-    # an interrupted run may have a larger error than it states
+    # a run that ended at the cycle limit may have a larger error than it states
     bounded = np.where(status[rows] == Status.MAX_CYCLES, np.nan, error)
     place = amplitude.argmax(axis=1)
     each = np.arange(rows.size)

@@ -2,9 +2,9 @@
 
 Under base motion it is computed without integration. In flight ü = −v − 2ζv' − γ_F sign v' [Z ω_n²], with the
 displacement v from the base. It is largest while the structure moves outward: V √(1 + (2ζr)²) + γ_F for a harmonic v of
-amplitude V. A particle with friction accelerates by at most κ. While it slides, it reduces the acceleration by βκ;
-while it is carried along, it divides it by 1 + β. This neglects the harmonics of v and a particle that stays on a wall.
-`tests/worker/test_acceleration.py` compares it with measured accelerations of random responses.
+amplitude V. A particle with friction accelerates by at most κ. While it slides, the acceleration of the structure is
+less by βκ; while it is carried along, it is less by the factor 1 + β. This neglects the harmonics of v and a particle
+that stays on a wall. `tests/worker/test_acceleration.py` compares it with the accelerations of integrated random responses.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ from damperlab.studies.variables import PARTICLE_FRICTION, ResponseClass
 _MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 Floats = NDArray[np.float64]
 ACCELERATION = "acceleration"
-"""Name of the row of a short answer that states it."""
+"""Name of the row of a short answer that states the largest acceleration."""
 LARGEST = "largest of the structure"
 """Description of an acceleration of the structure with the recommended damper."""
 
@@ -90,8 +90,8 @@ def acceleration_g(cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]]
     Returns
     -------
     float
-        In g; the measured value if the study stores it. NaN if the study is in ratios, or stores nothing that
-        determines it.
+        In g; that of the integration if the study stores `acceleration_ratio`. NaN if the study is in ratios, or stores
+        nothing that determines it.
     """
     model = (definition_of(cube).get("contact") or {}).get("model", "instant")
     if _MEASURED in cube:

@@ -27,7 +27,7 @@ def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
 
 
 def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | None = None) -> Lead:
-    """Give the leading design at the grid points nearest to the named values; over base amplitudes, its worst one too.
+    """Give the leading design at the grid points nearest to the named values; over base amplitudes also its worst one.
 
     Parameters
     ----------

@@ -56,8 +56,8 @@ def map_difference(
         As of `resonance_map` on `cube`, dimensions (y, x), with `other`, `other_amplitude_error`,
         `other_response_class` and `other_status` of the second study. `difference` is the first minus the second, in
         the unit of the metric, NaN where either has no value. `complete`, `points`, `points_failed` count both
-        together; `other_at` is present if the second study's map is taken at another value of a further dimension.
-        `note` says where the difference is largest and how else the studies differ.
+        together; `other_at` has the values of the further dimensions at which the second study's map is taken, where
+        they differ. `note` says where the difference is largest and how else the studies differ.
 
     Raises
     ------

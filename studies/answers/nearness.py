@@ -41,7 +41,7 @@ def within_reach(values: NDArray[np.float64], wanted: float) -> bool:
     low, high = float(np.min(values)), float(np.max(values))
     if low < high:
         return bool(inside(wanted, 2.0 * low - high, 2.0 * high - low))
-    # no value is near 0, for example for a scene without friction
+    # a factor means nothing at 0, as for a study without friction: every value is accepted
     return low <= 0.0 or bool(inside(wanted, low / FACTOR, low * FACTOR))
 
 

@@ -52,8 +52,8 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             return f"{count:,} of {known['of']:,} frequencies {'has' if count == 1 else 'have'} no value ({why})."
         case "other_excitation":
             return (
-                "Here a force excites it and the structure without a damper, and X is over the static displacement. The "
-                "study's damper is shaken through its base."
+                "Here a force excites the structure with the tuned mass damper and that without a damper, and X is over the "
+                "static displacement. In the study the base is shaken."
             )
         case "promising":
             return f"{counted(known['cells'], 'cell')} of the grid {_better(known)}."
@@ -148,7 +148,7 @@ def _whose(known: Values) -> str:
 
 
 def _better(known: Values) -> str:
-    return f"may hold a design better by more than {known['better_by']:.2g} of its value"
+    return f"can contain a design better by more than {known['better_by']:.2g} of its value"
 
 
 def _steps(known: Values, phrases: Phrases) -> str:
@@ -170,7 +170,7 @@ def _cost(known: Values) -> str:
     """State the cost of a search, and the cost of a grid whose steps would give the same answer."""
     points, fine = known["points"], known["fine_points"]
     if points >= fine:
-        return f"With it {counted(points, 'point')}; a grid with these steps has {counted(fine, 'point')}."
+        return f"{counted(points, 'point')} in all; a grid with these steps has {counted(fine, 'point')}."
     return (
         f"{counted(points, 'point')} in all, {fine - points:,} fewer than the {fine:,} of a grid with these steps "
         f"({fine / points:.3g} times fewer)."

@@ -22,7 +22,7 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     cube : Dataset
         A harmonic study; one without a dimension of base amplitudes is returned unchanged.
     at : mapping of float
-        The wanted point; it must name one of several base amplitudes, and the nearest grid point is taken.
+        The wanted point. If there are several base amplitudes, it must name one; the nearest grid point is taken.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
         return cube, at
     values = cube[AMPLITUDE].values
     if AMPLITUDE not in at and values.size > 1:
-        ends = f"one base amplitude from {values[0]:g} to {values[-1]:g} m, of which the nearest of {values.size} is taken"
+        ends = f"one base amplitude from {values[0]:g} to {values[-1]:g} m; the nearest of {values.size} is taken"
         told = f"This question is about one base amplitude, and the study has {values.size}."
         raise refused(AMPLITUDE, "nothing", ends, f"name it: `{AMPLITUDE}={values[-1]:g}`", told)
     asked = {AMPLITUDE: at[AMPLITUDE]} if AMPLITUDE in at else {}

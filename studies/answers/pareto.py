@@ -95,7 +95,7 @@ def pareto_front(
 
     def note(phrases: Phrases) -> dict[str, Any]:
         wanted = ", ".join(_wanted(name, question, phrases) for name in respects)
-        listed = f" The {question.top} best in the first are listed." if length > question.top else ""
+        listed = f" The {question.top} best in the first respect are listed." if length > question.top else ""
         head = f"{counted(length, 'design')} that no other design beats in all of: {wanted}."
         sentences = [
             f"{head}{listed}",
@@ -164,7 +164,7 @@ def _unsurpassed(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     surpassed = np.zeros(low.shape[0], bool)
     rest = high[np.lexsort(high.T[::-1])]
     while rest.size:
-        # a value that is above any limits is above the best ones too, so comparing with these suffices
+        # what any design beats is also beaten by one that no other beats, so comparing with these suffices
         best = rest[0]
         surpassed |= (best <= low).all(axis=1) & (best < low).any(axis=1)
         rest = rest[~(rest >= best).all(axis=1)]

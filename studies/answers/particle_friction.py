@@ -93,11 +93,12 @@ def find_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> Ref
         raise refused(
             "friction",
             "a study to whose best damper no friction of the particle can be added",
-            "a finished study in units, with instantaneous impacts and no friction or tilt of its own, whose best damper "
-            "works by impacts",
+            "a finished study in units, with instantaneous impacts and neither friction of the particle nor tilt, whose best "
+            "damper works by impacts",
             "leave it out",
-            "Friction of the particle cannot be added to the best damper of this study. It can be to one that works by "
-            "impacts, in a finished study in units, with instantaneous impacts and no friction or tilt of its own.",
+            "Friction of the particle cannot be added to the best damper of this study. The study must be finished and in "
+            "units, with instantaneous impacts and neither friction of the particle nor tilt, and its best damper must "
+            "work by impacts.",
         )
     known = [each for each in ranked.attrs["notes"] if each["kind"] == FRICTION]
     notes = tuple(Note(each["kind"], each["severity"], each["values"]) for each in known)
@@ -183,7 +184,7 @@ def friction_note(
     value: float,
     metric: str | None = None,
 ) -> Note | None:
-    """Note the largest coefficient at which the value rises by at most a tenth of the promise, and the next larger one.
+    """Note the largest coefficient at which the value is at most `WITHIN` times the promised one, and the next larger one.
 
     Parameters
     ----------

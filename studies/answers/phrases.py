@@ -245,7 +245,7 @@ def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str
     cube : Dataset
         The study of the question.
     say : callable
-        Function that makes the words by name.
+        Function that gives the texts, by the names of their attributes.
     """
     units = Phrases.of(cube)
     words = say(Phrases.of_ratios(cube))

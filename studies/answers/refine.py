@@ -59,7 +59,7 @@ def refine_optimum(
 
     The grid's cells are those of all studies. The least value in a cell is estimated from its corners. A dip is
     assumed to continue into the cell, for half of its width, with the slope at its edge; differences within the
-    errors count as zero. Every cell that may hold a design better by more than the tolerance is divided; so are
+    errors count as zero. Every cell that can contain a design better by more than the tolerance is divided; so are
     those around the best. For a study in units the last follow-up is the optimum with friction of its particle.
 
     Parameters
@@ -205,7 +205,7 @@ def _brief(
 def _grids(
     cells: Cells, chosen: np.ndarray, parts: int, tolerance: float, varied: list[str]
 ) -> list[dict[str, list[float]]]:
-    """Divide cells into parts, no smaller than the tolerance; neighbours share a grid."""
+    """Divide cells into `parts`, or into fewer if steps of the tolerance suffice; neighbours share a grid."""
     grids = []
     for box in joined(cells, chosen):
         axes = {}

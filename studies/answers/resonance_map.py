@@ -47,7 +47,7 @@ from damperlab.studies.vocabulary import Reduction
 PEAKS = ("amplitude_ratio", "amplitude_ratio_max")
 """Results that may have a resonance peak between the computed frequencies."""
 BUDGET = 2**20
-"""Points reduced together, four variables of them; a chunk on the border of two slabs is read twice."""
+"""Number of points reduced together, with four variables each; a chunk on the border of two slabs is read twice."""
 
 
 def resonance_map(
@@ -209,7 +209,7 @@ def _reduced(
     reduce: str,
     index: Mapping[str, int],
 ) -> xr.Dataset:
-    """Reduce along the first dimension of `along`, slab by slab, the largest value over the second."""
+    """Reduce along the first dimension of `along`, slab by slab: the largest values over the second, if it is named."""
     y, x = dims
     over, inner = along
     extent, each = cube.sizes[over], 1 if inner is None else cube.sizes[inner]

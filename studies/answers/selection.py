@@ -242,7 +242,7 @@ def in_ratios(cube: xr.Dataset, at: At) -> At:
 
 
 def companions(cube: xr.Dataset, metric: str) -> list[str]:
-    """Name the error of a metric in the same unit, if the cube has both."""
+    """Name the companions of a metric that the cube has; the error is that in the unit of the metric."""
     in_units = metric in AMPLITUDES.values() and "amplitude_error_m" in cube.data_vars
     names = ("amplitude_error_m" if name == "amplitude_error" and in_units else name for name in COMPANIONS)
     return [name for name in names if name in cube.data_vars and name != metric]

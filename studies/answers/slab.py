@@ -41,7 +41,7 @@ class Slab:
 
     @property
     def extent(self) -> int:
-        """Number of cases along each of their dimensions."""
+        """Number of cases."""
         return math.prod(self.index[name].size for name in self.cases)
 
     def read(self, name: str) -> NDArray[Any]:

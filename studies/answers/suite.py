@@ -46,7 +46,7 @@ _LEFT_OUT = {
 
 
 def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = False) -> None:
-    """Raise `QueryFault` if the question needs another kind of study with a harmonic base.
+    """Raise `QueryFault` for a ground-motion suite, and for a study over base amplitudes unless `amplitudes` is set.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def _instead(asked: str) -> str:
     """Name the question that a study over base amplitudes answers instead."""
     if asked in ("refine", "follow-ups"):
         return (
-            "submit it again with finer axes of clearance_m and friction_force_n about its best damper, or with one base "
+            "submit it again with finer axes of clearance_m and friction_force_n around its best damper, or with one base "
             "amplitude; points that are known are not computed again"
         )
     return "ask for a map, a response or its optimal designs, or submit the study with one base amplitude"
@@ -209,7 +209,7 @@ def _counting(
         known = cube[RECORD].values.tolist()
         for each in records:
             if whole_id(each) not in known:
-                advice = "leave it out for all"
+                advice = "leave it out to rank over all records"
                 raise refused(RECORD, describe(each), f"one or more of {listing(known)}", advice)
         index[RECORD] = np.flatnonzero(np.isin(known, [whole_id(each) for each in records]))
     return axes_within(cube, ranges) | index
@@ -246,7 +246,7 @@ def _brief(
     if not answer.sizes["rank"]:
         return Brief(None, (f"No damper is left of {answer.attrs['designs']:,}.",))
     phrases, metric = Phrases.of(cube), str(answer.attrs["metric"])
-    # a suite itself has its dampers in SI units
+    # the dimensions of a suite's dampers are already in SI units
     varied = [name for name in damper if cube.sizes[name] > 1]
     met = [
         str(name) for name in answer.coords if name != "rank" and name not in damper and cube.sizes[name] > 1

@@ -47,9 +47,9 @@ def tmd_comparison(
     cube : Dataset
         A study's cube; if the design is named, only its curve is read.
     tuning : Tuning
-        The tuned mass damper. For `mass_ratio` the nearest grid value is the design's own, unless `at` names it;
-        `tmd_mass_ratio` belongs to the tuned mass damper alone. It and the structure without a damper have the study's
-        excitation: a shaken base, or a force on the structure, with X over its static deflection.
+        The tuned mass damper. `mass_ratio` is the mass of both dampers; the design takes the nearest grid value, unless
+        `at` names it. `tmd_mass_ratio` is the mass of the tuned mass damper alone. Its structure and the one without a
+        damper have the study's excitation: a shaken base, or a force on the structure, with X over its static deflection.
     at : mapping of float, optional
         The design, as in `frequency_response`. Unnamed parameters are those of the best design with impacts, or of
         the best of all if none has any, by the largest amplitude over the band.
@@ -70,7 +70,7 @@ def tmd_comparison(
 
         Bands: `hybrid_bandwidth` and `tmd_bandwidth` are the share of the band where X/Z is above its peak over √2.
         `hybrid_better` has the lowest and highest grid frequency of each run in which the hybrid is better by more than
-        its error. `hybrid_better_share` is the share of the frequencies at which that is known.
+        its error. `hybrid_better_share` is the share of these frequencies among those whose response is known.
 
         Others: `exact` holds both exact curves for drawing, at frequencies close enough to miss no peak
         (`studies.tmd.curves`). `complete`, `points`, `points_failed` and `note`. `verdict` says in sentences which is
@@ -89,7 +89,7 @@ def tmd_comparison(
     if mass_ratio is not None:
         # the study's particle may have no mass if the absorber's is given
         least = LEAST_MASS if tuning.tmd_mass_ratio is None else 0.0
-        _check_mass("mass_ratio", mass_ratio, "correct it, or leave it out for that of the design", least)
+        _check_mass("mass_ratio", mass_ratio, "correct it, or leave it out to use that of the design", least)
         # the absorber may have any mass; it is compared with the nearest particle of the study
         masses = cube["mass_ratio"].values
         near = (
@@ -107,11 +107,11 @@ def tmd_comparison(
     if tuning.tmd_mass_ratio is None:
         field, mass = "mass_ratio", own
         _check_mass(
-            field, mass, "this design has no particle's mass to compare with: name the mass of the damper"
+            field, mass, "the particle of this design has no mass: name the mass of the tuned mass damper"
         )
     else:
         field, mass = "tmd_mass_ratio", tuning.tmd_mass_ratio
-        _check_mass(field, mass, "correct it, or leave it out for that of the design")
+        _check_mass(field, mass, "correct it, or leave it out to use that of the design")
     if criterion == "h2" and excitation == "base" and mass >= MOST_UNDER_BASE:
         allowed = f"below {MOST_UNDER_BASE:g} for h2 with a shaken base"
         raise refused(field, describe(mass), allowed, "choose another criterion")
@@ -194,7 +194,7 @@ def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phra
         return []
     at = ", ".join(phrases.equal(name, value) for name, value in best.items())
     among = "among those with the named values" if named else "of the study, as no design was named"
-    return [f"Compared is the {called} {among}: {at}."]
+    return [f"The compared design is the {called} {among}: {at}."]
 
 
 def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:
@@ -205,7 +205,7 @@ def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:
     if asked is None:
         return own
     if own == "force" and asked != own:
-        raise refused("excitation", describe(asked), "force with a study of a force", "leave it out")
+        raise refused("excitation", describe(asked), "force, as in the study", "leave it out")
     return asked
 
 

@@ -43,7 +43,7 @@ def is_judged(answer: xr.Dataset) -> bool:
 
 
 def notes_of(cube: xr.Dataset, answer: xr.Dataset) -> list[Note]:
-    """Give as data the facts that change the comparison or its number."""
+    """Give as data the facts that limit or change the comparison."""
     found, r = answer.attrs, answer[FREQUENCY].values
     notes = []
     if r.size == 1:
@@ -101,7 +101,7 @@ def brief_of(
         damper, ours = "tuned_mass_damper", "grows without bound"
         told = f"Use the tuned mass damper, {theirs}: with the study's damper the response grows without bound at {at}."
     elif not found["judged"]:
-        why = missing or "between the frequencies computed its peak may be higher."
+        why = missing or "between the frequencies computed the study's peak may be higher."
         told = f"Not known which is better: the study's damper reaches {ours} so far, a tuned mass damper {theirs}; {why}"
         following = "compute more frequencies."
     else:

@@ -152,12 +152,14 @@ class _Known:
         The best with impacts, if one without impacts is recommended.
     others : list of mapping
         The next designs of the ranking.
-    flat : list of dict
-        Doubts about the best design.
+    flat, lead_flat : list of dict
+        Of `flatness.flatness`, for the best and for the recommended design.
     tuned, bare : float
         The peaks with a tuned mass damper of the same mass, and without any damper; NaN if they are not judged.
     acceleration_g : float
         The largest acceleration of the structure with the recommended design, in g; NaN if unknown.
+    complete : float
+        Share of the designs that were computed.
     notes : list of Note
         The notes as data, in ratios.
     """
@@ -230,7 +232,7 @@ class _Known:
 
     @property
     def clamped(self) -> bool:
-        """Whether friction locks the best design to its base."""
+        """Whether friction locks the structure of the best design to its base."""
         return is_clamped(self.best)
 
     def _notes(self, cut: int) -> list[Note]:
@@ -318,7 +320,7 @@ class _Known:
         if self.clamped and lead is self.best:
             return (
                 own,
-                f"Best is to clamp it to its base with friction: {value} at {design}. Nothing is damped there.",
+                f"The best design clamps the structure to its base by friction: {value} at {design}. Nothing is damped there.",
             )
         if acts:
             by = " that works by impacts" if lead is not self.best else ""
@@ -382,7 +384,7 @@ class _Known:
         return phrases.measured(float(row["value"]), float(row["error"]), ".3g")
 
     def _design(self, row: Row, phrases: Phrases, acts: bool = False) -> str:
-        """Name the varying parameters of a design. If its particle does nothing, name only its friction, unless `act`
+        """Name the varying parameters of a design. If its particle does nothing, name only its friction, unless `acts`
         is set.
         """
         varied = [
@@ -415,7 +417,7 @@ def _none_left(cube: xr.Dataset, question: DesignQuestion, tally: Mapping[str, A
 def say_next(phrases: Phrases) -> str:
     """Name the frequencies to compute next if a study has only one."""
     start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
-    return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)} in {NEXT_BAND['num']} steps."
+    return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)}, {NEXT_BAND['num']} values."
 
 
 def _ends(cube: xr.Dataset, flat: list[dict[str, Any]]) -> dict[str, list[Any]]:

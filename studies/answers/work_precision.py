@@ -11,7 +11,7 @@ TIME_BINS = 4
 ERROR_BINS = 8
 """Bins per decade."""
 TIME_DECADES = (-9, 5)
-"""Run times from 1 ns to a day [s]; values beyond fall into the last bin."""
+"""Run times from 1 ns to a day [s]; values beyond fall into the first or the last bin."""
 ERROR_DECADES = (-18, 2)
 QUANTILES = (0.1, 0.5, 0.9)
 

@@ -39,7 +39,7 @@ LIMITED = {
 MOVED = Judged(stroke=True)
 """The displacement of its mass against the structure."""
 DETUNED = 0.02
-"""Relative error of its natural frequency by which the sensitivity to its tuning is shown."""
+"""Relative error of its natural frequency at which it is judged too, to show the sensitivity to its tuning."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Beside:
         The worst case without tolerances.
     detuned : float
         The worst case if its own natural frequency is also off by up to `DETUNED`, either way. Under records no
-        smaller deviation is tried, and only two structures: the nominal one and the one that moves most.
+        smaller deviation is tried, and only two structures: the nominal one and the one with the worst case.
     stroke, detuned_stroke : float
         The largest displacement of its mass against the structure within the tolerances: tuned, and detuned by
         `DETUNED`.
@@ -81,8 +81,9 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
     """Tune the absorber of a mass, and judge it like the dampers; None without mass, or without a record's samples.
 
     Mass, natural frequency and damping of the structure deviate within their tolerances, and the absorber keeps its
-    tuning. It is tuned for the smallest worst case over the given bands, but not for records. The tuning with the
-    smallest peak at any frequency is tried too; the one with the smaller worst case under all excitations is used.
+    tuning. It is tuned for the smallest worst case over the given bands, but not for records. Under records, the
+    tuning with the smallest peak at any frequency is judged too. The one with the smaller worst case under all excitations
+    is used.
     """
     if mass_ratio <= 0.0 or any(
         source.id not in records.motions for records in asked.records for source in records.sources

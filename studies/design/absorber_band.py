@@ -24,7 +24,7 @@ BESIDE, FEWER_BESIDE = 60, 12
 between two samples.
 """
 CLOSEST, FARTHEST = 1e-6, 0.3
-"""Their relative distance from a peak."""
+"""Smallest and largest relative distance of these frequencies from a peak."""
 
 
 class Judged(NamedTuple):

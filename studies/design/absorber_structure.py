@@ -111,7 +111,7 @@ def hardest(
     float
         0 if there is no band.
     dict of float
-        The deviations of the structure, and the absorber (`TUNING`).
+        The deviations of the structure, and of the tuning of the absorber (`TUNING`).
     """
     sizes = {name: asked.tolerances[name].size for name in OFF if name in asked.tolerances}
     sizes |= {TUNING: detuning} if detuning else {}

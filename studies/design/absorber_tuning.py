@@ -1,4 +1,4 @@
-"""Tuning an absorber for the least judged value over the bands, for any structure within the tolerances."""
+"""Tuning an absorber for the smallest worst case over the bands, for all structures within the tolerances."""
 
 import math
 from collections.abc import Callable
@@ -32,12 +32,12 @@ few times.
 """
 ALONG = np.linspace(-1.0, 1.0, 9)
 ASIDE, NARROWER, HALVINGS, STRETCHES = 0.03, 0.3, 8, 5
-"""The bottom of a valley is followed along `ALONG` values of the damping; `ASIDE` halvings find the best tuning for
-each. The range of the damping is then narrowed by a factor, repeatedly.
+"""The bottom of a valley is followed along `ALONG` values of the damping. The best tuning for each is searched up to
+`ASIDE` away, as a logarithm, a range that is halved `HALVINGS` times. Both ranges are then narrowed, `STRETCHES` times.
 """
 EXCHANGES, ENOUGH = 6, 1.01
-"""Number of times that the hardest structure is added to those the absorber is tuned for, and the relative excess from
-which it is added.
+"""Number of times that the hardest structure is added to those the absorber is tuned for. It is added if its value is
+more than the second number times the expected worst case.
 """
 
 

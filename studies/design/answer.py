@@ -63,7 +63,7 @@ class Limit(ReachedUnder):
 
 
 class Response(TypedDict, total=False):
-    """The response of a damper over the band; empty without one."""
+    """The response of a damper over the band; empty if there is no band."""
 
     frequency_ratio: Numbers
     frequency_hz: Numbers
@@ -146,7 +146,7 @@ class DesignAnswer(TypedDict):
     drawing: Annotated[
         list[list[str]],
         Says(
-            description="Drawing of the verdict's damper: quantity, value, tolerance, range in which it may move alone."
+            description="Drawing of the verdict's damper: quantity, value, tolerance, range in which it alone may change."
         ),
     ]
     design: Built
@@ -438,7 +438,7 @@ def cases_of(found: Found) -> list[tuple[Case, float]]:
 
 
 def _response(found: Found, build: Build) -> Response:
-    """Give the response of a damper as drawn at every frequency computed, with its error; empty without a band."""
+    """Give the response of a damper as drawn, with its error, at every computed frequency; empty without bands."""
     asked = found.asked
     if not asked.excitations:
         return {}

@@ -74,7 +74,7 @@ def _under(found: Found, amplitude: Amplitude) -> OverBand:
 
 
 def peaks_of(found: Found) -> list[tuple[Amplitude, Curve, int]]:
-    """Give each amplitude with the response under it, and the frequency of its largest value."""
+    """Give each amplitude with the response under it, and the index of its largest value."""
     curves = [(each, found.book.curve(found.build, each)) for each in found.shown]
     return [(each, curve, int(curve.measured.argmax())) for each, curve in curves]
 

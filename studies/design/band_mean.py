@@ -1,7 +1,7 @@
 """A response's mean square over the band, with its error, and the frequencies that would reduce that error.
 
-Every frequency in hertz counts the same. So its root is the rms in time of a slow sweep through the band at a
-constant rate.
+Every frequency in hertz counts the same. So the root of the mean square is the rms in time of a slow sweep through
+the band at a constant rate.
 """
 
 from dataclasses import dataclass

@@ -135,7 +135,7 @@ class Book:
         """The recommended damper from several starts, once it is known."""
         self._known: dict[tuple[Spot, float], tuple[float, ...]] = {}
         self._frequencies: dict[Spot, set[float]] = {}
-        """Sources of known points."""
+        """Frequencies that were wanted or computed for each damper under an amplitude."""
         self._curves: dict[tuple[Build, Under], Curve] = {}
 
     @property
@@ -148,7 +148,7 @@ class Book:
         return len({point for each in wanted for point in self._points(each)} - self._known.keys())
 
     def _points(self, wanted: Wanted) -> Iterator[tuple[Spot, float]]:
-        """Give the known values of each wanted point."""
+        """Give the key of each wanted point: the parameters of the damper, and the frequency."""
         spot = wanted.build.spot(self.asked.structure, wanted.amplitude)
         for r in wanted.frequencies:
             yield spot, r

@@ -29,8 +29,9 @@ frequency. For a ground-motion record: its id, its scale, and the structure's ma
 """
 FORCE = ("force",)
 Inside = tuple[float, ...]
-"""Forces on a particle: the contact time over 1/ω_n, 0 if contacts take no time, and the ratios of `BEFORE`. Under a
-record, and if a velocity or an acceleration of the base is constant, the numbers of its `Cavity` replace them.
+"""Parameters of the forces on a particle: the contact time over 1/ω_n, 0 if contacts take no time, and the ratios
+of `BEFORE`. Under a record, and if a velocity or an acceleration of the base is constant, the numbers of its `Cavity`
+replace them.
 """
 NOTHING_INSIDE: Inside = (0.0,) * (1 + len(BEFORE))
 Spot = tuple[Law, Place, Inside]

@@ -18,7 +18,7 @@ from damperlab.studies.specification.specification import Specification
 FOR_BUILDS = 0.5
 """Share of the remaining budget that builds may take."""
 WORST = 5
-"""Builds whose peaks are bracketed: those that may be the worst."""
+"""Number of builds whose peaks are bracketed because they may be the worst."""
 
 NEAR = 0.9
 """Share of a limit above which the peaks of a build are bracketed too, because they decide whether the build keeps the
@@ -63,7 +63,7 @@ def clopper_pearson(passed: int, drawn: int, confidence: float) -> tuple[float, 
 
 
 def drawn(search: Search, build: Build) -> Step[list[Build]]:
-    """Draw builds within the tolerances, and compute them at every frequency of the drawn damper."""
+    """Draw builds within the tolerances, and compute them at every frequency of the damper as drawn."""
     asked, book = search.asked, search.book
     names = asked.toleranced
     shares = np.random.default_rng(SEED).uniform(-1.0, 1.0, (asked.builds, len(names)))

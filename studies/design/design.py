@@ -27,9 +27,9 @@ from damperlab.studies.specification.specification import STARTS, Specification
 __all__ = ["Ask", "Found", "Rounds", "designing"]
 
 AMPLITUDES = 7
-"""Base amplitudes at which the recommended damper is computed."""
+"""Number of base amplitudes at which the recommended damper is computed."""
 SHOWN = 7
-"""Base amplitudes of the figure that shows where the damper stops working."""
+"""Number of base amplitudes in the figure that shows where the damper stops working."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Ask:
     stage : str
         Their purpose.
     spent, budget : int
-        Number of known points, and most points.
+        Number of known points, and largest number of points.
     ahead : (Build, Score) or None
         The best damper so far, and its known worst case as drawn; None before the first look.
     """
@@ -60,7 +60,7 @@ Rounds = Generator[Ask, Iterable[xr.Dataset], Found]
 
 
 def designing(asked: Specification, budget: int) -> Rounds:
-    """Search: request the studies that must be known next, receive their cubes, and return the findings.
+    """Search: request the studies that are needed next, receive their cubes, and return the findings.
 
     The requests depend only on the specification, the budget and the values of the cubes. So an interrupted search can
     be restarted: its studies so far are stored.
@@ -70,7 +70,7 @@ def designing(asked: Specification, budget: int) -> Rounds:
     asked : Specification
         What is designed.
     budget : int
-        Largest number of points. The search leaves half of these points for the later steps.
+        Largest number of points. The search leaves at least a quarter of these points for the later steps.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     while True:
         build = book.ahead = search.space.build(best)
         compared = search.robust[best]
-        book.stage = f"{of_what} of the damper as drawn"
+        book.stage = f"the damper as drawn, under {of_what}"
         yield from within(search.known([build], CLOSE + 1, scan), left, "further amplitudes of the range")
         nominal = score(book, build, (*scan, *search.amplitudes))
         judged = [compared, nominal]
@@ -129,7 +129,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     if amplitudes:
         over = score(book, build, (*amplitudes, *over_bands(search.amplitudes)))
         excitation = binding(asked, over)
-        book.stage = f"the damper as drawn from {STARTS} starts"
+        book.stage = f"the damper as drawn, from {STARTS} starts"
         yield from within(started(search, build, over), left, "other starts than rest")
         levels = np.geomspace(*beyond_of(excitation), SHOWN)
         shown = tuple(Amplitude(excitation, float(each)) for each in levels)

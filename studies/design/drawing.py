@@ -8,7 +8,7 @@ from damperlab.studies.design.verdict import kind_of
 from damperlab.studies.specification.specification import CHOSEN, OF_DAMPER, Specification
 
 Line = tuple[str, str, str, str]
-"""A quantity, its value, its tolerance, and the range in which it may move alone."""
+"""A quantity, its value, its tolerance, and the range in which it alone may change."""
 
 
 def drawing_of(found: Found, damper: Damper) -> list[Line]:

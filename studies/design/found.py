@@ -32,7 +32,7 @@ class Found:
         Its worst case as drawn; with the corners of its tolerances, as for the alternatives; and over everything
         computed for it.
     builds : Builds or None
-        None without tolerances.
+        None without tolerances, or if the budget covers no build.
     margins : dict of Margin
         By quantity.
     alternatives : dict of Alternative
@@ -42,7 +42,7 @@ class Found:
     front : tuple of OfMass
         The best damper found for each of several masses, the lightest first; empty without a particle.
     over : Score or None
-        As `nominal`, over the bands alone; None if there is none.
+        As `nominal`, over the bands alone; None if there is no band.
     under : tuple of Score
         As `nominal`, under a single excitation; one for each excitation over a band.
     shown : tuple of Amplitude
@@ -96,7 +96,7 @@ class Found:
         """Name changes, other than relaxing the limit, that could let a damper keep it."""
         if self.nominal.reached[limit] <= self.asked.limits[limit]:
             return "narrow the tolerances"
-        return "widen what may be chosen" if self.asked.free else "let something be chosen"
+        return "widen the ranges to choose from" if self.asked.free else "let a quantity be chosen"
 
     @cached_property
     def heaviest(self) -> Beside | None:
@@ -139,8 +139,8 @@ def at_ends(found: Found) -> dict[str, str]:
 
 
 def locked(found: Found, build: Build | None = None) -> bool:
-    """Whether friction locks the structure to its base at every frequency computed, as drawn and under the largest
-    amplitude.
+    """Whether friction, as drawn, locks the structure to its base at every computed frequency under the largest
+    amplitude, and under every record.
 
     Parameters
     ----------

@@ -16,13 +16,13 @@ from damperlab.studies.specification.excitation import Excitation
 from damperlab.studies.specification.specification import OF_STRUCTURE, Specification
 
 NARROWEST, WIDEST = 0.001, 0.008
-"""Smallest and largest step between resonances; samples alone do not resolve the resonance of a damping below the
-first.
+"""Smallest and largest step between resonances. If the damping ratio is below the smallest step, samples alone do not
+resolve the resonance.
 """
 MOST_STEPS = 60
 """Largest number of samples between resonances."""
 OUTSIDE = 8
-"""Samples on either side of the resonances."""
+"""Number of samples on either side of the resonances."""
 COARSE = 3
 """Step of the first look, in steps of the survey."""
 SHOWN = 0.85
@@ -32,7 +32,7 @@ BRACKETS = 3
 CLOSER = 0.001
 """Step near the largest value, where a rise between two samples could change the result."""
 INNER = 7
-"""Samples on either side of a bracket."""
+"""Number of new samples in the interval on either side of a bracketed maximum."""
 NARROW = 1e-5
 """Width of an interval that is not divided further: a hundredth of the smallest step between resonances."""
 DIGITS = 9

@@ -94,7 +94,7 @@ def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, .
     best : tuple of float
         Its recommendation.
     most : int
-        Points that the book may hold afterwards.
+        Largest number of known points afterwards.
 
     Returns
     -------
@@ -200,8 +200,8 @@ def _others(search: Search, candidate: Candidate) -> Candidate:
 
 
 def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
-    """Give the neighbours of a candidate, one step away: along any of up to `FULL` quantities together, else along one
-    alone.
+    """Give the neighbours of a candidate, one step away: along all quantities together if there are at most `FULL`,
+    else along one at a time.
     """
     steps = [max(step, 1.0 / (count - 1)) if count else step for count in space.counts]
     moves = product((-1.0, 0.0, 1.0), repeat=len(steps))

@@ -191,7 +191,7 @@ def _violation(asked: Specification, build: Build, reached: dict[str, float]) ->
 
 
 def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] | float:
-    """Give the factor of results over Z, ω_n and the excitation's period for a limit.
+    """Give the factor that converts results in ratios into the unit of a limit.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] |
 
 
 def _highest(scores: list[Score], limit: str) -> Score:
-    """Give the build that reaches the largest share of a limit."""
+    """Give the score with the largest value of a limited quantity."""
     return max(scores, key=lambda one: one.reached[limit])
 
 

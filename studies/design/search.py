@@ -31,10 +31,12 @@ FEW = 3
 CLOSE = 1
 """Accuracy level of a build that is known at every frequency of the survey."""
 CLOSEST = 3
-"""Two more rounds of brackets: for comparing dampers, with each maximum known to a 64th of the survey's steps."""
+"""Level for comparing dampers: two more rounds of brackets, after which each maximum is known to a 64th of the survey's
+steps.
+"""
 BETWEEN, SURE = 4, 6
-"""First every interval near the largest response is divided, then two more rounds of brackets follow: for the
-recommended damper.
+"""Levels of the recommended damper. At the first, every interval near the largest response is divided; then two more
+rounds of brackets follow.
 """
 NEAR = 0.95
 """Share of the largest value that a build, or a maximum of its response, must reach to be bracketed after the first
@@ -225,7 +227,7 @@ class Search:
         return round(math.log(max(judged.value + judged.noise, LEAST)), 9)
 
     def looked_at(self, build: Build) -> bool:
-        """Whether something is known of a build under every amplitude."""
+        """Whether a build was computed under every amplitude, at least coarsely."""
         return build in self._level
 
     def with_corners(self, candidate: Candidate) -> list[Build]:

@@ -68,8 +68,8 @@ class Space:
 
 
 FACTORIAL = 3
-"""Number of tolerances up to which every corner is examined; for more, a fraction in which no two tolerances share a
-column.
+"""Number of tolerances up to which every corner is examined; for more, a balanced fraction: the two-level design
+`HADAMARD`, with a column for each tolerance.
 """
 HADAMARD = (
     (1, 1, 1, 1, 1, 1, 1),

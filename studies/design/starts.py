@@ -30,8 +30,8 @@ BY_RANK = (
 )
 """Variables of the share of the starts and of the amplitude of each distinct response, the most frequent first."""
 SAME = 1e-6
-"""Relative difference within which the amplitude from rest equals that of one of these responses, since the start is
-the same.
+"""Relative difference within which the amplitude from rest equals that of one of these responses, because the first
+start is at rest.
 """
 
 
@@ -67,7 +67,7 @@ class Several:
     Parameters
     ----------
     frequency_ratio : float
-        Which.
+        Its ratio to the natural frequency.
     frequency_hz : float or None
         The same in hertz; None without units.
     attractors : int

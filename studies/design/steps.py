@@ -1,4 +1,4 @@
-"""Steps of a search, each of which requests points. The steps after the search share the remaining budget."""
+"""Steps of a search; each requests points. The steps after the search share the remaining budget."""
 
 from collections.abc import Callable, Generator
 from math import inf

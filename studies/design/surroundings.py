@@ -60,7 +60,7 @@ class Surroundings:
             missing = len(masses) - len(self.front)
             left_out[left_out.index(OF_MASS)] = f"{OF_MASS} for {missing} of {len(masses)} masses"
         found = {f"the best of {CALLED[name]}" for name in self.alternatives}
-        return [f"the search for {each} to its end" if each in found else each for each in left_out]
+        return [f"the rest of the search for {each}" if each in found else each for each in left_out]
 
     @property
     def _has_mass(self) -> bool:

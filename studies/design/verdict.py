@@ -45,7 +45,7 @@ from damperlab.studies.variables import MADE_BY, ResponseClass
 from damperlab.studies.variables import PARTICLE_FRICTION as PARTICLE_FRICTION_RATIO
 
 GROWS = 1.5
-"""A response whose growth exceeds that of its excitation by this share depends on the amplitude."""
+"""A response that grows by more than this factor times the growth of its excitation depends on the amplitude."""
 CALLED: dict[Damper, str] = {
     "hybrid": "particle with friction",
     "particle_alone": "particle alone",
@@ -96,8 +96,8 @@ def is_as_good(theirs: Score, ours: Score) -> bool:
 
 
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
-    """Write what to build, and return it: None for the damper of the answer. `bare` is the worst case without a damper,
-    if none is needed.
+    """Choose the kind of damper to build, and give what it is; None for the damper found. `bare` is the worst case
+    without a damper; None if that may exceed a limit.
     """
     ours = found.compared
     if not found.asked.free:
@@ -175,7 +175,7 @@ def _locked(found: Found, build: Build, reach: str) -> str:
 
 
 def _notes(found: Found, damper: Damper) -> Iterator[Note]:
-    """Give the facts that change the decision or its number, as data."""
+    """Give, as data, the facts that limit or change the decision."""
     asked, build, stated = found.asked, found.build, found.stated
     judged = build if damper != "friction_alone" else found.alternatives.get("friction_alone", found).build
     rubs = damper in ("hybrid", "friction_alone")
@@ -225,7 +225,7 @@ def _said(found: Found, note: Note) -> str:
     """Write a note that belongs in the first sentences."""
     asked, known = found.asked, note.values
     if note.kind == "nearly_clamped":
-        return "It nearly clamps the structure to its base."
+        return "Its friction nearly clamps the structure to its base."
     if note.kind == "amplitude":
         amplitude = Amplitude(found.binding, 2.0 * found.binding.highest_m)
         at = (
@@ -402,13 +402,13 @@ def _with_friction(found: Found) -> str:
         return ""
     kept = "limits hold" if found.asked.limits_measure else "at most a tenth is lost"
     if margin.high == 0.0:
-        return f"not so from μ_i = {margin.fails_above:.3g}"
+        return f"fails at μ_i = {margin.fails_above:.3g}"
     beyond = "" if margin.fails_above is None else f", not at {margin.fails_above:.3g}"
     return f"{kept} up to μ_i = {margin.high:.3g}{beyond}"
 
 
 def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:
-    """Give the second best, and how much worse it is."""
+    """Give the limits that are exceeded, and the other dampers with their values."""
     asked = found.asked
     for name, limit in asked.limits.items():
         reached = found.stated.reached[name]

@@ -33,7 +33,7 @@ from damperlab.studies.specification.specification import JUDGES, Specification
 from damperlab.studies.spelling import spelled
 
 ENDED: Mapping[str, str] = {
-    "budget": "The search ended with its share of the budget of {points}.",
+    "budget": "The search ended because its share of the budget of {points} was spent.",
     "converged": "The search ended because no neighbour of the best was better.",
     "lists": "Every combination of the listed values was examined.",
     "nothing": "The limits leave one damper.",
@@ -198,7 +198,7 @@ def _builds(found: Found) -> Iterator[str]:
         )
     fewer = f" (of {asked.builds} asked for)" if builds.drawn < asked.builds else ""
     yield (
-        f"Of {counted(builds.drawn, 'build')}{fewer} drawn evenly within the tolerances (seed {SEED}), {builds.passed} "
+        f"Of {counted(builds.drawn, 'build')}{fewer} drawn uniformly within the tolerances (seed {SEED}), {builds.passed} "
         f"{' and '.join(kept)}: a probability of {builds.low:.3f} to {builds.high:.3f} (confidence {asked.confidence:.3g})."
     )
 

@@ -10,10 +10,10 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, peaks, without_absor
 from damperlab.studies.vocabulary import Excitation
 
 BEND = 0.01
-"""Relative deviation of a curve from the line between two of its points that cannot be seen."""
+"""Largest relative deviation of a curve from the line between two of its points; it is too small to be seen."""
 LEAST_SHARE = 1e-5
-"""Share of the band that is not divided further. At an undamped resonance, where the value is infinite, division would
-not end.
+"""Intervals of at most this share of the band are not divided further. At an undamped resonance, where the value is
+infinite, division would not end.
 """
 
 

@@ -18,7 +18,7 @@ from damperlab.studies.vocabulary import Excitation
 
 Floats = NDArray[np.float64]
 _TUNINGS = np.linspace(-4.0, 2.0, 37)
-"""Ranges of the tuning, see `_Problem`; a heavily damped structure needs a slower absorber."""
+"""Values of p on the grid, see `_Problem`; a heavily damped structure needs a slower absorber."""
 _DAMPINGS = np.linspace(math.log(0.05), math.log(30.0), 25)
 _PLACE = 1e-8
 """Size of the simplex at which it has converged."""
@@ -72,7 +72,7 @@ def minimax(mass_ratio: float, structural_damping: float, excitation: Excitation
     structural_damping : float
         ζ_s of the structure, 0 or more.
     excitation : {"base", "force"}
-        The response whose peak is minimised.
+        The excitation under which the peak is minimised.
 
     Returns
     -------

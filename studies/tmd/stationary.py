@@ -10,7 +10,7 @@ NARROWEST = 1e-150
 """Width below which its squares would underflow."""
 ROUNDING = 1e-15
 PAIR = 1e-4
-"""Ratio of imaginary to real part up to which a pair of roots counts as a double root: the square root of rounding,
+"""Relative imaginary part up to which a complex pair of roots counts as a double root: the square root of rounding,
 with a margin.
 """
 
@@ -120,7 +120,7 @@ def all_stationary(heights: Heights) -> tuple[Floats, Floats]:
     width = heights.width()
     roots = heights._roots(1.0, width)[0]
     step = float(width[0]) * roots
-    # rounding may turn a double root into a pair, which is distinguished from a complex one by the size there and at 0
+    # rounding may turn a double root into a complex pair; its imaginary part is small relative to s and to s − 1
     nearness = np.minimum(np.abs(1 + step), np.abs(step) + width[0])
     kept = np.isfinite(roots) & (np.abs(step.imag) < PAIR * nearness) & (step.real > -1)
     offset = np.sort(step.real[kept])[None]

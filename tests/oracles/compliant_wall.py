@@ -34,8 +34,8 @@ FLOATS = Numbers(float, sin, cos, pi, 16, 60)
 
 @dataclass(frozen=True)
 class Scene:
-    """Ratios of a design point with friction (0 for none), and stiffness and damping of its walls over k; the base is
-    shaken, or the structure is `forced`.
+    """Ratios of a design point with friction (0 for none), and stiffness and damping of its walls over k and k/ω_n; the
+    base is shaken, or the structure is `forced`.
     """
 
     damping_ratio: float
@@ -110,7 +110,7 @@ class March:
         return u, p, base, force
 
     def _judge(self, force: Any) -> None:
-        """Stick or slip of a mass that is at rest on the base."""
+        """Decide whether a mass at rest on the base sticks or slips."""
         base = self._base()
         load = self._force()[0] - 2 * base[2] - (self.u - base[0]) - self.side * force
         self.held = bool(abs(load) <= self.gamma)
@@ -148,7 +148,7 @@ class March:
         return watches
 
     def step_to(self, end: Any) -> None:
-        """Take one step, up to its first event, and carry the event out."""
+        """Take one step, up to its first event, and apply the event."""
         u, p, base, force = self._expand()
         pull_on = self._force()
         in_wall = self.side != 0

@@ -61,7 +61,7 @@ def end_state(
         return push * sin(r * at) - (u - shaken * sin(r * at))
 
     def judge() -> None:
-        """Stick or slip of a mass that is at rest on the base."""
+        """Decide whether a mass at rest on the base sticks or slips."""
         nonlocal slip, held
         force = hold_force(t, y[0])
         held = abs(force) <= gamma

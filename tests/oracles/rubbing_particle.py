@@ -1,5 +1,5 @@
-"""A structure on a shaken base whose particle has friction in its cavity, and falls in it, integrated independently of
-the solver.
+"""A structure on a shaken base, with a particle under friction and gravity in its cavity, integrated independently of the
+solver.
 
 Between events the equations of motion are integrated in absolute coordinates by scipy's DOP853. To find which of the
 two bodies slip, every combination is tried, and the one that contradicts itself least is taken. No code is shared with

@@ -15,7 +15,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
 _SCAN = 24  # parts of a sample interval
-_JOIN = 1e-7  # m/s: slower rebounds end a chatter; the error goes as its square
+_JOIN = 1e-7  # m/s: slower rebounds end a chatter; the error is proportional to its square
 
 
 @dataclass
@@ -101,7 +101,7 @@ class Shaken:
         self.out = End(0.0, 0.0, 0.0)
 
     def run(self, samples: NDArray[np.float64], step: float) -> End:
-        """Shake it with a record [m/s²]."""
+        """Shake the structure with a record [m/s²]."""
         self.decide(samples[0])
         for a, b in itertools.pairwise(samples):
             self.interval(a, (b - a) / step, step)
@@ -141,8 +141,8 @@ class Shaken:
         return now - sign * moved
 
     def closes(self, name: str, a: float, j: float, h: float) -> bool:
-        """Whether mass and particle approach each other at a wall; at a spurious root, from the rounding of a wall just
-        left, they do not.
+        """Whether mass and particle approach each other at a wall. They do not at a spurious root, which rounding causes at
+        a wall just left.
         """
         relative = self.motion(a, j, h)[1] + self.z_rate + a * h + j * h * h / 2 - self.p_rate
         return (relative > 0) == (name == "wall+")

@@ -17,5 +17,5 @@ def absolute_amplitude(zeta: float, r: float) -> float:
 
 
 def relative_amplitude(zeta: float, r: float) -> float:
-    """Return |x - z|/Z = r^2 / sqrt[(1 - r^2)^2 + (2 zeta r)^2]; valid as `absolute_amplitude`."""
+    """Return |x - z|/Z = r^2 / sqrt[(1 - r^2)^2 + (2 zeta r)^2]; valid for the same zeta and r as `absolute_amplitude`."""
     return r**2 / math.hypot(1 - r**2, 2 * zeta * r)

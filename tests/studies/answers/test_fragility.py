@@ -174,7 +174,7 @@ def test_a_failed_run_exceeds_only_above_what_is_known_and_below_nothing_that_is
     # nothing is known of the first, and the second may not exceed at the last scale
     assert (answer.attrs["records"], answer.attrs["never"]) == (2, 1)
     assert answer["exceeded"].values.tolist()[0] == 0
-    assert "2 failed runs above" in answer.attrs["note"]
+    assert "2 failed runs count as exceeding" in answer.attrs["note"]
 
 
 def test_what_cannot_be_fitted_is_said() -> None:

@@ -59,12 +59,12 @@ def test_a_map_without_a_word_on_the_frequency_is_the_worst_over_the_band_and_sa
         np.testing.assert_array_equal(answer[name], worst[name])
     assert "largest value over the study's 6 frequencies from r = 0.7 to 1.25" in answer.attrs["note"]
     alone = resonance_map(cube, "friction_ratio", "restitution", Selection(at={"frequency_ratio": 1.0}))
-    assert "r = 1 alone; leave the frequency out" in alone.attrs["note"]
+    assert "r = 1 alone; leave out the frequency" in alone.attrs["note"]
     single = resonance_map(cube.isel(frequency_ratio=[3]), "friction_ratio", "restitution")
     assert "Only one frequency was computed, r = 1" in single.attrs["note"]
     codes = resonance_map(cube, "friction_ratio", "restitution", Selection("response_class"))
     assert codes["frequency_ratio"].item() == 1.0
-    assert "leave the frequency out" not in codes.attrs["note"]
+    assert "leave out the frequency" not in codes.attrs["note"]
     assert (
         "Shown at r = 1 alone: a class or a code has no largest value over the band." in codes.attrs["note"]
     )
