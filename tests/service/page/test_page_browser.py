@@ -337,7 +337,8 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
     of_particles = {
         "name": "beaten",
         "damping_ratio": 0.02,
-        "physical": physical | {"friction_force_n": 60.0, "particle_mass_kg": 10.0, "clearance_m": [0.5, 1.0]},
+        "physical": physical
+        | {"friction_force_n": 60.0, "particle_mass_kg": 10.0, "clearance_m": [0.5, 1.0]},
     }
     beaten = client.post("/api/v1/studies", json=of_particles).raise_for_status().json()
     helpers.wait_for(client, beaten["id"], helpers.ended)
