@@ -36,9 +36,9 @@ _HARD_S = 0.046
 _SOFT_S = 0.411
 
 CONTACT_TIMES: dict[str, ContactTime] = {
-    "paper_hard_printed": ContactTime(_HARD_S, "steel on aluminium (e = 0.82), 0.046 s as printed"),
+    "paper_hard_printed": ContactTime(_HARD_S, "steel on aluminium, e = 0.82: 0.046 s as printed"),
     "paper_soft_printed": ContactTime(
-        _SOFT_S, "steel on foam (e = 0.47), 0.411 s as printed, longer than 0.4 s"
+        _SOFT_S, "steel on foam, e = 0.47: 0.411 s as printed, longer than the natural period of 0.4 s"
     ),
     "paper_hard_real": ContactTime(_HARD_S / SLOW_MOTION, "2.3 ms, if 0.046 s was read off slow motion"),
     "paper_soft_real": ContactTime(_SOFT_S / SLOW_MOTION, "20.55 ms, if 0.411 s was read off slow motion"),

@@ -51,9 +51,9 @@ def table_a1(solve: Solve, quick: bool) -> Section:
         return 1 - min(peaks[case]) / peaks["tmd"][0]
 
     section.rows += [
-        Row("best hybrid's peak below the tuned mass damper's, share", known["earthquake_less_than_tmd"],
+        Row("relative reduction of the peak, best hybrid against tuned mass damper", known["earthquake_less_than_tmd"],
             less("hybrid"), "least peak over all cavities and forces tried", None, "instant"),
-        Row("best friction's peak below the tuned mass damper's, share",
+        Row("relative reduction of the peak, best friction damper against tuned mass damper",
             PaperNumber(
                 1 - known["earthquake_peak_fd_m"].value / known["earthquake_peak_tmd_m"].value, "from Table A1"
             ),

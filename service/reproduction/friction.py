@@ -94,7 +94,8 @@ def figure_10(solve: Solve, quick: bool) -> Section:
                 found[reading]["hybrid"] / found[reading]["compared"], reading),
         ]  # fmt: skip
         section.rows.append(
-            Row(f"X/Z at γ_F = {ratio * law:g}, in proportion to {ratio:g} at 3 mm", known["friction_alone"],
+            Row(f"X/Z at γ_F = {ratio * law:g}, the friction at 4 mm if it is {ratio:g} at 3 mm and proportional to the "
+                "compression", known["friction_alone"],
                 value(ratio * law), f"{reading}, r = 1"),
         )  # fmt: skip
     axis = np.linspace(0.0, 0.9, 10 if quick else 91)

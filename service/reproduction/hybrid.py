@@ -153,7 +153,7 @@ def _cavities(section: Section, solve: Solve, quick: bool) -> dict[str, xr.Datas
 
 
 def table_3(solve: Solve, quick: bool) -> Section:
-    """Seven entries of Table 3, and two shares derived from them, under every reading of the paper's open choices."""
+    """Seven entries of Table 3, and two reductions derived from them, under every reading of the paper's open choices."""
     section = Section("Table 3: particle, friction, and both")
     known = paper_numbers()
     cubes = _cavities(section, solve, quick)
@@ -188,9 +188,9 @@ def table_3(solve: Solve, quick: bool) -> Section:
     for which, reading in (("default reading", default), ("closest reading", readings[0])):
         assumed = f"{which}: {reading.base_amplitude}, γ_F = {reading.friction_ratio:g}, {reading.measure}"
         section.rows += [
-            Row("best hybrid below friction alone, share", known["less_than_friction"],
+            Row("relative reduction of X/Z, best hybrid against friction alone", known["less_than_friction"],
                 1 - min(reading.hybrid) / friction, assumed, None, reading.contact),
-            Row("best hybrid below best particle alone, share", known["less_than_particle"],
+            Row("relative reduction of X/Z, best hybrid against best particle alone", known["less_than_particle"],
                 1 - min(reading.hybrid) / min(reading.particle), assumed, None, reading.contact),
         ]  # fmt: skip
     head = (

@@ -1,6 +1,5 @@
 """Open choices of the paper, and all readings of them: contact times, base amplitude."""
 
-from damperlab.studies.faults import listing
 from damperlab.studies.paper import paper_numbers
 from damperlab.studies.presets import CONTACT_TIMES
 
@@ -41,9 +40,9 @@ def clearances() -> dict[str, tuple[float, float, float]]:
 
 def contacts_in_words() -> str:
     """Describe the contact models."""
-    named = [f"{name} ({CONTACT_TIMES[name].doc})" for name in ("paper_soft_printed", "paper_soft_real")]
+    named = [f"`{name}` ({CONTACT_TIMES[name].doc})" for name in ("paper_soft_printed", "paper_soft_real")]
     return (
         "The paper adds contact times to all its simulations without saying how. Two models were tried: "
         "`instant`, without a contact time, and `dwell`, in which the particle moves with the wall for that time. "
-        f"The times are {listing(named)}."
+        f"Its times are {' and '.join(named)}."
     )
