@@ -266,7 +266,10 @@ def _kept_as_ratio(given: Mapping[str, Any], physical: Mapping[str, Any], partic
             continue
         field = f"physical.{source}" if found is None else f"axes.{ratio}"
         allowed = f"`physical.{source}` if the base amplitude is an axis"
-        told = f"The base amplitude is an axis, so the damper needs `physical.{source}`, which stays, and no {ratio}."
+        told = (
+            f"The base amplitude is an axis, so the damper needs `physical.{source}`, which is the same at every "
+            f"amplitude, instead of {ratio}."
+        )
         advice = f"give `physical.{source}`" + ("" if found is None else f" and remove `axes.{ratio}`")
         yield Fault(field, "nothing" if found is None else describe(found), allowed, advice, told)
 

@@ -74,9 +74,10 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
     while memory is left.
 
     The elements of a scene determine most of its code. Six scenes of a hybrid damper take 44 s of CPU time in one
-    process, and 69 s in separate ones. A process that continues with another damper still saves a third of its first
-    scene: numba compiles its own code only once, and the scenes share some parts. Compiled parts stay in memory, 0.2 GB
-    for a large scene, so a process whose parts fill much memory ends instead of compiling scenes with other parts.
+    process, and 69 s in separate ones. A process that continues with the scenes of another damper still saves a third
+    of the time for the first of them: numba compiles its own code only once, and the scenes share some parts. Compiled
+    parts stay in memory, 0.2 GB for a large scene, so a process whose parts fill much memory ends instead of compiling
+    scenes with other parts.
 
     Parameters
     ----------

@@ -4,8 +4,9 @@ import { el, fill, smallButton } from "./dom.js";
 
 /** A single comma between two digits: a decimal comma, or two values. */
 const EITHER = /(?<=^|\s)[+-]?\d+,\d+(?=\s|$)/;
-/** Separators other than commas; a value with a name may contain spaces. */
+/** Separators of numbers other than commas. */
 const SPACES = /[;\s]+/;
+/** The same for values with names, which contain spaces: `rubber 0.3`. */
 export const SEMICOLON = /;/;
 
 /**

@@ -14,7 +14,8 @@ const SCALE = "scale";
 /** Largest number of records whose curves are drawn; more would hide each other. */
 const MOST_RECORDS = 12;
 const ONE_SCALE =
-  "Compute several factors on the records to see how the result grows and how likely a limit is exceeded.";
+  "Compute the study with several factors on the records to see how the result grows, and how likely it is " +
+  "that a limit is exceeded.";
 const NO_SIZE =
   "This result is a code: it does not grow with the factor on a record, and no limit can be exceeded. " +
   "Choose another result under “Shown”.";

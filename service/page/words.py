@@ -220,7 +220,7 @@ def _specification() -> dict[str, Any]:
 
 
 def _specified(name: str, meaning: str) -> dict[str, Any]:
-    """Give a field of a specification: its label, its unit, and the factor to the unit of its name."""
+    """Give a field of a specification: its label, the shown unit, and the factor from the unit in its name to the shown one."""
     unit = _unit_of(meaning).strip("[]")
     label = meaning.removesuffix(f" [{unit}]")
     return {

@@ -74,7 +74,7 @@ def compared_response(
         raise refused("metric", metric, "a quantity where two studies are compared", advice)
     for name in first.coords:
         ours, theirs = first[name].values, second[name].values
-        # these may differ: the comparison is with and without friction of the particle, for example
+        # friction of the particle and gravity may differ: a study with them can be compared with one without
         if name not in BEFORE and not np.array_equal(ours, theirs):
             found = f"a study whose values of {name} differ from those of the first"
             advice = f"name one with the same {name}, or subtract their maps with `minus`"

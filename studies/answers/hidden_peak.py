@@ -32,7 +32,7 @@ def may_hide(r: NDArray[np.float64], values: NDArray[np.float64], peak: float, m
 
     Near a resonance at r₀ with height P, X = 1/√((1 + β)² (r² − r₀²)² + 1/P²) if the particle's mass β moves with the
     structure; without it the factor is 1. A resonance in the middle of an interval is the hardest to detect: X at both
-    ends is then its value at half the interval's width in r². So if both ends are lower, no resonance of that height
+    ends is then its value at half the interval's width in r². So if both ends are lower, no resonance of height P
     lies between them. Narrower features, for example a separate response next to a jump, are not excluded.
 
     Parameters

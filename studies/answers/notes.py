@@ -63,12 +63,15 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
                 f"{_better(known)}. A dip within a cell cannot be excluded if no corner of the cell shows it."
             )
         case "place_not_known":
-            return f"No other cell of the grid {_better(known)}; its place is known only to: {_steps(known, phrases)}."
+            return (
+                f"No other cell of the grid {_better(known)}; the place of the optimum is known only to steps of "
+                f"{_steps(known, phrases)}."
+            )
         case "place_within_errors":
             return (
-                f"No cell of the grid {_better(known)}; the value of the optimum is known, and its place as "
-                f"closely as the errors distinguish neighbours: {_steps(known, phrases)}. A smaller "
-                "`steady.tolerance` locates it better."
+                f"No cell of the grid {_better(known)}, so the value of the optimum is known. The errors hide the "
+                "differences between neighbours, so its place is known only to steps of "
+                f"{_steps(known, phrases)}. A smaller `steady.tolerance` locates it better."
             )
         case "budget":
             return f"The budget of {known['points']:,} points is spent before the optimum is known."
@@ -154,7 +157,7 @@ def _better(known: Values) -> str:
 def _steps(known: Values, phrases: Phrases) -> str:
     """Say how closely each parameter is known."""
     steps = known["steps"].items()
-    return ", ".join(f"{phrases.label(name)} to {phrases.value(name, step, '.3g')}" for name, step in steps)
+    return ", ".join(f"{phrases.value(name, step, '.3g')} in {phrases.label(name)}" for name, step in steps)
 
 
 def _spent(known: Values) -> str:

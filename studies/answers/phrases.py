@@ -181,11 +181,11 @@ class Phrases:
         return value * self.quantities[name].factor * _PRINTED[name].scale if self._has(name) else value
 
     def number(self, name: str, value: float, form: str = ".6g") -> str:
-        """Write a value of a ratio without its unit."""
+        """Write a ratio in the printed unit of its quantity, without this unit."""
         return format(self.printed(name, value), form)
 
     def value(self, name: str, value: float, form: str = ".6g") -> str:
-        """Write a value of a ratio, with its unit."""
+        """Write a ratio in the printed unit of its quantity, with this unit; one that stays a ratio has none."""
         return self.number(name, value, form) + self.unit(name)
 
     def equal(self, name: str, value: float, form: str = ".6g") -> str:

@@ -25,7 +25,8 @@ def is_judged(answer: xr.Dataset) -> bool:
     """Whether it is known which damper has the lower peak over the band.
 
     A peak is the largest of all values, so one higher value proves that the study's peak is higher. It is known to be
-    lower only if every frequency has a value and no resonance of that height fits between two of them.
+    lower only if every frequency has a value and no resonance as high as the tuned mass damper's peak fits between two
+    frequencies.
 
     Parameters
     ----------

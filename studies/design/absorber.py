@@ -49,10 +49,10 @@ class Beside:
     Parameters
     ----------
     absorber : Absorber
-        Tuned for the smallest worst case of the measure over the bands within the tolerances, or for the smallest peak
-        at any frequency.
+        Tuned either for the smallest worst case of the measure, over the bands and within the tolerances, or for the
+        smallest peak over all frequencies.
     for_bands : bool
-        Whether it is tuned for the bands, and not for the smallest peak at any frequency.
+        Whether it is tuned for the bands, and not for the smallest peak over all frequencies.
     value : float
         Its worst case over band, amplitudes and tolerances, in the unit of the measure.
     nominal : float
@@ -82,8 +82,8 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
 
     Mass, natural frequency and damping of the structure deviate within their tolerances, and the absorber keeps its
     tuning. It is tuned for the smallest worst case over the given bands, but not for records. Under records, the
-    tuning with the smallest peak at any frequency is judged too. The one with the smaller worst case under all excitations
-    is used.
+    tuning with the smallest peak over all frequencies is judged too. The one with the smaller worst case under all
+    excitations is used.
     """
     if mass_ratio <= 0.0 or any(
         source.id not in records.motions for records in asked.records for source in records.sources

@@ -155,7 +155,7 @@ def worst_over(
     Returns
     -------
     float
-        Divided by ω_n of the structure as built, to the power of the order.
+        The judged quantity divided by ω_n**order, with ω_n of the structure as built and the order of `judged`.
     """
     if _is_closed(excitation, judged):
         band = (excitation.low / (1.0 + shift), excitation.high / (1.0 + shift))

@@ -13,14 +13,15 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 
 BELOW, ABOVE, APART = 0.4, 0.5, 0.025
-"""Range of the search below and above the tuning for the smallest peak at any frequency, and its step, as logarithms.
+"""Range of the search below and above the tuning for the smallest peak over all frequencies, and its step, as
+logarithms.
 """
 BESIDE_BAND, FARTHEST = 0.25, 2.3
 """Range of the search beyond each band, which may be far from resonance, and its largest distance from that tuning, as
 logarithms.
 """
 DAMPINGS = np.exp(np.linspace(-5.0, 1.0, 13))
-"""Range of the damping, relative to that for the smallest peak at any frequency."""
+"""Range of the damping, relative to that for the smallest peak over all frequencies."""
 LOWS = 3
 """Number of lowest points that are refined."""
 WIDE = (0.05, 0.8)

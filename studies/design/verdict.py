@@ -245,7 +245,7 @@ def _said(found: Found, note: Note) -> str:
         )
     if note.kind == "builds":
         kept = "keep the limits" if asked.limited_at_all else "stay within that"
-        return f"Of {known['drawn']} builds drawn within the tolerances {known['passed']} {kept}."
+        return f"Of {known['drawn']} builds drawn within the tolerances, {known['passed']} {kept}."
     return ""
 
 

@@ -160,7 +160,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row], list[
         if number < begin or not (rows or numbers or sample):
             head.append((number, bare))
             continue
-        # in a line with commas, only commas separate cells
+        # if anything but commas separates the cells, a comma between two digits is a decimal comma
         apart = [cell for cell in re.split(r"[;\t]|\s+", bare) if cell]
         whole = "," in bare and len(cells) == 4 and all(cell.lstrip("+-").isdigit() for cell in cells)
         if whole or ((begin or len(apart) > 1) and decimal_comma(apart)):

@@ -96,7 +96,7 @@ VARIABLES: dict[str, Variable] = {
         ),
         _variable(
             "growth",
-            "Largest change of a displacement over the size of the perturbation; from 100 on the response is called sensitive.",
+            "Largest change of a displacement over the size of the perturbation; above 100 the response is called sensitive.",
             "perturbed",
         ),
     )

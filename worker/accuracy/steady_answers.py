@@ -188,7 +188,7 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         return "agrees", np.nan
     if steady:
         slow = response.floquet_multiplier > 0.99
-        # the integration has not settled; if the particle is still slowing down, neither has the answer
+        # the integration has not settled; if the particle is still slowing down, the answer has not settled either
         unknown = SIGMA * truth.error + response.amplitude_error
         if slow and abs(response.amplitude_ratio - truth.amplitude) <= unknown:
             return "agrees", np.nan

@@ -163,7 +163,7 @@ class Standings:
         self._count()
 
     def examine_again(self) -> None:
-        """Require that every worker is tested again first."""
+        """Let no usable worker compute before it has been tested again."""
         for worker in self.usable:
             worker.standing, worker.again_at = "joining", 0.0
         self._count()

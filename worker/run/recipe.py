@@ -1,4 +1,6 @@
-"""The data sent with every block of a study. The workers are compared once, before the first block."""
+"""The data sent with every block of a study. Before the first block, the workers' solvers are compared with each other
+and with that of the existing blocks.
+"""
 
 from collections.abc import Mapping
 from contextlib import suppress

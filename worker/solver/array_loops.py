@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def filled(size: int, value: float) -> Array:
-    """An array of one value, (size,)."""
+    """An array of shape (size,) whose elements all have the same value."""
     array = np.empty(size)
     for i in range(size):
         array[i] = value

@@ -1,4 +1,4 @@
-"""A cube as a table: one row per point, piece by piece, and the same as CSV."""
+"""A cube as a table with one row per point, given in pieces, and this table as CSV."""
 
 from collections.abc import Iterator
 from typing import Any

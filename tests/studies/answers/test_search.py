@@ -155,7 +155,7 @@ def test_errors_are_not_taken_for_dips() -> None:
         # the search ends where the errors of 2 % end it, far above steps of a thousandth
         assert found.spent["points"] < 3000
         assert found.fine_points == 0
-        assert "as closely as the errors distinguish neighbours" in found.say()
+        assert "The errors hide the differences between neighbours" in found.say()
         truth = float(bowl(np.array(found.found["clearance_ratio"]), np.array(found.found["friction_ratio"])))
         assert truth <= 1.08  # four standard errors of the least
 
