@@ -5,7 +5,9 @@
 export type SpecifiedField = { name: string; label: string; unit: string; scale: number } & Usual;
 type Usual = { usual_value?: number | null };
 
-/** A quantity of a prototype; `path`: its place in a study; `free`: can be estimated; `usual`: always shown. */
+/**
+ * A quantity of a prototype. `path`: its place in a study; `free`: can be estimated; `usual`: always shown.
+ */
 export type FittedField = SpecifiedField & { path: string; free: boolean; usual: boolean };
 
 /**

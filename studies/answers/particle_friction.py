@@ -58,7 +58,7 @@ def studies_with_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging
         acts on the particle, or friction cannot be combined with the contact or the solver.
     """
     kind, lead = kind_of(cube.sizes), leading(ranked)
-    if kind is SUITE or lead is None or not _strikes(ranked, lead) or ranked.attrs["complete"] < 1:
+    if kind is SUITE or lead is None or not _strikes(lead) or ranked.attrs["complete"] < 1:
         return ()
     definition = definition_of(cube)
     if not definition.get("physical"):
@@ -107,11 +107,11 @@ def find_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> Ref
     return Refinement(studies, bool(known), found, points=sum(each.points for each in studies), notes=notes)
 
 
-def _strikes(ranked: xr.Dataset, lead: Mapping[str, Any]) -> bool:
+def _strikes(lead: Mapping[str, Any]) -> bool:
     """Whether the recommended damper works by impacts; over base amplitudes, whether it has a particle."""
     if "impact_share" in lead:
         return bool(lead["impact_share"] != 0.0)  # NaN if unknown
-    return ranked.attrs.get("brief", {}).get("damper") in ("hybrid", "particle_alone")
+    return bool(lead["mass_ratio"] > 0.0)
 
 
 def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[str, float]) -> Study | None:

@@ -223,7 +223,7 @@ def _linear_peaks(
     """
     metric = answer.attrs["metric"]
     harmonic = kind_of(cube.sizes) is AMPLITUDES and metric in ("amplitude_ratio", "amplitude_m")
-    if not (harmonic and answer.sizes["rank"]) or definition_of(cube)["physical"].get("constant") is not None:
+    if not (harmonic and answer.sizes["rank"]) or definition_of(cube).get("physical", {}).get("constant"):
         return nan, nan
     met = cube.isel(counting)
     scale = float(met[AMPLITUDE].max()) if metric == "amplitude_m" else 1.0

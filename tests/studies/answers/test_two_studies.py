@@ -136,7 +136,7 @@ def test_a_study_does_not_differ_from_itself_and_a_gap_is_no_difference(whole: x
     answer = compared_response(whole, whole, Selection(at=at))
     assert not answer["differs"].any()
     assert answer.attrs["apart"] == []
-    assert "do not differ" in answer.attrs["note"]
+    assert "differ nowhere" in answer.attrs["note"]
     assert int(np.isnan(answer["amplitude_ratio"].values).sum()) == 1
     assert "At 1 frequency ratio one of the two has no value" in answer.attrs["note"]
     shifted = whole.copy(deep=True)

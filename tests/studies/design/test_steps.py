@@ -70,5 +70,5 @@ def test_friction_alone_that_is_given_is_one_damper_and_is_said(budget: int, clo
     # a small budget knows it with its tolerances, a larger one as closely as can be
     assert "the best of friction alone" not in found.left_out
     assert found.alternatives["friction_alone"].complete == closely
-    assert ("the search for the best of friction alone to its end" in found.left_out) != closely
+    assert ("the rest of the search for the best of friction alone" in found.left_out) != closely
     assert sum(row[0] == "friction alone" for row in answer["verdict"]["rows"]) == 1
