@@ -37,12 +37,14 @@ def say(text: str) -> None:
     ANSWERS.print(text, markup=False, soft_wrap=True)
 
 
-def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool) -> None:
-    """Print a short answer, and its details in sentences if requested."""
+def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool, folder: str = "") -> None:
+    """Print a short answer, and its details in sentences if requested; the next command also names the `folder`, an
+    option.
+    """
     from damperlab.studies.brief import lines_of
 
     for line in lines_of(brief):
-        say(line)
+        say(line + folder if line.startswith("Next: damperlab ") else line)
     if not wanted:
         say("Details: --details.")
         return

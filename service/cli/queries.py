@@ -10,7 +10,7 @@ import typer
 from damperlab.service.cli.asked import Command, asks, parameter
 from damperlab.service.cli.options import AsJson, DataDir, Details, Output, StudyId, check_file
 from damperlab.service.cli.output import make_parent, note, print_brief, print_json, print_table, say, working
-from damperlab.service.cli.store import label, open_store
+from damperlab.service.cli.store import folder_option, label, open_store
 from damperlab.service.questions.question import Question, Subject, Words, in_front
 
 if TYPE_CHECKING:
@@ -44,7 +44,8 @@ def command_of(question: Question[Any]) -> Command:
         if as_json:
             print_json(in_front(subject.record, question.form.write(answer)))
         elif output is None:
-            _say(question.tell(subject, answer, details or not question.details, *values), details)
+            words = question.tell(subject, answer, details or not question.details, *values)
+            _say(words, details, folder_option(store.data_dir))
 
     options: dict[str, tuple[Any, Any]] = {"output": (Output, None), "data_dir": (DataDir, None)}
     options |= {"details": (Details, False)} if question.details else {}
@@ -106,13 +107,13 @@ def _write(
     note(f"Wrote {output}.")
 
 
-def _say(words: Words, details: bool) -> None:
+def _say(words: Words, details: bool, folder: str) -> None:
     """Print an answer in words."""
     if words.brief is None:
         for sentence in words.sentences:
             say(sentence)
     else:
-        print_brief(words.brief, words.sentences, details)
+        print_brief(words.brief, words.sentences, details, folder)
     if words.table is not None:
         print_table(*words.table)
     if details:

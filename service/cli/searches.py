@@ -18,7 +18,7 @@ from damperlab.service.cli.options import (
     check_name,
 )
 from damperlab.service.cli.output import note, print_brief, print_json, working
-from damperlab.service.cli.store import open_store
+from damperlab.service.cli.store import folder_option, open_store
 from damperlab.service.cli.words import found_sentence
 from damperlab.service.questions.question import in_front
 from damperlab.studies.brief import Brief
@@ -131,7 +131,7 @@ class Pursuit:
         details_told = [told, found_sentence(found.found, phrases)]
         brief = found.brief or Brief(None, (details_told[1][:1].upper() + details_told[1][1:] + ".",))
         details_told += [f"Follow-up studies: {', '.join(ids[1:])}."] if ids[1:] else []
-        print_brief(brief.document(), details_told, details)
+        print_brief(brief.document(), details_told, details, folder_option(store.data_dir))
 
 
 def compute_follow_up(computer: Computer, asked: "Study", parent: "Record") -> "Record":

@@ -1,6 +1,7 @@
 """Opens the store of a command."""
 
 import os
+import shlex
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -81,6 +82,11 @@ def _variable(name: str) -> str:
 def data_folder(data_dir: Path | None) -> Path:
     """Resolve --data-dir into an absolute path."""
     return settings_of(data_dir).data_dir
+
+
+def folder_option(data_dir: Path) -> str:
+    """Write the option that names a folder, with a space in front; empty for the default folder."""
+    return "" if data_dir == data_folder(None) else f" --data-dir {shlex.quote(str(data_dir))}"
 
 
 def open_store(data_dir: Path | None, **given: Any) -> "Store":

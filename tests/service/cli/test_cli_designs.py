@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +82,9 @@ def test_refine_computes_follow_ups_until_the_optimum_is_known(tmp_path: Path) -
     text = run(*asked, "--details").stdout
     assert follow_up in text
     assert f"{best['friction_ratio']:.6g}" in text
+    # the next command finds the study where this one found it
+    (step,) = [line for line in text.splitlines() if line.startswith("Next: damperlab ")]
+    assert run(*shlex.split(step)[2:]).stdout
 
 
 def test_what_a_refinement_finds_is_said_in_the_units_of_its_study(tmp_path: Path) -> None:
