@@ -23,7 +23,7 @@ DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 MOST_SENTENCES, MOST_ROWS = 3, 6
 PLACES = ("best", "second", "third", "fourth")
 """Names of the rows of a ranking."""
-AS_GOOD = "as good"
+EQUAL = "equal"
 """Name of a further row with the value of the best."""
 
 

@@ -87,7 +87,7 @@ def map_brief(
     known = values[np.isfinite(values)]
     if not known.size:
         return Brief(
-            None, ("Nothing of this map is known yet.",), (), "damperlab run ID, which computes the rest."
+            None, ("Nothing of this map is known yet.",), (), "compute the rest with `damperlab run`."
         )
     what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
     fixed = [name for name in sizes if sizes[name] > 1 and name in answer.coords and not answer[name].ndim]
@@ -160,7 +160,7 @@ def response_brief(
             None,
             (f"{what}: nothing is known yet.", unknown),
             (),
-            "damperlab run ID, which computes the rest.",
+            "compute the rest with `damperlab run`.",
         )
     following = "-o response.png for the figure, -o response.csv for the table."
     if (shares := _class_shares(metric, known, "frequencies")) is not None:

@@ -385,9 +385,9 @@ def _brief(
         sentences.append(f"No curve can be fitted, as {why if over else 'none exceeds it'}.")
     if scatter:
         sentences.append(scatter)
-    following = "damperlab optimum to rank the dampers."
+    following = "rank the dampers with `damperlab optimum`."
     if found["complete"] < 1:
-        following = "damperlab run ID, which computes the rest."
+        following = "compute the rest with `damperlab run`."
     elif scales.size == 1:
         enough = enough_records(found["quantile_share"])
         if found["records"] < enough:

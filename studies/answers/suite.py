@@ -12,7 +12,7 @@ import xarray as xr
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.comparing import Found, clearly_less, least
 from damperlab.studies.answers.design_question import axes_within
-from damperlab.studies.answers.excited import amplitude_called, definition_of, excitation_of
+from damperlab.studies.answers.excited import amplitude_called, definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_g, acceleration_row
@@ -27,14 +27,24 @@ from damperlab.studies.answers.selection import (
     require_stored,
 )
 from damperlab.studies.answers.slab import Slab, slabs_of
-from damperlab.studies.brief import AS_GOOD, PLACES, Brief, Damper, Note, damper_of, listed, notes_document
+from damperlab.studies.brief import (
+    EQUAL,
+    PLACES,
+    Brief,
+    Damper,
+    Note,
+    command,
+    damper_of,
+    listed,
+    notes_document,
+)
 from damperlab.studies.cavity import left_open
 from damperlab.studies.faults import counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.questions import Listed
-from damperlab.studies.tmd.linear_peaks import linear_peaks
+from damperlab.studies.tmd.linear_peaks import UNBOUNDED, linear_peaks
 from damperlab.studies.variables import ResponseClass, Status
 
 _MET = {"frequency_ratio": "frequencies", "damping_ratio": "damping ratios of the structure"}
@@ -176,11 +186,14 @@ def worst_case_designs(
         if kind_of(cube.sizes) is AMPLITUDES:
             most = acceleration_g(cube, {**counting, **{name: int(best[name][0]) for name in damper}})
             attributes |= {"acceleration_g": most} if isfinite(most) else {}
-    attributes["notes"] = notes_document([Note("end_of_range", "hint", ends)] if ends else [])
     answer = xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
-    answer.attrs["brief"] = _brief(
-        cube, answer, damper, ends, _linear_peaks(cube, answer, counting)
-    ).document()
+    linear = _linear_peaks(cube, answer, counting)
+    notes = [Note("end_of_range", "hint", ends)] if ends else []
+    if ranked and clearly_less(linear[0], float(best["value"][0])):
+        mass = {"mass_ratio": float(answer["mass_ratio"].values[0])}
+        notes.append(Note("tuned_mass_damper", "danger", {"value": linear[0], **mass}))
+    answer.attrs["notes"] = notes_document(notes)
+    answer.attrs["brief"] = _brief(cube, answer, damper, ends, linear).document()
     answer.attrs["verdict"] = answer.attrs["brief"]["sentences"]
     return answer
 
@@ -228,11 +241,8 @@ def _linear_peaks(
     met = cube.isel(counting)
     scale = float(met[AMPLITUDE].max()) if metric == "amplitude_m" else 1.0
     r, mass = met["frequency_ratio"].values, float(answer["mass_ratio"].values[0])
-    peaks = [
-        linear_peaks(r, zeta, mass, excitation_of(cube)) for zeta in met["damping_ratio"].values.tolist()
-    ]
-    tuned, bare = np.max(peaks, axis=0) * scale
-    return float(tuned), float(bare)
+    tuned, bare = linear_peaks(r, met["damping_ratio"].values.tolist(), mass, excitation_of(cube))
+    return tuned * scale, bare * scale
 
 
 def _brief(
@@ -243,7 +253,8 @@ def _brief(
     linear: tuple[float, float],
 ) -> Brief:
     """Name the best damper, its worst case, and the next ones; `linear` is from `_linear_peaks`."""
-    if not answer.sizes["rank"]:
+    values = answer["value"].values
+    if not np.isfinite(values[:1]).any():
         return Brief(None, (f"No damper is left of {answer.attrs['designs']:,}.",))
     phrases, metric = Phrases.of(cube), str(answer.attrs["metric"])
     # the dimensions of a suite's dampers are already in SI units
@@ -253,6 +264,8 @@ def _brief(
     ]
 
     def valued(value: float) -> str:
+        if not isfinite(value):
+            return UNBOUNDED
         text = phrases.value(metric, value, ".3g")
         if phrases.unit(metric):
             return text
@@ -269,19 +282,16 @@ def _brief(
     sentences = [f"So far: {complete:.0%} of the points are computed."] if complete < 1 else []
     best = f"{design or 'the only one'}. At worst {value}{f', at {where}' if where else ''}."
     tuned, bare = linear
-    beaten = clearly_less(tuned, float(answer["value"].values[0]))
+    beaten = clearly_less(tuned, float(values[0]))
     mass = "" if isnan(tuned) else phrases.equal("mass_ratio", float(answer["mass_ratio"].values[0]), ".3g")
-    if beaten:
-        sentences.append(f"A tuned mass damper of {mass} does better: at worst {valued(tuned)}.")
-        sentences.append(f"The study's best: {best}")
-    else:
-        sentences.append(f"Best damper: {best}")
+    better = f"A tuned mass damper of {mass} does better: at worst {valued(tuned)}. The study's best: {best}"
+    sentences.append(better if beaten else f"Best damper: {best}")
     if ends:
         sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
     kind = _kind(answer)
     rows = []
-    for rank in range(1, min(answer.sizes["rank"], len(PLACES))):
-        name = PLACES[rank] if answer["value"].values[rank] > answer["value"].values[0] else AS_GOOD
+    for rank in range(1, min(int(np.isfinite(values).sum()), len(PLACES))):
+        name = PLACES[rank] if values[rank] > values[0] else EQUAL
         rows.append((name, *spelled(rank)[:2]))
     if not (beaten or isnan(tuned)):
         rows.append(("tuned mass damper", valued(tuned), mass))
@@ -291,9 +301,8 @@ def _brief(
         cavity = left_open(definition_of(cube)) if kind in ("hybrid", "particle_alone") else []
         whose = "with the study's damper" if beaten else LARGEST
         rows.append(acceleration_row(answer.attrs["acceleration_g"], cavity, whose))
-    return Brief(
-        "tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases)
-    )
+    following = say_beyond(ends, phrases) if complete == 1 else command("run", name_of(cube))
+    return Brief("tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), following)
 
 
 def _kind(answer: xr.Dataset) -> Damper:

@@ -18,8 +18,8 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.brief import (
-    AS_GOOD,
     DOUBTS,
+    EQUAL,
     PLACES,
     Brief,
     Damper,
@@ -30,7 +30,7 @@ from damperlab.studies.brief import (
     notes_document,
 )
 from damperlab.studies.cavity import left_open
-from damperlab.studies.tmd.linear_peaks import linear_peaks
+from damperlab.studies.tmd.linear_peaks import UNBOUNDED, linear_peaks
 from damperlab.studies.variables import ResponseClass, Status, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
@@ -208,7 +208,7 @@ class _Known:
         beside_peaks = (math.nan, math.nan)
         if question.objective == "peak":
             zeta, mass = float(lead["damping_ratio"]), float(lead["mass_ratio"])
-            beside_peaks = linear_peaks(question.frequencies, zeta, mass, excitation_of(cube))
+            beside_peaks = linear_peaks(question.frequencies, [zeta], mass, excitation_of(cube))
         peaks = hidden_peaks(cube, question, ranked, lead, homes)
         complete = float(ranked.attrs.get("complete", 1.0))
         most = acceleration_of(lead, question, homes[str(lead["study"])] if homes else cube)
@@ -344,14 +344,17 @@ class _Known:
             row = self.striking
             rows.append(("best with impacts", self._value(row, phrases), self._design(row, phrases)))
         for place, row in zip(PLACES[1:], self.others, strict=False):
+            if row["impact_share"] == 0 and self._design(row, phrases) == self._design(self.lead, phrases):
+                continue  # only what its idle particle leaves without effect differs
             idle = ", no impacts" if row["impact_share"] == 0 < self.lead["impact_share"] else ""
-            name = place if row["value"] > self.lead["value"] else AS_GOOD
+            name = place if row["value"] > self.lead["value"] else EQUAL
             rows.append((name, self._value(row, phrases), self._design(row, phrases) + idle))
         if not math.isnan(self.tuned) and damper != "tuned_mass_damper":
             mass = phrases.equal("mass_ratio", self.lead["mass_ratio"], ".3g")
             rows.append(("tuned mass damper", phrases.value(METRIC, self.tuned, ".3g"), mass))
         if not math.isnan(self.bare):
-            rows.append(("without damper", phrases.value(METRIC, self.bare, ".3g"), ""))
+            bare = phrases.value(METRIC, self.bare, ".3g") if math.isfinite(self.bare) else UNBOUNDED
+            rows.append(("without damper", bare, ""))
         whose = "with the study's damper" if damper == "tuned_mass_damper" else LARGEST
         return rows + self._acceleration(whose)
 
