@@ -7,6 +7,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { el, fill, grid, picker, prose } from "./dom.js";
 import { Figure } from "./figure.js";
+import { isBeaten } from "./headline.js";
 import { help } from "./help.js";
 import { MapAxes, said } from "./map_axes.js";
 import { drawMap, mapTraces } from "./map_figure.js";
@@ -254,9 +255,8 @@ class DampersTab {
       ...this.where(one),
       ...("growth" in one ? [short(one.growth, 3)] : []),
     ]);
-    const beaten = ranked.brief.damper === "tuned_mass_damper";
     return [
-      beaten && el("p", {}, prose(shown.words(ranked).verdict.join(" "))),
+      isBeaten(ranked) && el("p", {}, prose(shown.words(ranked).verdict.join(" "))),
       grid("Best dampers", heads, rows, false),
       el("p", { class: "quiet note" }, prose(ranked.note ?? "")),
     ];

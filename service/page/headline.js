@@ -20,13 +20,19 @@ const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
  * is the best with impacts.
  *
  * @param {Pick<Ranking, "designs" | "best_with_impacts" | "clamped">} ranked the service's ranking
- * @returns {{best: Ranked | null, other: Ranked | null}} The recommended design; and, if the particle strikes
- *   in only one of the two, the best design with impacts or the best of all, whichever is not recommended.
+ * @returns {{best: Ranked | null, other: Ranked | null}} `best` is the recommended design. If the best design
+ *   of all has no impacts, it and the best with impacts are the two, and `other` is the one that is not
+ *   recommended.
  */
 export function leading(ranked) {
   const first = ranked.designs[0] ?? null;
   const striking = first?.impact_share === 0 ? (ranked.best_with_impacts ?? null) : null;
   return striking && ranked.clamped ? { best: striking, other: first } : { best: first, other: striking };
+}
+
+/** Whether a tuned mass damper does better than every design. @param {Ranking} ranked */
+export function isBeaten(ranked) {
+  return ranked.brief.damper === "tuned_mass_damper";
 }
 
 /**
@@ -49,7 +55,10 @@ export function headline({ record, selection, shown }, ranked) {
   const judged = shown.has(VALUE) ? WORDS.objectives_in_units[ranked.objective] : ranked.long_name;
   // while points are missing, a better design may follow; a band is judged at the frequencies so far
   const soFar = record.points_done < record.points_total ? " so far" : "";
-  const beaten = ranked.brief.damper === "tuned_mass_damper";
+  const beaten = isBeaten(ranked);
+  const title = beaten
+    ? "A tuned mass damper does better"
+    : `Best design${clamps ? " with impacts" : ""}`;
   const few = record.points_done < FRAGMENT * record.points_total;
   const doubts = shown
     .words(ranked)
@@ -57,17 +66,7 @@ export function headline({ record, selection, shown }, ranked) {
   return el(
     "section",
     { class: "box headline", "aria-label": "Best design" },
-    el(
-      "h2",
-      {},
-      next
-        ? "No design is recommended yet"
-        : beaten
-          ? `A tuned mass damper does better${soFar}`
-          : clamps
-            ? `Best design with impacts${soFar}`
-            : `Best design${soFar}`,
-    ),
+    el("h2", {}, next ? "No design is recommended yet" : title + soFar),
     el(
       "p",
       {},

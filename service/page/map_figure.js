@@ -31,8 +31,8 @@ const ROUNDING = 1e-9;
  * @typedef {{contours: boolean, classes: boolean}} Overlays
  * @typedef {{x: number, y: number, text: string}} Mark
  * @typedef {{best: (Mark & {acts: boolean, name?: string}) | null, other: (Mark & {acts: boolean}) | null,
- *   pareto: Mark[], point: {x: number, y: number} | null}} Marks `other` is the best design without
- *   impacts if the recommended one has them, else the best with impacts.
+ *   pareto: Mark[], point: {x: number, y: number} | null}} Marks If the recommended design has
+ *   impacts, `other` is the best design without; otherwise it is the best with impacts.
  */
 
 /**

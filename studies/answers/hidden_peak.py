@@ -247,8 +247,17 @@ def hidden_peaks(
 
 
 def whose(hides: Sequence[bool], listed: int, recommended: int = 0) -> dict[str, Any]:
-    """Say for which designs a peak may hide: how many of the first ones `listed`, and whether for the best, for the best
-    with impacts, which may follow them, and for the recommended one, by its place in `hides`.
+    """Say for which designs a peak may hide.
+
+    Parameters
+    ----------
+    hides : sequence of bool
+        For each design: the ranked ones, of which the first `listed` are listed, and after them the best with impacts,
+        if it is not among these.
+    listed : int
+        Number of listed designs.
+    recommended : int
+        Place of the recommended design in `hides`.
     """
     return {
         "designs": sum(hides),

@@ -11,7 +11,7 @@ from damperlab.studies.answers.design_question import design_of
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.selection import NO_LEAD, Lead, choose, in_ratios
-from damperlab.studies.answers.suite import worst_case_designs
+from damperlab.studies.answers.suite import worst_cases
 from damperlab.studies.field import At
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Selection
@@ -64,7 +64,7 @@ def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | N
     if kind is HARMONIC:
         ranked = optimal_designs(cube, Judging(ranges=ranges), 1)
     else:
-        ranked = worst_case_designs(cube, metric, 1, ranges=ranges)
+        ranked = worst_cases(cube, metric, 1, ranges=ranges)
     found = leading(ranked)
     if found is None:
         return NO_LEAD

@@ -19,7 +19,7 @@ from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.notes import friction_words
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.query_fault import refused
-from damperlab.studies.answers.suite import worst_case_designs
+from damperlab.studies.answers.suite import worst_cases
 from damperlab.studies.brief import Note, NoteDocument, notes_document
 from damperlab.studies.cavity import FRICTIONLESS, left_open
 from damperlab.studies.choices import EventSolver
@@ -108,7 +108,7 @@ def find_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> Ref
 
 
 def _strikes(lead: Mapping[str, Any]) -> bool:
-    """Whether the recommended damper works by impacts; over base amplitudes, whether it has a particle."""
+    """Whether the recommended damper works by impacts. Over base amplitudes this is unknown, and a particle suffices."""
     if "impact_share" in lead:
         return bool(lead["impact_share"] != 0.0)  # NaN if unknown
     return bool(lead["mass_ratio"] > 0.0)
@@ -279,7 +279,7 @@ def _coefficient(definition: Mapping[str, Any]) -> float | None:
 def _values(cube: xr.Dataset, judging: Judging, metric: str | None) -> dict[float, float]:
     """Give the value with each coefficient of a cube; dampers that do not qualify are missing."""
     if kind_of(cube.sizes) is AMPLITUDES:
-        ranked = worst_case_designs(cube, metric, 1)
+        ranked = worst_cases(cube, metric, 1)
         coefficients: Collection[float] = [float(_coefficient(definition_of(cube)) or 0.0)] * ranked.sizes[
             "rank"
         ]

@@ -3,19 +3,21 @@ refuse.
 """
 
 from collections.abc import Mapping, Sequence
-from math import isfinite, isnan, nan
+from math import isfinite
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE
-from damperlab.studies.answers.comparing import Found, clearly_less, least
+from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.excited import amplitude_called, definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_g, acceleration_row
+from damperlab.studies.answers.linear_peaks import LinearPeaks
+from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import (
@@ -44,7 +46,6 @@ from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.questions import Listed
-from damperlab.studies.tmd.linear_peaks import UNBOUNDED, linear_peaks
 from damperlab.studies.variables import ResponseClass, Status
 
 _MET = {"frequency_ratio": "frequencies", "damping_ratio": "damping ratios of the structure"}
@@ -96,7 +97,7 @@ def _instead(asked: str) -> str:
     return "ask for a map, a response or its optimal designs, or submit the study with one base amplitude"
 
 
-def worst_case_designs(
+def worst_cases(
     cube: xr.Dataset,
     metric: str | None = None,
     top: int = 10,
@@ -128,8 +129,7 @@ def worst_case_designs(
         case. Variables: `value`, and stored results of the same case: `growth` of the perturbed starts, `error` of an
         amplitude, `response_class`. A damper with a case that failed or was not computed is left out. Attributes:
         `metric`, `designs` (all in the ranges), `failed`, `incomplete`, `locked`, `complete`, `points`,
-        `points_failed`, and `note`, a description in words. Over base amplitudes also `acceleration_g`, the largest
-        acceleration of the structure with the best damper, if it is known.
+        `points_failed`, and `note`, a description in words.
 
     Raises
     ------
@@ -179,19 +179,40 @@ def worst_case_designs(
         del tally["locked"]
     attributes = {"metric": metric, **tally, **completeness(computed, points_failed, points)}
     attributes["note"] = _note(cube.isel(counting), metric, tally, ranked)
+    return xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
+
+
+def worst_case_designs(
+    cube: xr.Dataset,
+    metric: str | None = None,
+    top: int = 10,
+    records: Sequence[str] | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    exclude_locked: bool = False,
+) -> xr.Dataset:
+    """Rank dampers as `worst_cases` does, and judge the best.
+
+    Returns
+    -------
+    Dataset
+        Of `worst_cases`, with the attributes `brief`, the short answer; `verdict`, its sentences; `notes`, all remarks as
+        data. Over base amplitudes also `acceleration_g`, the largest acceleration of the structure with the best damper,
+        if it is known.
+    """
+    answer = worst_cases(cube, metric, top, records, ranges, exclude_locked)
+    damper, counting = kind_of(cube.sizes).designs, _counting(cube, records, ranges or {})
     ends: dict[str, list[Any]] = {}
-    if ranked:
+    linear, notes = LinearPeaks(), []
+    if answer.sizes["rank"]:
+        place = {name: nearest_place(cube[name].values, answer[name].values[0]) for name in damper}
         # along the complete axis, including values outside the range
-        ends = ends_of_damper(cube, metric, counting, {name: int(best[name][0]) for name in damper})
+        ends = ends_of_damper(cube, answer.attrs["metric"], counting, place)
         if kind_of(cube.sizes) is AMPLITUDES:
-            most = acceleration_g(cube, {**counting, **{name: int(best[name][0]) for name in damper}})
-            attributes |= {"acceleration_g": most} if isfinite(most) else {}
-    answer = xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
-    linear = _linear_peaks(cube, answer, counting)
-    notes = [Note("end_of_range", "hint", ends)] if ends else []
-    if ranked and clearly_less(linear[0], float(best["value"][0])):
-        mass = {"mass_ratio": float(answer["mass_ratio"].values[0])}
-        notes.append(Note("tuned_mass_damper", "danger", {"value": linear[0], **mass}))
+            most = acceleration_g(cube, {**counting, **place})
+            answer.attrs |= {"acceleration_g": most} if isfinite(most) else {}
+            linear = _linear_peaks(cube.isel(counting), answer)
+        notes += [Note("end_of_range", "hint", ends)] if ends else []
+        notes += [linear.note()] if linear.beats(float(answer["value"].values[0])) else []
     answer.attrs["notes"] = notes_document(notes)
     answer.attrs["brief"] = _brief(cube, answer, damper, ends, linear).document()
     answer.attrs["verdict"] = answer.attrs["brief"]["sentences"]
@@ -228,21 +249,17 @@ def _counting(
     return axes_within(cube, ranges) | index
 
 
-def _linear_peaks(
-    cube: xr.Dataset, answer: xr.Dataset, counting: Mapping[str, np.ndarray]
-) -> tuple[float, float]:
-    """Give the worst peaks with a tuned mass damper of the best damper's mass and without any damper, in the unit of the
-    metric; NaN where the study has no such peak.
+def _linear_peaks(met: xr.Dataset, answer: xr.Dataset) -> LinearPeaks:
+    """Compute what the best damper is compared with under the base amplitudes that count: a tuned mass damper has its
+    mass.
     """
     metric = answer.attrs["metric"]
-    harmonic = kind_of(cube.sizes) is AMPLITUDES and metric in ("amplitude_ratio", "amplitude_m")
-    if not (harmonic and answer.sizes["rank"]) or definition_of(cube).get("physical", {}).get("constant"):
-        return nan, nan
-    met = cube.isel(counting)
+    constant = definition_of(met).get("physical", {}).get("constant")
+    if constant or metric not in ("amplitude_ratio", "amplitude_m"):
+        return LinearPeaks()
     scale = float(met[AMPLITUDE].max()) if metric == "amplitude_m" else 1.0
     r, mass = met["frequency_ratio"].values, float(answer["mass_ratio"].values[0])
-    tuned, bare = linear_peaks(r, met["damping_ratio"].values.tolist(), mass, excitation_of(cube))
-    return tuned * scale, bare * scale
+    return LinearPeaks.over(r, met["damping_ratio"].values.tolist(), mass, excitation_of(met), scale)
 
 
 def _brief(
@@ -250,9 +267,9 @@ def _brief(
     answer: xr.Dataset,
     damper: tuple[str, ...],
     ends: Mapping[str, list[Any]],
-    linear: tuple[float, float],
+    linear: LinearPeaks,
 ) -> Brief:
-    """Name the best damper, its worst case, and the next ones; `linear` is from `_linear_peaks`."""
+    """Name the best damper, its worst case, and the next ones."""
     values = answer["value"].values
     if not np.isfinite(values[:1]).any():
         return Brief(None, (f"No damper is left of {answer.attrs['designs']:,}.",))
@@ -264,12 +281,13 @@ def _brief(
     ]
 
     def valued(value: float) -> str:
-        if not isfinite(value):
-            return UNBOUNDED
         text = phrases.value(metric, value, ".3g")
         if phrases.unit(metric):
             return text
         return f"{text} {answer['value'].attrs.get('units', '1')}".removesuffix(" 1")
+
+    def mass_of(ratio: float) -> str:
+        return phrases.equal("mass_ratio", ratio, ".3g")
 
     def spelled(rank: int) -> tuple[str, str, str]:
         row = {str(name): answer[name].values[rank].item() for name in (*varied, *met, "value")}
@@ -281,11 +299,11 @@ def _brief(
     complete = answer.attrs["complete"]
     sentences = [f"So far: {complete:.0%} of the points are computed."] if complete < 1 else []
     best = f"{design or 'the only one'}. At worst {value}{f', at {where}' if where else ''}."
-    tuned, bare = linear
-    beaten = clearly_less(tuned, float(values[0]))
-    mass = "" if isnan(tuned) else phrases.equal("mass_ratio", float(answer["mass_ratio"].values[0]), ".3g")
-    better = f"A tuned mass damper of {mass} does better: at worst {valued(tuned)}. The study's best: {best}"
-    sentences.append(better if beaten else f"Best damper: {best}")
+    beaten = linear.beats(float(values[0]))
+    if beaten:
+        of = mass_of(linear.mass_ratio)
+        best = f"A tuned mass damper of {of} does better: at worst {valued(linear.tuned)}. The study's best: {best}"
+    sentences.append(best if beaten else f"Best damper: {best}")
     if ends:
         sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
     kind = _kind(answer)
@@ -293,10 +311,7 @@ def _brief(
     for rank in range(1, min(int(np.isfinite(values).sum()), len(PLACES))):
         name = PLACES[rank] if values[rank] > values[0] else EQUAL
         rows.append((name, *spelled(rank)[:2]))
-    if not (beaten or isnan(tuned)):
-        rows.append(("tuned mass damper", valued(tuned), mass))
-    if not isnan(bare):
-        rows.append(("without damper", valued(bare), ""))
+    rows += linear.rows(valued, mass_of, beaten)
     if "acceleration_g" in answer.attrs:
         cavity = left_open(definition_of(cube)) if kind in ("hybrid", "particle_alone") else []
         whose = "with the study's damper" if beaten else LARGEST

@@ -12,6 +12,7 @@ from damperlab.studies.answers.band import FREQUENCY
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
 from damperlab.studies.answers.hidden_peak import hidden, hidden_note, may_hide
 from damperlab.studies.answers.judging import may_strike
+from damperlab.studies.answers.linear_peaks import UNBOUNDED
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
 from damperlab.studies.answers.verdict import say_next
@@ -99,8 +100,10 @@ def brief_of(
     following = command("tmd", study, "--detuning 0.02")
     if np.isinf(found["hybrid_peak"]):
         at = phrases.equal(FREQUENCY, found["hybrid_peak_at"])
-        damper, ours = "tuned_mass_damper", "grows without bound"
-        told = f"Use the tuned mass damper, {theirs}: with the study's damper the response grows without bound at {at}."
+        damper, ours = "tuned_mass_damper", UNBOUNDED
+        told = (
+            f"Use the tuned mass damper, {theirs}: with the study's damper the response {UNBOUNDED} at {at}."
+        )
     elif not found["judged"]:
         why = missing or "between the frequencies computed the study's peak may be higher."
         told = f"Not known which is better: the study's damper reaches {ours} so far, a tuned mass damper {theirs}; {why}"

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, clearly_less, contend
+from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, contend
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
 from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_of, acceleration_row
+from damperlab.studies.answers.linear_peaks import LinearPeaks
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
@@ -30,7 +31,6 @@ from damperlab.studies.brief import (
     notes_document,
 )
 from damperlab.studies.cavity import left_open
-from damperlab.studies.tmd.linear_peaks import UNBOUNDED, linear_peaks
 from damperlab.studies.variables import ResponseClass, Status, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
@@ -153,9 +153,10 @@ class _Known:
     others : list of mapping
         The next designs of the ranking.
     flat, lead_flat : list of dict
-        Of `flatness.flatness`, for the best and for the recommended design.
-    tuned, bare : float
-        The peaks with a tuned mass damper of the same mass, and without any damper; NaN if they are not judged.
+        Results of `flatness.flatness`: around the best design, and around the recommended one.
+    linear : LinearPeaks
+        The peaks with a tuned mass damper of the same mass, and without any damper; without values if they are not
+        judged.
     acceleration_g : float
         The largest acceleration of the structure with the recommended design, in g; NaN if unknown.
     complete : float
@@ -173,8 +174,7 @@ class _Known:
     others: list[Row]
     flat: list[dict[str, Any]]
     lead_flat: list[dict[str, Any]]
-    tuned: float
-    bare: float
+    linear: LinearPeaks
     acceleration_g: float
     complete: float
     notes: list[Note]
@@ -205,10 +205,10 @@ class _Known:
             if row["value"] >= lead["value"] and any(row[name] != lead[name] for name in question.design)
         ][:OTHERS]
         striking = active if lead is best and best["impact_share"] == 0 else None
-        beside_peaks = (math.nan, math.nan)
+        linear = LinearPeaks()
         if question.objective == "peak":
             zeta, mass = float(lead["damping_ratio"]), float(lead["mass_ratio"])
-            beside_peaks = linear_peaks(question.frequencies, [zeta], mass, excitation_of(cube))
+            linear = LinearPeaks.over(question.frequencies, [zeta], mass, excitation_of(cube))
         peaks = hidden_peaks(cube, question, ranked, lead, homes)
         complete = float(ranked.attrs.get("complete", 1.0))
         most = acceleration_of(lead, question, homes[str(lead["study"])] if homes else cube)
@@ -222,7 +222,7 @@ class _Known:
             beside,
             flat,
             lead_flat,
-            *beside_peaks,
+            linear,
             most,
             complete,
             [],
@@ -246,10 +246,8 @@ class _Known:
             notes.append(
                 Note("clamped", "danger", {"value": best["value"], "locked_share": best["locked_share"]})
             )
-        if clearly_less(self.tuned, lead["value"]):
-            notes.append(
-                Note("tuned_mass_damper", "danger", {"value": self.tuned, "mass_ratio": lead["mass_ratio"]})
-            )
+        if self.linear.beats(lead["value"]):
+            notes.append(self.linear.note())
         notes.extend(self.peaks)
         if self.complete < 1:
             notes.append(Note("incomplete", "caution", {"complete": self.complete}))
@@ -310,9 +308,9 @@ class _Known:
         acts = lead["impact_share"] > 0 or math.isnan(lead["impact_share"])
         rubs = float(lead["friction_ratio"]) > 0
         own = damper_of(acts, rubs)
-        if clearly_less(self.tuned, lead["value"]):
+        if self.linear.beats(lead["value"]):
             mass = phrases.equal("mass_ratio", lead["mass_ratio"], ".3g")
-            peak = phrases.value(METRIC, self.tuned, ".3g")
+            peak = phrases.value(METRIC, self.linear.tuned, ".3g")
             return (
                 "tuned_mass_damper",
                 f"A tuned mass damper of {mass} does better, {peak}; the study's best is {value} at {design}.",
@@ -343,19 +341,20 @@ class _Known:
         if self.striking is not None and not any(row["impact_share"] > 0 for row in self.others):
             row = self.striking
             rows.append(("best with impacts", self._value(row, phrases), self._design(row, phrases)))
-        for place, row in zip(PLACES[1:], self.others, strict=False):
-            if row["impact_share"] == 0 and self._design(row, phrases) == self._design(self.lead, phrases):
-                continue  # only what its idle particle leaves without effect differs
+        # an idle particle has no effect: a design that differs in its particle alone is the same one
+        same = self._design(self.lead, phrases)
+        others = [row for row in self.others if row["impact_share"] or self._design(row, phrases) != same]
+        for place, row in zip(PLACES[1:], others, strict=False):
             idle = ", no impacts" if row["impact_share"] == 0 < self.lead["impact_share"] else ""
             name = place if row["value"] > self.lead["value"] else EQUAL
             rows.append((name, self._value(row, phrases), self._design(row, phrases) + idle))
-        if not math.isnan(self.tuned) and damper != "tuned_mass_damper":
-            mass = phrases.equal("mass_ratio", self.lead["mass_ratio"], ".3g")
-            rows.append(("tuned mass damper", phrases.value(METRIC, self.tuned, ".3g"), mass))
-        if not math.isnan(self.bare):
-            bare = phrases.value(METRIC, self.bare, ".3g") if math.isfinite(self.bare) else UNBOUNDED
-            rows.append(("without damper", bare, ""))
-        whose = "with the study's damper" if damper == "tuned_mass_damper" else LARGEST
+        beaten = damper == "tuned_mass_damper"
+        rows += self.linear.rows(
+            lambda peak: phrases.value(METRIC, peak, ".3g"),
+            lambda mass: phrases.equal("mass_ratio", mass, ".3g"),
+            beaten,
+        )
+        whose = "with the study's damper" if beaten else LARGEST
         return rows + self._acceleration(whose)
 
     def _acceleration(self, whose: str = LARGEST) -> list[tuple[str, str, str]]:

@@ -27,7 +27,7 @@ from damperlab.studies.specification.specification import STARTS, Specification
 __all__ = ["Ask", "Found", "Rounds", "designing"]
 
 AMPLITUDES = 7
-"""Number of base amplitudes at which the recommended damper is computed."""
+"""Number of base amplitudes for the recommended damper."""
 SHOWN = 7
 """Number of base amplitudes in the figure that shows where the damper stops working."""
 

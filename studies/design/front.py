@@ -67,8 +67,8 @@ class OfMass:
 
 
 def masses_of(asked: Specification, recommended: Build) -> list[float]:
-    """Choose the masses, including the recommended one: over the range of the mass or, if the mass is given, around
-    it and within its limit.
+    """Choose the masses: over their range or, if the mass is given, around it and within its limit. The recommended mass
+    is one of them.
     """
     choice, own = asked.choices[MASS], recommended.particle_mass_kg
     if choice.values:

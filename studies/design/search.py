@@ -35,8 +35,8 @@ CLOSEST = 3
 steps.
 """
 BETWEEN, SURE = 4, 6
-"""Levels of the recommended damper. At the first, every interval near the largest response is divided; then two more
-rounds of brackets follow.
+"""Levels of the recommended damper. At level `BETWEEN` every interval near the largest response is divided. Two rounds of
+brackets follow, up to level `SURE`.
 """
 NEAR = 0.95
 """Share of the largest value that a build, or a maximum of its response, must reach to be bracketed after the first
