@@ -8,8 +8,6 @@ already beyond the wall when the impact is detected.
 from math import cos, pi, sin
 from typing import NamedTuple
 
-import numpy as np
-
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import wall_force
 from damperlab.worker.physics.impact import rebound
@@ -169,8 +167,3 @@ def march_rk4_wall(damping_ratio, frequency_ratio, friction, particle, steps_per
             w += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
             q += h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4)
     return v, w + r, p, q
-
-
-def empty_peaks(cycles: int) -> np.ndarray:
-    """Empty array for the peaks of a number of cycles."""
-    return np.empty((cycles, 2))

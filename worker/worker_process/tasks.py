@@ -4,7 +4,6 @@ import json
 import time
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,9 +26,6 @@ from damperlab.worker.ground.block import solve_suite_block
 from damperlab.worker.provenance import computing, require_code, require_identity
 from damperlab.worker.scenes import scenes
 from damperlab.worker.warm import warm
-
-if TYPE_CHECKING:
-    from distributed import Worker
 
 
 def run_block(
@@ -155,11 +151,6 @@ def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
     }
     values["status"][...] = Status.BLOCK_FAILED
     return values
-
-
-def executing_keys(dask_worker: "Worker") -> list[str]:
-    """Keys of the tasks that a worker's threads are executing; Dask fills in the worker."""
-    return [str(task.key) for task in dask_worker.state.executing]
 
 
 def _shelf(cube_path: str) -> Shelf:
