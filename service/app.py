@@ -10,18 +10,18 @@ import threading
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
+from functools import partial
 from typing import Any
 
 import uvicorn
 from anyio import CapacityLimiter, create_task_group
 from anyio.to_thread import run_sync
-from fastapi import Depends, FastAPI
+from fastapi import FastAPI
 from fastapi.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES
 
 from damperlab.service import problems
 from damperlab.service.access import AccessLog
-from damperlab.service.body import expected
 from damperlab.service.cluster import SharedCluster, opening
 from damperlab.service.designer import Designer
 from damperlab.service.dispatch import Dispatcher
@@ -37,7 +37,6 @@ from damperlab.service.ending import end_by
 from damperlab.service.examples import complete
 from damperlab.service.kernels import Kernels
 from damperlab.service.logs import start_logging
-from damperlab.service.parameters import once
 from damperlab.service.routes import (
     accuracy,
     answers,
@@ -65,6 +64,7 @@ from damperlab.service.security.shares import Shares
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
+from damperlab.service.work.functions import prepare
 from damperlab.service.work.kept import Kept
 from damperlab.service.work.later import Later
 from damperlab.service.work.processes import Work
@@ -142,8 +142,9 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.settings = settings
     problems.install(app)
-    app.include_router(home.router)
+    # not `include_router`, which analyses every route a second time
     for route in (
+        home,
         catalog,
         studies,
         remarks,
@@ -162,7 +163,7 @@ def create_app(settings: Settings) -> FastAPI:
         metrics,
         session,
     ):
-        app.include_router(route.router, dependencies=[Depends(once), Depends(expected)])
+        app.router.routes.extend(route.router.routes)
     if settings.docs_dir is not None:
         app.mount(PLACE, Documentation(settings.docs_dir))
     app.state.promises = Promises()
@@ -230,14 +231,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     app.state.guard.keys = AccessKeys(store.catalogue)
     dispatcher.start()
     designer.start()
-    if settings.warm:
-        kernels.start()
     scrub.start()
     service.readiness.background.start()
     try:
         async with create_task_group() as background:
             if settings.warm:
-                background.start_soon(work.start, _prepare)
+                background.start_soon(work.start, prepare)
+                background.start_soon(partial(run_sync, _prepare, kernels, abandon_on_cancel=True))
             yield
             background.cancel_scope.cancel()
     finally:
@@ -252,9 +252,11 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await run_sync(runs.close)
 
 
-def _prepare() -> None:
-    """Import, before the first request, the modules that compute; those of questions are loaded separately."""
-    import damperlab.service.work.functions  # noqa: F401
+def _prepare(kernels: Kernels) -> None:
+    """Import what answers questions, after the start and before the first of them; then compile kernels."""
+    import damperlab.service.questions.needed  # noqa: F401
+
+    kernels.start()
 
 
 class _Server(uvicorn.Server):

@@ -3,21 +3,19 @@
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from functools import partial
-from typing import Literal
-
-from distributed import Client
+from typing import TYPE_CHECKING, Literal
 
 from damperlab.service.settings import Settings
 from damperlab.worker.cluster.batch import Jobs
-from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.cluster.jobs import hire
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 MOST_JOBS = 16
 """Default limit on the number of jobs of a batch system."""
 
 
-def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], AbstractContextManager[Client]]:
+def opening(settings: Settings, wanted: Callable[[], int]) -> "Callable[[], AbstractContextManager[Client]]":
     """Give a function that opens the cluster of the settings.
 
     Parameters
@@ -28,7 +26,7 @@ def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], Abstr
         Gives the number of workers that could be busy; as many are requested from a batch system.
     """
     if settings.cluster is None:
-        return partial(connect, workers=settings.workers, scheduler=settings.scheduler)
+        return lambda: _connected(settings)
     most = max(MOST_JOBS, settings.workers_min) if settings.workers is None else settings.workers
     jobs = Jobs(
         settings.cluster,
@@ -38,7 +36,19 @@ def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], Abstr
         settings.job_memory_bytes,
         settings.job_options,
     )
-    return partial(hire, jobs, settings.cluster_host, settings.data_dir / "jobs", wanted)
+    return lambda: _hired(jobs, settings, wanted)
+
+
+def _connected(settings: Settings) -> "AbstractContextManager[Client]":
+    from damperlab.worker.cluster.cluster import connect  # imported here, because it imports Dask
+
+    return connect(settings.workers, settings.scheduler)
+
+
+def _hired(jobs: Jobs, settings: Settings, wanted: Callable[[], int]) -> "AbstractContextManager[Client]":
+    from damperlab.worker.cluster.jobs import hire
+
+    return hire(jobs, settings.cluster_host, settings.data_dir / "jobs", wanted)
 
 
 ClusterState = Literal["idle", "running", "lost"]
@@ -54,7 +64,7 @@ class SharedCluster:
         Opens it; see `opening`.
     """
 
-    def __init__(self, opened: Callable[[], AbstractContextManager[Client]]) -> None:
+    def __init__(self, opened: "Callable[[], AbstractContextManager[Client]]") -> None:
         self._opened = opened
         self._lock = threading.Lock()
         self._stack: ExitStack | None = None
@@ -69,7 +79,7 @@ class SharedCluster:
         return "running" if client.status == "running" else "lost"
 
     @contextmanager
-    def borrow(self) -> Iterator[Client]:
+    def borrow(self) -> "Iterator[Client]":
         """Lend the client; the cluster stays open after its return.
 
         Raises

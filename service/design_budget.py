@@ -2,7 +2,6 @@
 
 from typing_extensions import TypedDict
 
-from damperlab.studies.design.design import designing
 from damperlab.studies.plan import make_plan
 from damperlab.studies.shapes import Count
 from damperlab.studies.specification.specification import Specification
@@ -44,6 +43,10 @@ def budget_of(asked: Specification) -> int:
     """
     if asked.budget_points is not None:
         return asked.budget_points
+    from damperlab.studies.design.design import (
+        designing,  # imported here: a service needs only the names above
+    )
+
     first = next(designing(asked, MOST)).studies
     seconds = sum(float(make_plan(study, seconds_per_point).block_seconds.sum()) for study in first)
     points = sum(study.points for study in first)

@@ -6,6 +6,7 @@ Its rounds are studies. Small ones are computed in this process, without a clust
 import logging
 import math
 import multiprocessing
+import os
 import resource
 import signal
 import sys
@@ -16,8 +17,6 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from threading import Event
 from typing import TYPE_CHECKING
-
-import xarray as xr
 
 from damperlab.service.design_budget import HERE_SECONDS
 from damperlab.service.documents import plain
@@ -50,6 +49,7 @@ from damperlab.worker.scenes import scenes
 from damperlab.worker.warm import missing
 
 if TYPE_CHECKING:
+    import xarray as xr
     from distributed import Client
 
     from damperlab.studies.kind import AnyStudy
@@ -58,8 +58,6 @@ LOOK_SECONDS = 0.25
 """Interval between checks of a study."""
 ROOM_SECONDS = 5.0
 """Interval between attempts to enter studies while the limit of waiting and running studies is reached."""
-TRY_AGAIN = 75
-"""Exit status if the store was temporarily unusable, but the design has no fault."""
 
 _log = logging.getLogger("damperlab.designs")
 
@@ -118,7 +116,7 @@ def run_design(settings: Settings, design_id: str, wake: "Connection[object, obj
         shelf.end(design_id, "failed", str(error))
     except (StoreFault, OSError) as error:
         _log.warning("design %s is tried again: %s", design_id, error)
-        sys.exit(TRY_AGAIN)
+        sys.exit(os.EX_TEMPFAIL)
     except Exception as error:
         _log.exception("design %s failed", design_id)
         shelf.end(design_id, "failed", f"{type(error).__name__}: {error}")
@@ -181,7 +179,7 @@ class _Search:
             keep_answer(self.shelf, self.kept.id, found, number, self._started)
             _log.info("design %s is done: %d points", self.kept.id, found.book.spent)
 
-    def _cubes(self, ask: Ask, number: int) -> Iterable[xr.Dataset]:
+    def _cubes(self, ask: Ask, number: int) -> "Iterable[xr.Dataset]":
         """Have studies computed, and give their cubes one after the other."""
         stored = [self.store.newest(study.digest) for study in ask.studies]
         if all(record is not None and record.state == "done" for record in stored):
@@ -314,7 +312,7 @@ class _Search:
                 )
             self._pause(LOOK_SECONDS)
 
-    def _cube(self, study_id: str) -> xr.Dataset:
+    def _cube(self, study_id: str) -> "xr.Dataset":
         return self.store.cube(study_id).load()
 
     def _pause(self, seconds: float) -> None:

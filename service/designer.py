@@ -4,13 +4,14 @@ crash.
 
 import logging
 import multiprocessing
+import os
 import threading
 import time
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from multiprocessing.process import BaseProcess
+from typing import TYPE_CHECKING
 
-from damperlab.service.design_run import TRY_AGAIN, run_design
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.settings import Settings
 from damperlab.studies.design.kept import Kept
@@ -18,6 +19,9 @@ from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 LOOK_SECONDS = 2.0
 """Interval between checks for designs that other processes submitted, or left behind when they died."""
@@ -28,6 +32,14 @@ MOST_DEATHS = 3
 STOP_SECONDS = 10.0
 
 _log = logging.getLogger("damperlab.designs")
+
+
+def _search(settings: Settings, design_id: str, wake: "Connection[object, object]") -> None:
+    from damperlab.service.design_run import (
+        run_design,  # only the process of a design imports what it computes with
+    )
+
+    run_design(settings, design_id, wake)
 
 
 @dataclass(frozen=True)
@@ -150,7 +162,7 @@ class Designer:
         """Search in a process; return it once it has ended."""
         hears, tells = self._processes.Pipe(duplex=False)
         arguments = (self._settings, design_id, tells)
-        process = self._processes.Process(target=run_design, args=arguments, daemon=True)
+        process = self._processes.Process(target=_search, args=arguments, daemon=True)
         with closing(hears):
             with closing(tells), self._lock:
                 process.start()
@@ -169,7 +181,7 @@ class Designer:
             self._deaths.pop(design_id, None)
             return
         self._not_before[design_id] = time.monotonic() + AGAIN_SECONDS
-        if status in (0, TRY_AGAIN):
+        if status in (0, os.EX_TEMPFAIL):
             return
         deaths = self._deaths[design_id] = self._deaths.get(design_id, 0) + 1
         _log.warning("the process of design %s ended with status %s", design_id, status)

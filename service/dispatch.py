@@ -18,8 +18,6 @@ from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.run.background import Background
 from damperlab.worker.run.lease import owner_is_dead
 from damperlab.worker.run.progress import Progress
-from damperlab.worker.run.runner import run_study
-from damperlab.worker.run.small_batch_on_cluster import MOST, run_small_studies
 
 LOOK_SECONDS = 2.0
 """Interval between checks for studies that other processes queued, or left behind when they died."""
@@ -31,8 +29,8 @@ CLEAN_SECONDS = 3600.0
 """Interval between checks for files that are no longer used."""
 AGAIN_SECONDS = 5.0
 """Time after which a study is tried again if its cluster failed."""
-COMPANY = 4
-"""Smallest number of small waiting studies that are run together."""
+COMPANY, MOST = 4, 64
+"""Smallest and largest number of small waiting studies that are run together."""
 STOP_SECONDS = 60.0
 """Longest wait of a shutdown for runners; each gives its running blocks a shorter time."""
 
@@ -292,6 +290,8 @@ class Dispatcher:
         return [one for one in found if one.id not in here and one.id not in self._not_before]
 
     def _run_batch(self, ids: list[str], stop: threading.Event) -> None:
+        from damperlab.worker.run.small_batch_on_cluster import run_small_studies
+
         left = ids
         try:
             left = run_small_studies(self._runners_store, ids, self.cluster.borrow, stop)
@@ -311,6 +311,8 @@ class Dispatcher:
             self.wake()
 
     def _run(self, study_id: str, stop: threading.Event) -> None:
+        from damperlab.worker.run.runner import run_study
+
         try:
             with self.cluster.borrow():
                 self.trouble = None

@@ -9,7 +9,7 @@ from damperlab.studies.ground.paper import SOURCE_NOTE, TABLE_A1
 from damperlab.studies.ground.question import Earthquake
 from damperlab.studies.shapes import Measured, Says, Table
 from damperlab.studies.vocabulary import CASES
-from damperlab.worker.ground.comparison import Comparison, compare, structure_of
+from damperlab.worker.ground.compared import Comparison
 
 MOST_WINDOWS = 3_000_000
 """Largest number of integration steps of a comparison over all its runs; they take some seconds."""
@@ -54,6 +54,11 @@ def answer_comparison(asked: Earthquake, samples: int = 0) -> WithPaper:
     StudyFaults
         If it would take too long.
     """
+    from damperlab.worker.ground.comparison import (  # imported here: it imports the compiler
+        compare,
+        structure_of,
+    )
+
     motion = asked.motion
     omega = structure_of(asked).omega
     shortest = min(motion.step_s, 0.4 / omega)

@@ -19,7 +19,6 @@ from damperlab.studies.understood import understood
 from damperlab.worker.dispatch.cost_model import family_factor
 from damperlab.worker.provenance import provenance
 from damperlab.worker.scenes import Scene, scenes
-from damperlab.worker.warm import missing
 
 DOUBT, DOUBT_KNOWING = 4.0, 2.5
 """Factors by which the time of a study may be longer or shorter than expected: with the cost model alone, and after a
@@ -73,6 +72,8 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
         to compile on this machine. Also ``digest``, ``definition``, and ``understood``: assumptions, derived ratios,
         and unusual values, in sentences.
     """
+    from damperlab.worker.warm import missing  # imported here, because it imports the compiler
+
     lacking = missing(scenes(study))
     compiling = sum(scene.seconds for scene in lacking)
     earlier = [] if store is None else done_of_family(store, family_digest(study, provenance()))
@@ -111,6 +112,8 @@ def readiness_document(wanted: Sequence[Scene]) -> Readiness:
         ``phase``: ready, or compiling if something must be compiled first; ``phase_done`` of ``phase_total`` scenes
         are compiled; ``compiling_seconds`` (on one core) estimates the time of the others.
     """
+    from damperlab.worker.warm import missing
+
     lacking = missing(wanted)
     return {
         "phase": "compiling" if lacking else "ready",

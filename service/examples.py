@@ -9,7 +9,6 @@ from damperlab.service.security.caller import SAFE_METHODS, scope_of
 from damperlab.service.security.sessions import COOKIE
 from damperlab.studies.definition import Study
 from damperlab.studies.examples import EXAMPLES, SUITE
-from damperlab.studies.fit.document import fit_schema
 from damperlab.studies.ground.schema import suite_json_schema
 from damperlab.studies.named import named_specifications
 from damperlab.studies.specification.schema import specification_schema
@@ -248,6 +247,8 @@ def complete(document: dict[str, Any]) -> None:
     Our own code reads bodies and builds answers, so their schemas are added here. The actual form of a validation error
     replaces that of the framework, and the common answers are added to all operations.
     """
+    from damperlab.studies.fit.document import fit_schema
+
     schemas = document.setdefault("components", {}).setdefault("schemas", {})
     for name in ("HTTPValidationError", "ValidationError"):
         schemas.pop(name, None)

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from html import escape
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,9 @@ from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.verdict import told, verdict
 from damperlab.studies.shapes import Count, Number, Range, Says
 from damperlab.studies.spelling import unit_of, without_unit
-from damperlab.worker.fit.model import FittedCurve
+
+if TYPE_CHECKING:
+    from damperlab.worker.fit.model import FittedCurve
 
 COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
 
@@ -168,7 +170,7 @@ def study_parts(fitted: Fitted | FittedHistory) -> list[str]:
     return ["<h2>The prototype as a study</h2>", f"<pre>{escape(text)}</pre>"]
 
 
-def fit_report(fitted: Fitted, curves: list[FittedCurve]) -> str:
+def fit_report(fitted: Fitted, curves: "list[FittedCurve]") -> str:
     """Write a fit as one self-contained page of HTML.
 
     Parameters

@@ -8,7 +8,6 @@ from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from subprocess import Popen
 
 from damperlab.worker.scenes import Scene, usual_scenes
-from damperlab.worker.warm import missing, require_done, start_apart
 
 _log = logging.getLogger("damperlab.kernels")
 
@@ -46,6 +45,8 @@ class Kernels:
 
         A failure is logged; the computing process then compiles the kernel itself, or reports the error.
         """
+        from damperlab.worker.warm import missing  # imported here and below, because it imports the compiler
+
         for scene, future in [(scene, self._begin(scene)) for scene in missing(wanted)]:
             try:
                 future.result()
@@ -77,6 +78,8 @@ class Kernels:
                 del self._coming[scene]
 
     def _compile(self, wanted: Sequence[Scene]) -> None:
+        from damperlab.worker.warm import missing, require_done, start_apart
+
         with self._lock:
             if self._closed:
                 return
@@ -94,6 +97,8 @@ class Kernels:
                 self._processes.discard(process)
 
     def _warm(self) -> None:
+        from damperlab.worker.warm import missing
+
         lacking, before = missing(usual_scenes()), -1
         while lacking and len(lacking) != before and not self._closed:
             try:

@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.point import Design
+if TYPE_CHECKING:
+    from damperlab.worker.point import Design
 
 Column = NDArray[np.float64]
 
@@ -24,7 +26,7 @@ AT_WALL = 1e-9
 """Distance from a wall, over the clearance, below which a particle counts as resting against it."""
 
 
-def forces_on(history: Mapping[str, Column], design: Design) -> dict[str, Column]:
+def forces_on(history: Mapping[str, Column], design: "Design") -> dict[str, Column]:
     """Give the forces on the structure over k·Z, one value per sample.
 
     Parameters

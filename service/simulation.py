@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, NotRequired
+from typing import TYPE_CHECKING, Annotated, Any, NotRequired
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,15 +30,14 @@ from damperlab.studies.questions import Simulated
 from damperlab.studies.shapes import Count, Like, Number, Numbers, Says, Table
 from damperlab.studies.variables import BEFORE, DIMENSIONS, VARIABLES, ResponseClass, Status, Variable
 from damperlab.studies.vocabulary import DEFAULTS, EXCITATIONS, OF_PARTICLE, Method
-from damperlab.worker.attractors import Attractors, find_attractors
-from damperlab.worker.kernel_arguments import acting, contact_time_of, wall_of
-from damperlab.worker.point import Design, Simulation
 from damperlab.worker.scenes import Scene
-from damperlab.worker.simulate import scenes_of, simulate
 from damperlab.worker.solver.particle import Particle
-from damperlab.worker.solver.sliding import rubs
-from damperlab.worker.steady.response.measures import Response
-from damperlab.worker.steady.settle import Settings as Steadiness
+
+if TYPE_CHECKING:
+    # what computes imports the compiler, so functions import it when they are called
+    from damperlab.worker.attractors import Attractors
+    from damperlab.worker.point import Design, Simulation
+    from damperlab.worker.steady.settle import Settings as Steadiness
 
 Columns = Annotated[dict[str, NDArray[np.float64]], Like(dict[str, Numbers])]
 """Columns of a time history, by name."""
@@ -77,7 +76,7 @@ class Asked:
         Whether to count the events of a cycle of the steady response: see `damperlab.worker.simulate.simulate`.
     """
 
-    design: Design
+    design: "Design"
     cycles: int | None
     history: int
     samples: int
@@ -197,6 +196,9 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     )
     if faults:
         raise StudyFaults(faults)
+    from damperlab.worker.kernel_arguments import acting, contact_time_of, wall_of
+    from damperlab.worker.point import Design
+
     particle = None
     if has_particle:
         particle = Particle(
@@ -292,6 +294,10 @@ def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
         ``attractors`` if starts were requested. ``wall``, for a compliant one, with its ``stiffness`` over k and its
         ``damping`` over k/ω_n.
     """
+    from damperlab.worker.attractors import find_attractors
+    from damperlab.worker.simulate import simulate
+    from damperlab.worker.solver.sliding import rubs
+
     settings = _settings(asked, cycles_limit)
     answer = simulate(
         asked.design, asked.cycles, asked.history, asked.method, settings=settings, followed=asked.followed
@@ -313,16 +319,20 @@ def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
 
 def scenes_asked(asked: Asked, cycles_limit: int) -> list[Scene]:
     """Scenes that `compute` needs for the same arguments."""
+    from damperlab.worker.simulate import scenes_of
+
     followed = asked.followed or asked.history > 0
     return scenes_of(asked.design, asked.cycles, asked.method, _settings(asked, cycles_limit), followed)
 
 
-def _settings(asked: Asked, cycles_limit: int) -> Steadiness:
+def _settings(asked: Asked, cycles_limit: int) -> "Steadiness":
+    from damperlab.worker.steady.settle import Settings as Steadiness
+
     slowness = max(1.0, 1.0 / asked.design.frequency_ratio)
     return Steadiness(max(1, min(STEADY_CYCLES, int(cycles_limit / slowness))), 0.02, 1e-9)
 
 
-def simulation_document(answer: Simulation, samples: int) -> SimulatedDocument:
+def simulation_document(answer: "Simulation", samples: int) -> SimulatedDocument:
     """Convert a simulation into a document with at most `samples` samples of its time history."""
     metrics = answer.metrics
     after = settles_after(metrics)
@@ -351,8 +361,10 @@ def settles_after(metrics: Mapping[str, float]) -> float | None:
     return float(metrics["period"] * math.log(SETTLED) / math.log(multiplier))
 
 
-def attractors_document(found: Attractors, rubbing: bool) -> Met:
+def attractors_document(found: "Attractors", rubbing: bool) -> Met:
     """Convert the responses to many starts into a document; `rubbing` means friction of the particle."""
+    from damperlab.worker.steady.response.measures import Response
+
     return {
         "starts": found.starts,
         "failed": found.failed,

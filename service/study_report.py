@@ -6,10 +6,9 @@ import json
 from collections.abc import Iterable, Mapping
 from html import escape
 from itertools import combinations
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.answers.frequency_response import frequency_response
@@ -29,12 +28,15 @@ from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.store.record import Record
 from damperlab.studies.units import InUnits, coordinates_in_units, place_in_units, results_in_units
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 TOP = 5
 MAPS = 3
 """Largest number of maps: those of the first three axes, in pairs."""
 
 
-def study_report(record: Record, cube: xr.Dataset) -> str:
+def study_report(record: Record, cube: "xr.Dataset") -> str:
     """Write a study as one self-contained page of HTML.
 
     Parameters
@@ -74,11 +76,11 @@ def study_report(record: Record, cube: xr.Dataset) -> str:
     return page(record.name or record.id, parts)
 
 
-def _words(answer: xr.Dataset) -> Mapping[str, Any]:
+def _words(answer: "xr.Dataset") -> Mapping[str, Any]:
     return {**answer.attrs, **answer.attrs.get("in_units", {})}
 
 
-def _designs(cube: xr.Dataset, ranked: xr.Dataset, worst_case: bool) -> Iterable[str]:
+def _designs(cube: "xr.Dataset", ranked: "xr.Dataset", worst_case: bool) -> Iterable[str]:
     words = _words(ranked)
     yield from (said(sentence) for sentence in words.get("verdict", ()))
     units = _units(cube)
@@ -101,7 +103,7 @@ def _designs(cube: xr.Dataset, ranked: xr.Dataset, worst_case: bool) -> Iterable
 
 
 def _row(
-    ranked: xr.Dataset,
+    ranked: "xr.Dataset",
     units: Mapping[str, InUnits],
     row: Mapping[str, Any],
     columns: Iterable[tuple[str, str]],
@@ -115,18 +117,18 @@ def _row(
     ]
 
 
-def _unit(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str) -> str:
+def _unit(ranked: "xr.Dataset", units: Mapping[str, InUnits], name: str, column: str) -> str:
     return units[name].units if name in units else str(ranked[column].attrs.get("units", "1"))
 
 
-def _head(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str) -> str:
+def _head(ranked: "xr.Dataset", units: Mapping[str, InUnits], name: str, column: str) -> str:
     """Name a column; lengths are in mm, as on a drawing."""
     unit = _unit(ranked, units, name, column)
     label = without_unit(units[name].name if name in units else name)
     return label + ("" if unit in ("1", "") else f" [{'mm' if unit == 'm' else unit}]")
 
 
-def _scale(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str) -> float:
+def _scale(ranked: "xr.Dataset", units: Mapping[str, InUnits], name: str, column: str) -> float:
     factor = units[name].factor if name in units else 1.0
     return 1e3 * factor if _unit(ranked, units, name, column) == "m" else factor
 
@@ -135,11 +137,11 @@ def _number(value: Any, scale: float) -> str:
     return str(value) if isinstance(value, str | np.str_) else f"{float(value) * scale:.6g}"
 
 
-def _units(cube: xr.Dataset) -> dict[str, InUnits]:
+def _units(cube: "xr.Dataset") -> dict[str, InUnits]:
     return {each.source: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
 
 
-def _maps(cube: xr.Dataset, best: Mapping[str, Any] | None) -> Iterable[str]:
+def _maps(cube: "xr.Dataset", best: Mapping[str, Any] | None) -> Iterable[str]:
     """Draw maps through the leading design of the ranking."""
     from damperlab.service.figures.resonance_map import draw_map
 
@@ -158,7 +160,7 @@ def _maps(cube: xr.Dataset, best: Mapping[str, Any] | None) -> Iterable[str]:
         yield drawing(draw_map(answer, shown), f"{_captioned(cube, answer, shown)}. {_words(answer)['note']}")
 
 
-def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
+def _best(cube: "xr.Dataset", ranked: "xr.Dataset") -> Iterable[str]:
     from damperlab.service.figures.comparison import draw_comparison
     from damperlab.service.figures.curves import draw_response
 
@@ -187,12 +189,12 @@ def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
     )
 
 
-def _captioned(cube: xr.Dataset, answer: xr.Dataset, shown: str) -> str:
+def _captioned(cube: "xr.Dataset", answer: "xr.Dataset", shown: str) -> str:
     """Name the quantity of a figure, with its unit."""
     return Phrases.of(cube).as_named(shown).shown(shown, answer[shown])
 
 
-def _over_hertz(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:
+def _over_hertz(answer: "xr.Dataset", units: Mapping[str, InUnits]) -> "xr.Dataset":
     """Give a curve over the frequency in Hz, if the study is given in units."""
     if "frequency_ratio" not in units:
         return answer
@@ -207,7 +209,7 @@ def _over_hertz(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:
     return answer
 
 
-def _in_metres(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:
+def _in_metres(answer: "xr.Dataset", units: Mapping[str, InUnits]) -> "xr.Dataset":
     if "amplitude_ratio" not in units:
         return answer
     each = units["amplitude_ratio"]
@@ -221,7 +223,7 @@ def _in_metres(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:
     return answer
 
 
-def _cost(record: Record, cube: xr.Dataset, worst_case: bool) -> Iterable[str]:
+def _cost(record: Record, cube: "xr.Dataset", worst_case: bool) -> Iterable[str]:
     rows = [
         ("time in kernels", f"{record.kernel_seconds:.4g} s"),
         (

@@ -4,10 +4,9 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
@@ -25,6 +24,9 @@ from damperlab.studies.unit_names import (
     SPEED,
 )
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
 """The quantities that convert ratios into units; each must be a number, not an axis."""
@@ -65,7 +67,7 @@ class InUnits:
         return {"units": self.units, "long_name": self.long_name}
 
 
-def coordinates_in_units(cube: xr.Dataset) -> list[InUnits]:
+def coordinates_in_units(cube: "xr.Dataset") -> list[InUnits]:
     """Give the coordinates in units that accompany the ratios of a cube.
 
     Parameters
@@ -82,12 +84,12 @@ def coordinates_in_units(cube: xr.Dataset) -> list[InUnits]:
     return [each for each in _quantities(cube) if each.source in cube.sizes]
 
 
-def results_in_units(cube: xr.Dataset) -> list[InUnits]:
+def results_in_units(cube: "xr.Dataset") -> list[InUnits]:
     """Give the results in units that accompany the variables of a cube; see `coordinates_in_units`."""
     return [each for each in _quantities(cube) if each.source in cube.data_vars]
 
 
-def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
+def with_units(cube: "xr.Dataset", results: bool = True) -> "xr.Dataset":
     """Add coordinates and results in units: lazily if the cube has arrays of Dask, else from values in memory.
 
     Returns
@@ -112,7 +114,7 @@ def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
     return found.assign({each.name: _result(cube[each.source], each) for each in results_in_units(cube)})
 
 
-def base_of(cube: xr.Dataset) -> xr.DataArray:
+def base_of(cube: "xr.Dataset") -> "xr.DataArray":
     """Give the base amplitude Z [m] of a cube over base amplitudes: along that dimension and, if Z changes with it,
     along the frequency.
     """
@@ -121,7 +123,7 @@ def base_of(cube: xr.Dataset) -> xr.DataArray:
     return found
 
 
-def results_along(cube: xr.Dataset) -> list[InUnits]:
+def results_along(cube: "xr.Dataset") -> list[InUnits]:
     """Give the results in units of a cube over base amplitudes: its factors are per metre of base amplitude.
 
     Returns
@@ -143,10 +145,12 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
     return [each for each in every if each.source in cube.data_vars and math.isfinite(each.factor)]
 
 
-def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
+def ratios_beside(cube: "xr.Dataset") -> "dict[str, xr.Variable]":
     """Give the ratios that belong to a cube over base amplitudes; the cube's own dimensions are in units. A ratio
     varies along the dimensions along which Z varies, and along that of its own quantity if it has one.
     """
+    import xarray as xr
+
     if AMPLITUDE not in cube.sizes:
         return {}
     study = json.loads(cube.attrs["study"])
@@ -168,7 +172,7 @@ def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
     }
 
 
-def in_si(cube: xr.Dataset) -> list[InUnits]:
+def in_si(cube: "xr.Dataset") -> list[InUnits]:
     """Give the dimensions and results that a cube stores in SI units: those of ground-motion suites and of studies over
     base amplitudes.
     """
@@ -183,7 +187,7 @@ def in_si(cube: xr.Dataset) -> list[InUnits]:
     return [InUnits(name, name, 1.0, of["units"], of["long_name"]) for name, of in found.items()]
 
 
-def metric_in_units(cube: xr.Dataset, answer: xr.Dataset, metric: str | None) -> xr.Dataset:
+def metric_in_units(cube: "xr.Dataset", answer: "xr.Dataset", metric: str | None) -> "xr.Dataset":
     """Give a metric that was named in units, with its error, instead of the ratios; leave others unchanged."""
     results = {each.name: each for each in results_in_units(cube)}
     if metric not in results:
@@ -196,7 +200,7 @@ def metric_in_units(cube: xr.Dataset, answer: xr.Dataset, metric: str | None) ->
     return answer.rename({each.source: each.name for each in beside})
 
 
-def place_in_units(cube: xr.Dataset, answer: xr.Dataset) -> xr.Dataset:
+def place_in_units(cube: "xr.Dataset", answer: "xr.Dataset") -> "xr.Dataset":
     """Add the quantities in units at the point of an answer, so that a question in units is answered in units.
 
     Parameters
@@ -214,19 +218,19 @@ def place_in_units(cube: xr.Dataset, answer: xr.Dataset) -> xr.Dataset:
     return answer.assign_coords(beside)
 
 
-def in_ratios(cube: xr.Dataset, names: Iterable[str]) -> tuple[str, ...]:
+def in_ratios(cube: "xr.Dataset", names: Iterable[str]) -> tuple[str, ...]:
     """Give the dimensions of the cube for dimensions named in units; leave others unchanged."""
     sources = {each.name: each.source for each in coordinates_in_units(cube)}
     return tuple(sources.get(name, name) for name in names)
 
 
-def _result(variable: xr.DataArray, quantity: InUnits) -> xr.DataArray:
+def _result(variable: "xr.DataArray", quantity: InUnits) -> "xr.DataArray":
     found: xr.DataArray = variable * quantity.factor
     found.attrs = {**quantity.attributes, **of_variable_in_units(variable.attrs)}
     return found
 
 
-def _quantities(cube: xr.Dataset) -> list[InUnits]:
+def _quantities(cube: "xr.Dataset") -> list[InUnits]:
     return quantities_of({"physical": _physical(cube)})
 
 
@@ -270,7 +274,7 @@ def _per_ratio(ratio: str, physical: Mapping[str, Any]) -> float:
     return own / found if found else math.nan
 
 
-def _physical(cube: xr.Dataset) -> Mapping[str, Any]:
+def _physical(cube: "xr.Dataset") -> Mapping[str, Any]:
     found = json.loads(cube.attrs.get("study", "{}")).get("physical")
     return found if isinstance(found, Mapping) else {}
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from damperlab.studies.store.provenance import provenance as environment
 from damperlab.studies.store.solver import identity_of, is_outdated, solver
-from damperlab.worker.kernel_cache import identity as identity_of_kernels
-from damperlab.worker.kernel_cache import source_hash
 
 DISTRIBUTION = "damperlab"
 
@@ -103,6 +101,9 @@ def target() -> str:
     str
         As in "x86-64-v3 x86_64-unknown-linux-gnu, libm 0123abcd".
     """
+    # imported here, because it imports the compiler
+    from damperlab.worker.kernel_cache import identity as identity_of_kernels
+
     return f"{identity_of_kernels()['target']}, libm {libm()}"
 
 
@@ -130,6 +131,8 @@ def computing() -> dict[str, str]:
         `identity` is equal for two processes whose results are equal to the last bit: `solver` (its sources and its
         compilers), `target` and `libc`. The other values describe the same for display.
     """
+    from damperlab.worker.kernel_cache import source_hash
+
     facts = {**environment(), "kernels": source_hash(), "solver": solver(), "target": target()}
     versions = ("solver_version", "python", "numpy", "numba", "llvmlite")
     kept = (*versions, "machine", "processor", "libc", "kernels", "solver", "target")

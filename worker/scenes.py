@@ -11,7 +11,6 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.variables import GRAVITY, MADE_BY, PARTICLE_FRICTION
 from damperlab.studies.vocabulary import CONTACT_MODELS
-from damperlab.worker.kernel_arguments import wants_acceleration, wants_energies
 from damperlab.worker.solver.particle import FALLING, RUBBING, Particle
 
 Purpose = Literal[
@@ -89,6 +88,10 @@ class Scene(NamedTuple):
         return SECONDS[self.purpose] * CONTACT_FACTOR[self.contact]
 
 
+SPECTRUM = Scene("record", False, "")
+"""Scene of a response spectrum: a structure without a damper under a record."""
+
+
 def every_scene() -> list[Scene]:
     """Every scene, the most expensive first."""
     acting = [(True, ""), *((friction, contact) for friction in (True, False) for contact in CONTACT_MODELS)]
@@ -137,6 +140,8 @@ def scenes(study: AnyStudy) -> list[Scene]:
         return sorted(Scene("record", f, acts if p else "") for f in forces for p in masses)
     if not isinstance(study, Study):
         raise TypeError(f"there are no kernels for a {type(study).__name__}")
+    from damperlab.worker.kernel_arguments import wants_acceleration, wants_energies  # imports the compiler
+
     rubs = _signs(study.coordinates["friction_force_n" if study.over_amplitudes else "friction_ratio"])
     rattles = {p and study.particle for p in _signs(study.coordinates["mass_ratio"])}
     if isinstance(study.solver, Rk4Solver):

@@ -1,5 +1,6 @@
 """The command serve: the HTTP service on this machine."""
 
+import gc
 import socket
 import ssl
 from pathlib import Path
@@ -58,8 +59,12 @@ def serve(
     check_cluster(workers, scheduler, cluster)
     if open_ and keys:
         raise typer.BadParameter("found --open and --keys; allowed: one of them")
+    # what is imported stays: looking for garbage in it would take an eighth of the start
+    gc.disable()
     from damperlab.service.app import serve as serve_until_stopped
 
+    gc.freeze()
+    gc.enable()
     # Values that are not given here come from the environment, DAMPERLAB_…, or the defaults.
     settings = settings_of(
         data_dir,

@@ -60,6 +60,11 @@ function plotly() {
   return loading;
 }
 
+/** Load the plotting library while other things are asked for; a failure is reported with the first figure. */
+export function prepareFigures() {
+  plotly().catch(() => undefined);
+}
+
 /** A colour of the style sheet. @param {string} name */
 export function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();

@@ -9,6 +9,7 @@ import { dampersTab } from "./dampers_tab.js";
 import { earthquakeTab } from "./earthquake.js";
 import { box, el, facts, fill, prose, quiet, say } from "./dom.js";
 import { explorerTab } from "./explorer.js";
+import { prepareFigures } from "./figure.js";
 import { leading } from "./headline.js";
 import { help } from "./help.js";
 import { Kept, plainly } from "./kept.js";
@@ -48,6 +49,7 @@ const DAMPER_TABS = [
 /** @type {View} */
 export async function studyView(root, { parts, query }) {
   const [id, tab = "map"] = parts;
+  prepareFigures();
   const session = await sessionOf(id, tab, query);
   const view = new StudyView(session);
   const place = el("div", { class: "tab" });
@@ -65,8 +67,11 @@ export async function studyView(root, { parts, query }) {
  * @returns {Promise<Session>}
  */
 async function sessionOf(id, tab, query) {
-  const record = await ask(studyPath(id));
-  const [words, grid] = await Promise.all([vocabulary(), ask(studyPath(record.id, "axes"))]);
+  const [record, words, grid] = await Promise.all([
+    ask(studyPath(id)),
+    vocabulary(),
+    ask(studyPath(id, "axes")),
+  ]);
   const selection = new Selection(grid.axes);
   const kept = new Kept(`#/studies/${record.id}/${tab}`, query);
   if (selection.worst) selection.worst = kept.on("worst", true);

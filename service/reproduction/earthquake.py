@@ -25,7 +25,8 @@ from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.absorber import absorber_response
 from damperlab.worker.ground.comparison import spread
 from damperlab.worker.ground.design import Damper, Structure
-from damperlab.worker.ground.response import GroundResponse, ground_response
+from damperlab.worker.ground.measures import GroundResponse
+from damperlab.worker.ground.response import ground_response
 
 RECORD = "loma-prieta-000"
 STARTS = 8

@@ -1,14 +1,13 @@
 """The last accuracy report."""
 
-from fastapi import APIRouter
-
 from damperlab.service.answer_types import gives
 from damperlab.service.documents import Document
 from damperlab.service.problems import Problem, documented
 from damperlab.service.reports import AccuracyReport, AccuracyReports, last_report
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import TheService
 
-router = APIRouter(prefix="/api/v1", tags=["accuracy"])
+router = strict_router("/api/v1", "accuracy")
 
 
 @router.get(

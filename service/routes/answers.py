@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Path
+from fastapi import Depends, Path
 from starlette.requests import Request
 from starlette.responses import Response
 from typing_extensions import TypeAliasType
@@ -14,12 +14,13 @@ from damperlab.service.estimates import Readiness
 from damperlab.service.fit_report import FittedDocument
 from damperlab.service.history_report import FittedHistoryDocument
 from damperlab.service.problems import documented
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.security.caller import TheCaller
 from damperlab.service.simulation import SimulatedDocument
 from damperlab.service.work.later import promised
 from damperlab.service.work.promises import PROMISED, Promise, Promises
 
-router = APIRouter(prefix="/api/v1/answers", tags=["answers"])
+router = strict_router("/api/v1/answers", "answers")
 
 PromisedAnswer = TypeAliasType(
     "PromisedAnswer",

@@ -2,11 +2,11 @@
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter
 from typing_extensions import TypedDict
 
 from damperlab.service.answer_types import gives
 from damperlab.service.documents import Document
+from damperlab.service.routes.strict import strict_router
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.named import named_specifications, named_texts
@@ -17,7 +17,7 @@ from damperlab.studies.text import load_text
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status, Variable
 from damperlab.studies.vocabulary import CRITERIA, DEFAULTS, OBJECTIVES, RESPECTS, Criterion, Objective
 
-router = APIRouter(prefix="/api/v1", tags=["studies"])
+router = strict_router("/api/v1", "studies")
 
 
 class Named(TypedDict):

@@ -4,7 +4,7 @@ from contextlib import suppress
 from typing import Annotated
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Path, Query
+from fastapi import Path, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
@@ -17,6 +17,7 @@ from damperlab.service.documents import Document
 from damperlab.service.examples import SPECIFICATION_BODY
 from damperlab.service.problems import Problem, documented
 from damperlab.service.routes.report import DOCUMENT, ReportQuery, document, stem
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.security.caller import TheCaller, require_owner
 from damperlab.service.state import Service, TheDesign, TheExactDesign, TheService
 from damperlab.service.work.functions import specified
@@ -28,7 +29,7 @@ from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.text import Format
 from damperlab.studies.vocabulary import State
 
-router = APIRouter(prefix="/api/v1/designs", tags=["designs"])
+router = strict_router("/api/v1/designs", "designs")
 
 
 class DesignPage(TypedDict):

@@ -3,7 +3,7 @@
 from typing import Annotated, Any, Literal
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Path, Query
+from fastapi import Path, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import Response
@@ -15,8 +15,8 @@ from damperlab.service.documents import Document
 from damperlab.service.earthquakes import ComparedDocument
 from damperlab.service.estimates import Readiness, readiness_document
 from damperlab.service.examples import COMPARISON_BODY, RECORD_BODY
-from damperlab.service.histories import history_scenes
 from damperlab.service.problems import documented
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.security.caller import TheCaller, require_owner
 from damperlab.service.state import Service, TheService
 from damperlab.service.work.functions import Look, comparison_body, looked_at, uploaded
@@ -29,11 +29,9 @@ from damperlab.studies.ground.question import Earthquake, read_earthquake
 from damperlab.studies.guard import MAX_KEYS
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import AccelerationUnits
-from damperlab.worker.ground.comparison import scenes_of
-from damperlab.worker.ground.response_spectrum import SCENE
-from damperlab.worker.scenes import Scene
+from damperlab.worker.scenes import SPECTRUM, Scene
 
-router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
+router = strict_router("/api/v1", "earthquakes")
 
 
 class GroundMotions(TypedDict):
@@ -190,7 +188,7 @@ async def show_record(
 ) -> Document:
     """Give a record with its acceleration over time, and the spectrum of structures of 5 % damping."""
     whole, motion = await run_sync(service.settings.records.get, record_id)
-    await run_sync(service.kernels.require, [SCENE], limiter=service.compiling)
+    await run_sync(service.kernels.require, [SPECTRUM], limiter=service.compiling)
     shown = await service.work.run(request, looked_at, motion, query.samples)
     return Document({"id": whole, **motion.summary(), **shown})
 
@@ -228,7 +226,7 @@ async def compare_dampers(
     body = await read_body(request, service.settings.body_limit_bytes)
     asked, wanted = await run_sync(_asked, service, body, query.samples > 0)
     if query.dry_run:
-        return Document(readiness_document(wanted))
+        return Document(await run_sync(readiness_document, wanted))
     await run_sync(service.kernels.require, wanted, limiter=service.compiling)
     return Response(
         await service.work.run(request, comparison_body, asked, query.samples), media_type=JSON_TYPES[0]
@@ -237,4 +235,7 @@ async def compare_dampers(
 
 def _asked(service: Service, body: bytes, histories: bool) -> tuple[Earthquake, list[Scene]]:
     asked = read_earthquake(load_text(body, "json", guarded=True), service.settings.records)
+    from damperlab.service.histories import history_scenes
+    from damperlab.worker.ground.comparison import scenes_of
+
     return asked, scenes_of(asked) + (history_scenes(asked) if histories else [])

@@ -5,7 +5,7 @@ from os import SEEK_END
 from pathlib import Path
 from typing import Annotated, BinaryIO
 
-from fastapi import APIRouter, Query
+from fastapi import Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
@@ -13,6 +13,7 @@ from starlette.responses import Response, StreamingResponse
 from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import documented
 from damperlab.service.routes.report import stem
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import TheService, TheStudy
 from damperlab.service.work.apart import pieces, written
 from damperlab.studies.store.export.export import without_names, write_file
@@ -33,7 +34,7 @@ COMPLETE = "X-Complete"
 CACHING = "private, no-cache"
 """Header by which a client may cache an export but must revalidate it each time."""
 
-router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
+router = strict_router("/api/v1/studies/{study_id}", "queries")
 
 
 class ExportQuery(BaseModel):

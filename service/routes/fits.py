@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Query
+from fastapi import Query
 from starlette.requests import Request
 from starlette.responses import Response
 from typing_extensions import TypeAliasType
@@ -16,11 +16,12 @@ from damperlab.service.examples import FIT_BODY
 from damperlab.service.fit_report import FittedDocument
 from damperlab.service.history_report import FittedHistoryDocument
 from damperlab.service.problems import documented
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import TheService
 from damperlab.service.work.functions import fit_asked, fit_body
 from damperlab.service.work.promises import PROMISED
 
-router = APIRouter(prefix="/api/v1", tags=["fits"])
+router = strict_router("/api/v1", "fits")
 
 FittedOrReadiness = TypeAliasType("FittedOrReadiness", FittedDocument | FittedHistoryDocument | Readiness)
 
@@ -40,6 +41,6 @@ async def ask_fit(request: Request, service: TheService, query: Annotated[Comput
     body = await read_body(request, service.settings.body_limit_bytes)
     asked, wanted = await service.work.run(request, fit_asked, body)
     if query.dry_run:
-        return Document(readiness_document(wanted))
+        return Document(await run_sync(readiness_document, wanted))
     await run_sync(service.kernels.require, wanted, limiter=service.compiling)
     return Response(await service.work.run(request, fit_body, asked), media_type=JSON_TYPES[0])

@@ -2,16 +2,17 @@
 
 from typing import Literal
 
-from fastapi import APIRouter, Request
+from fastapi import Request
 from typing_extensions import TypedDict
 
 from damperlab.service.answer_types import gives
 from damperlab.service.cluster import ClusterState
 from damperlab.service.documents import Document
 from damperlab.service.problems import Problem, documented
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import Service
 
-router = APIRouter(prefix="/health", tags=["health"])
+router = strict_router("/health", "health")
 
 
 class Live(TypedDict):

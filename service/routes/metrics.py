@@ -2,20 +2,20 @@
 
 from collections.abc import Iterable, Mapping
 
-from fastapi import APIRouter, Request
+from fastapi import Request
 from fastapi.responses import PlainTextResponse
 
 from damperlab.service.own_process import own_process
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import TheService
 from damperlab.service.traffic import BOUNDS, Durations, Traffic
 from damperlab.studies.vocabulary import ENDED, STATES
-from damperlab.worker.jit import source_hash
 from damperlab.worker.provenance import code_version
 
 FORMAT = "text/plain; version=0.0.4; charset=utf-8"
 """Version of the exposition format, https://prometheus.io/docs/instrumenting/exposition_formats."""
 
-router = APIRouter(tags=["health"])
+router = strict_router(tag="health")
 
 Labels = Mapping[str, object]
 
@@ -29,6 +29,8 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
     """Count studies by state, points, requests; give durations of routes, and the load of cluster, compiler and
     process.
     """
+    from damperlab.worker.kernel_cache import source_hash  # imported here, because it imports the compiler
+
     totals = service.store.totals()
     traffic: Traffic = request.app.state.traffic
     counts, durations = traffic.read()

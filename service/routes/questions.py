@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 from typing_extensions import TypedDict
@@ -20,6 +19,7 @@ from damperlab.service.parameters import asks
 from damperlab.service.problems import Problem, documented
 from damperlab.service.questions.every import BY_ROUTE, EVERY
 from damperlab.service.questions.question import Question, Subject, in_front
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import TheService, TheStudy
 from damperlab.service.work.apart import is_large, pieces, written
 from damperlab.studies.kinds import EVERY_DIMENSION
@@ -29,7 +29,7 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.units import quantities_of
 
-router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
+router = strict_router("/api/v1/studies/{study_id}", "queries")
 
 
 class StudyAxes(TypedDict):

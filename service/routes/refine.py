@@ -1,11 +1,9 @@
 """Follow-up studies around an optimum or a class boundary."""
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import xarray as xr
 from anyio.to_thread import run_sync
-from fastapi import APIRouter
 from starlette.requests import Request
 from typing_extensions import TypeAliasType
 
@@ -23,12 +21,11 @@ from damperlab.service.questions.refinement import (
 )
 from damperlab.service.routes.questions import answered
 from damperlab.service.routes.questions import router as questions
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.service.work.apart import store_of
 from damperlab.studies.answers.follow_up import Refinement
-from damperlab.studies.answers.particle_friction import find_friction
-from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.selection import dimensions_of
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.plan import make_plan
@@ -39,7 +36,10 @@ from damperlab.studies.variables import BEFORE, DIMENSIONS
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
-router = APIRouter(prefix=questions.prefix)
+if TYPE_CHECKING:
+    import xarray as xr
+
+router = strict_router(questions.prefix)
 
 RefinementOrFollowUps = TypeAliasType("RefinementOrFollowUps", FollowUpsDocument | RefinementDocument)
 FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
@@ -56,6 +56,8 @@ def refine(
     settings: Settings, study: Record, known: FollowUps, search: Search, judging: Judging
 ) -> Refinement:
     """Search where a better design may lie; `with` names the follow-up studies that are complete."""
+    from damperlab.studies.answers.refine import refine_optimum  # imported when asked, as below
+
     cubes = _cubes(settings, study, known)  # called first, because it refuses other kinds of study
     return refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
 
@@ -64,6 +66,8 @@ def refine_class(
     settings: Settings, study: Record, known: FollowUps, boundary: Boundary, step: Step
 ) -> Refinement:
     """Search along one dimension, with the others fixed, for a change of the response class."""
+    from damperlab.studies.answers.refine import refine_boundary
+
     cubes = _cubes(settings, study, known)
     if boundary.along is None:
         raise lacking(["along"], dimensions_of(cubes[study.id]))
@@ -78,12 +82,14 @@ def particle_friction(settings: Settings, study: Record, known: FollowUps, judgi
     The question for the best designs, asked `with` the follow-ups, then gives the largest coefficient at which the
     damper keeps its value.
     """
+    from damperlab.studies.answers.particle_friction import find_friction
+
     subject = Subject(study, store_of(settings), "friction")
     ranked = OPTIMAL_DESIGNS.of(subject, judging, Ranking(with_=known.with_))
     return find_friction(subject.cube, ranked, judging)
 
 
-def _cubes(settings: Settings, study: Record, known: FollowUps) -> Mapping[str, xr.Dataset]:
+def _cubes(settings: Settings, study: Record, known: FollowUps) -> "Mapping[str, xr.Dataset]":
     return with_follow_ups(Subject(study, store_of(settings), "refine"), known.with_)
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter
 from starlette.requests import Request
 
 from damperlab.service.answer_types import gives
@@ -13,13 +12,14 @@ from damperlab.service.documents import Document
 from damperlab.service.problems import documented
 from damperlab.service.routes.designs import DesignDocument, shown
 from damperlab.service.routes.designs import router as designs
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import Service, TheExactDesign, TheExactStudy, TheService
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.remarks import KNOWN, MOST_NOTE, MOST_TAGS, TAG, Remarks, read_remarks
 from damperlab.studies.store.record import RecordDocument
 from damperlab.studies.text import load_text
 
-router = APIRouter()
+router = strict_router()
 
 _TAGS = {"type": "array", "maxItems": MOST_TAGS, "items": {"type": "string", "pattern": f"^{TAG.pattern}$"}}
 _PROPERTIES: dict[str, dict[str, Any]] = {

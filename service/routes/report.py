@@ -3,7 +3,7 @@
 import re
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query
+from fastapi import Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
@@ -11,14 +11,14 @@ from starlette.responses import HTMLResponse, Response
 from damperlab.service.printing import printed
 from damperlab.service.problems import documented
 from damperlab.service.routes.questions import router as questions
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import Service, TheService, TheStudy
-from damperlab.service.study_report import study_report
 from damperlab.service.work.apart import computed
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import DocumentFormat
 
-router = APIRouter(prefix=questions.prefix, tags=["queries"])
+router = strict_router(questions.prefix, "queries")
 
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
@@ -78,4 +78,6 @@ async def ask_report(
 
 
 def _report(store: Store, study: Record) -> str:
+    from damperlab.service.study_report import study_report
+
     return study_report(study, store.cube(study.id))

@@ -1,7 +1,6 @@
 """The page's sign-in: a key is exchanged for a cookie that scripts cannot read."""
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 from typing_extensions import TypedDict
@@ -10,6 +9,7 @@ from damperlab.service.answer_types import gives
 from damperlab.service.body import JSON_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.problems import Problem, documented
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.security.caller import TheCallerOrNobody
 from damperlab.service.security.guard import Guard
 from damperlab.service.security.sessions import COOKIE
@@ -19,7 +19,7 @@ from damperlab.studies.vocabulary import Scope
 
 BODY_LIMIT_BYTES = 1024
 
-router = APIRouter(prefix="/api/v1/session", tags=["session"])
+router = strict_router("/api/v1/session", "session")
 
 
 class Session(TypedDict):

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Query
+from fastapi import Query
 from starlette.requests import Request
 from starlette.responses import Response
 from typing_extensions import TypeAliasType
@@ -14,6 +14,7 @@ from damperlab.service.documents import Document
 from damperlab.service.estimates import Readiness, readiness_document
 from damperlab.service.examples import SIMULATE_BODY
 from damperlab.service.problems import documented
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.simulation import Asked, SimulatedDocument, read_simulation, scenes_asked
 from damperlab.service.state import Service, TheService
 from damperlab.service.work.functions import simulation_body
@@ -21,7 +22,7 @@ from damperlab.service.work.promises import PROMISED
 from damperlab.studies.text import load_text
 from damperlab.worker.scenes import Scene
 
-router = APIRouter(prefix="/api/v1", tags=["simulate"])
+router = strict_router("/api/v1", "simulate")
 
 SimulatedOrReadiness = TypeAliasType("SimulatedOrReadiness", SimulatedDocument | Readiness)
 
@@ -41,7 +42,7 @@ async def ask_simulation(
     body = await read_body(request, service.settings.body_limit_bytes)
     asked, wanted = await run_sync(_read, service, body)
     if query.dry_run:
-        return Document(readiness_document(wanted))
+        return Document(await run_sync(readiness_document, wanted))
     await run_sync(service.kernels.require, wanted, limiter=service.compiling)
     limit = service.settings.simulate_cycles_limit
     return Response(await service.work.run(request, simulation_body, asked, limit), media_type=JSON_TYPES[0])

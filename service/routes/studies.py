@@ -4,7 +4,7 @@ from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Depends, Header, Path, Query
+from fastapi import Depends, Header, Path, Query
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.exceptions import HTTPException
@@ -19,6 +19,7 @@ from damperlab.service.estimates import estimate_document
 from damperlab.service.events import event_id, progress
 from damperlab.service.examples import STUDY_BODY
 from damperlab.service.problems import Problem, documented
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.security.caller import Caller, TheCaller, require_own
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
@@ -36,7 +37,7 @@ from damperlab.studies.vocabulary import PRIORITIES, State
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
-router = APIRouter(prefix="/api/v1/studies", tags=["studies"])
+router = strict_router("/api/v1/studies", "studies")
 
 
 class SubmitQuery(BaseModel):

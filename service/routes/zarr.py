@@ -11,13 +11,13 @@ from functools import lru_cache
 from hashlib import blake2b
 from typing import Annotated
 
-from fastapi import APIRouter
 from fastapi import Path as InPath
 from starlette.requests import Request
 from starlette.responses import Response
 
 from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import Problem, documented
+from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import StudyId, TheService
 from damperlab.studies.store.cube.chunks import BlockDamaged, Marks, chunk_place, telling
 from damperlab.studies.store.cube.coding import StoredCoordinate, checksum_holds
@@ -41,7 +41,7 @@ _ID = re.compile("[0-9a-f]{12}(-[0-9]{1,9})?")
 TRIES = 5
 """Largest number of attempts to read a block of a study that changes meanwhile."""
 
-router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
+router = strict_router("/api/v1/studies/{study_id}", "queries")
 
 Key = Annotated[
     str,

@@ -1,17 +1,16 @@
-"""Functions that compute for requests. They also write the JSON of the answer, which the service only passes on."""
+"""Functions that compute for requests, in a process of the service. They also write the JSON of the answer, which the
+service only passes on.
+
+What computes is imported when a function is called: the service itself imports this module for the names of the
+functions.
+"""
 
 import numpy as np
 from typing_extensions import TypedDict
 
-from damperlab.service.design_budget import budget_of
 from damperlab.service.documents import Document
 from damperlab.service.earthquakes import answer_comparison
-from damperlab.service.fit_report import fit_document
-from damperlab.service.history_report import history_document
-from damperlab.service.motions import forces_on, harmonics_of
 from damperlab.service.simulation import Asked, compute
-from damperlab.studies.design.design import designing
-from damperlab.studies.fit.document import read_fit
 from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.ground.files import Layout, read_record
@@ -24,16 +23,13 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import Format, load_text
 from damperlab.studies.understood import unusual_specification
 from damperlab.studies.vocabulary import AccelerationUnits
-from damperlab.worker.fit.estimate import fit_response
-from damperlab.worker.fit.history.estimate import fit_history
-from damperlab.worker.fit.history.march import scenes_of as scenes_of_history
-from damperlab.worker.fit.model import scenes_of
-from damperlab.worker.ground.response_spectrum import response_spectrum
 from damperlab.worker.scenes import Scene
 
 
 def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
     """Compute a design point; give the JSON of its answer, with forces and harmonics of its motion."""
+    from damperlab.service.motions import forces_on, harmonics_of
+
     found = compute(asked, cycles_limit)
     if found["history"]:
         found["forces"] = forces_on(found["history"], asked.design)
@@ -48,6 +44,10 @@ def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
 
 def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
     """Read the question of a fit, and give the scenes to compile."""
+    from damperlab.studies.fit.document import read_fit
+    from damperlab.worker.fit.history.march import scenes_of as scenes_of_history
+    from damperlab.worker.fit.model import scenes_of
+
     question = read_fit(load_text(body, "json"))
     if isinstance(question, HistoryQuestion):
         return question, scenes_of_history(question)
@@ -56,6 +56,11 @@ def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
 
 def fit_body(question: FitQuestion | HistoryQuestion) -> bytes:
     """Estimate the parameters of a prototype; give the JSON of the answer."""
+    from damperlab.service.fit_report import fit_document
+    from damperlab.service.history_report import history_document
+    from damperlab.worker.fit.estimate import fit_response
+    from damperlab.worker.fit.history.estimate import fit_history
+
     if isinstance(question, HistoryQuestion):
         return bytes(Document(history_document(fit_history(question))).body)
     return bytes(Document(fit_document(fit_response(question))).body)
@@ -78,6 +83,8 @@ class Look(TypedDict):
 
 def looked_at(motion: GroundMotion, most: int) -> Look:
     """Give a preview of a record: at most `most` samples, including its peaks, and its response spectrum."""
+    from damperlab.worker.ground.response_spectrum import response_spectrum
+
     a = motion.acceleration_m_s2
     rows = np.arange(a.size)
     if a.size > most:
@@ -97,7 +104,24 @@ def specified(body: bytes, written_in: Format, records: Shelf) -> tuple[Specific
     """Read a specification, and give the points of its budget and unusual values; refuse a budget that does not
     cover the first look.
     """
+    from damperlab.service.design_budget import budget_of
+    from damperlab.studies.design.design import designing
+
     asked = parse_specification(load_specification(body, written_in), records)
     budget = budget_of(asked)
     next(designing(asked, budget))
     return asked, budget, unusual_specification(asked)
+
+
+def prepare() -> None:
+    """Import, before the first request, what these functions import when they are called."""
+    import damperlab.service.fit_report
+    import damperlab.service.history_report
+    import damperlab.service.questions.needed
+    import damperlab.studies.design.design
+    import damperlab.worker.attractors
+    import damperlab.worker.fit.estimate
+    import damperlab.worker.fit.history.estimate
+    import damperlab.worker.ground.comparison
+    import damperlab.worker.ground.response_spectrum
+    import damperlab.worker.simulate  # noqa: F401

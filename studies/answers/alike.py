@@ -1,13 +1,15 @@
 """Two studies side by side: bring their cubes to the same dimensions, and join answers about both."""
 
 from collections.abc import Iterable
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from damperlab.studies.variables import BEFORE, DIMENSION_LONG_NAMES
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def alike(cubes: Iterable[xr.Dataset]) -> list[xr.Dataset]:
+
+def alike(cubes: "Iterable[xr.Dataset]") -> "list[xr.Dataset]":
     """Give every harmonic cube the optional leading dimensions that any of them has; leave cubes of other kinds
     unchanged.
 
@@ -18,7 +20,7 @@ def alike(cubes: Iterable[xr.Dataset]) -> list[xr.Dataset]:
     return [_with(cube, [name for name in names if name not in cube.sizes]) for cube in every]
 
 
-def beside(first: xr.Dataset, second: xr.Dataset, metric: str, *names: str) -> xr.Dataset:
+def beside(first: "xr.Dataset", second: "xr.Dataset", metric: str, *names: str) -> "xr.Dataset":
     """Add the metric of a second study to an answer, under further names; its counts of points then include both
     studies.
     """
@@ -34,7 +36,7 @@ def beside(first: xr.Dataset, second: xr.Dataset, metric: str, *names: str) -> x
     return answer
 
 
-def _with(cube: xr.Dataset, names: list[str]) -> xr.Dataset:
+def _with(cube: "xr.Dataset", names: list[str]) -> "xr.Dataset":
     if not names or "mass_ratio" not in cube.sizes or "clearance_ratio" not in cube.sizes:
         return cube
     found = cube.expand_dims({name: [0.0] for name in names})

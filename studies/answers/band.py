@@ -1,13 +1,16 @@
 """Judging over a band of frequencies, and the sentences that explain why one frequency is not enough."""
 
 from collections.abc import Container
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.vocabulary import Objective
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FREQUENCY = "frequency_ratio"
 
@@ -17,12 +20,12 @@ WHY = (
 )
 
 
-def has_band(cube: xr.Dataset) -> bool:
+def has_band(cube: "xr.Dataset") -> bool:
     """Whether more than one frequency was computed."""
     return cube.sizes[FREQUENCY] > 1
 
 
-def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> Objective:
+def default_objective(cube: "xr.Dataset", band: tuple[float, float] | None) -> Objective:
     """Name the default objective: the peak, if the study or the question has a band.
 
     A design that is superb at r = 1 can be terrible a few per cent away.
@@ -30,7 +33,7 @@ def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> Obj
     return "peak" if band is not None or has_band(cube) else "resonance"
 
 
-def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
+def worst_by_default(cube: "xr.Dataset", used: Container[str | None]) -> bool:
     """Whether the uncontrolled dimension is reduced to its worst value: if the question does not use it and it has
     several values.
 
@@ -45,7 +48,7 @@ def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
     return name not in used and cube.sizes[name] > 1
 
 
-def say_frequency(cube: xr.Dataset, r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
+def say_frequency(cube: "xr.Dataset", r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
     """Say that an answer applies to one frequency, and how to change that. If the answer shows `codes`, they have no
     largest value over the band.
     """
@@ -61,7 +64,7 @@ def say_frequency(cube: xr.Dataset, r: float, codes: bool = False, phrases: Phra
     return f"Only one frequency was computed, {at}: the judgement applies to that frequency alone. {WHY}"
 
 
-def say_worst(cube: xr.Dataset, phrases: Phrases = RATIOS) -> str:
+def say_worst(cube: "xr.Dataset", phrases: Phrases = RATIOS) -> str:
     """Say that an answer is the largest value over the uncontrolled dimension: the study's band, or its records."""
     kind = kind_of(cube.sizes)
     values = sorted(cube[kind.uncontrolled].values.tolist())

@@ -5,9 +5,9 @@ values.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
@@ -15,6 +15,9 @@ from damperlab.studies.answers.follow_up import tolerance_of
 from damperlab.studies.answers.judging import judge, new_tally
 from damperlab.studies.answers.nearness import inside, nearest_place, same
 from damperlab.studies.answers.slab import Slab
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Floats = NDArray[np.float64]
 Key = tuple[float, ...]
@@ -56,7 +59,7 @@ class Cells:
     @classmethod
     def of(
         cls,
-        cubes: Mapping[str, xr.Dataset],
+        cubes: "Mapping[str, xr.Dataset]",
         question: DesignQuestion,
         ranges: Mapping[str, tuple[float, float]],
         varied: list[str],
@@ -128,7 +131,7 @@ class _Grid:
     @classmethod
     def of(
         cls,
-        cube: xr.Dataset,
+        cube: "xr.Dataset",
         question: DesignQuestion,
         ranges: Mapping[str, tuple[float, float]],
         varied: list[str],

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
 from damperlab.studies.answers.nearness import inside, nearest_place
@@ -16,6 +16,9 @@ from damperlab.studies.questions import Judging, Listed
 from damperlab.studies.units import coordinates_in_units, results_in_units
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, dimensions_of
 from damperlab.studies.vocabulary import OBJECTIVES, Objective
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FREQUENCY = "frequency_ratio"
 DESIGN: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != FREQUENCY)
@@ -60,7 +63,7 @@ class DesignQuestion:
     @classmethod
     def ask(
         cls,
-        cube: xr.Dataset,
+        cube: "xr.Dataset",
         judging: Judging,
         top: int = 1,
     ) -> "DesignQuestion":
@@ -125,7 +128,7 @@ class DesignQuestion:
         )
 
 
-def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
+def judging_in_ratios(cube: "xr.Dataset", judging: Judging) -> Judging:
     """Convert ranges in units into ranges of ratios; a range of frequencies is the band."""
     units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
     if not units.keys() & judging.ranges.keys():
@@ -153,7 +156,7 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
     return replace(judging, band=band, ranges=ranges)
 
 
-def within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] | None) -> np.ndarray:
+def within(cube: "xr.Dataset", field: str, name: str, limits: tuple[float, float] | None) -> np.ndarray:
     """Give the positions along a dimension that are within limits, or all if there are none; raise `QueryFault` if
     the range is empty.
     """
@@ -174,7 +177,7 @@ def within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] 
     return found
 
 
-def axes_within(cube: xr.Dataset, ranges: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
+def axes_within(cube: "xr.Dataset", ranges: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
     """Give the grid points along every dimension that are within ranges, which may be in units."""
     judging = judging_in_ratios(cube, Judging(ranges=ranges))
     wanted = dict(judging.ranges)

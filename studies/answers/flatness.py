@@ -1,22 +1,24 @@
 """How flat an optimum is along each parameter, and whether it lies at the end of an axis."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.judging import judge, new_tally
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.slab import Slab
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 LOSS = 0.1
 """A design counts as equally good if its value exceeds that of the optimum by no more than this share."""
 
 
 def flatness(
-    cube: xr.Dataset, question: DesignQuestion, design: dict[str, int], value: float
+    cube: "xr.Dataset", question: DesignQuestion, design: dict[str, int], value: float
 ) -> list[dict[str, Any]]:
     """Walk from a design along each of its parameters until `LOSS` is exceeded.
 
@@ -115,7 +117,7 @@ def say_beyond(ends: Mapping[str, list[Any]], phrases: Phrases) -> str:
 
 
 def ends_of_damper(
-    cube: xr.Dataset, metric: str, counting: Mapping[str, np.ndarray], best: Mapping[str, int]
+    cube: "xr.Dataset", metric: str, counting: Mapping[str, np.ndarray], best: Mapping[str, int]
 ) -> dict[str, list[Any]]:
     """Find at which ends of the study's axes the best damper lies.
 

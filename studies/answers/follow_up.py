@@ -5,10 +5,9 @@ the study.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.notes import sentences_of
@@ -18,6 +17,9 @@ from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
 from damperlab.studies.units import STRUCTURE
 from damperlab.studies.variables import BEFORE, DIMENSIONS, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 WASTE = 1.5
 """Ratio of computed to wanted designs above which a set of designs is split into several grids."""
@@ -130,13 +132,13 @@ def _halves(part: np.ndarray) -> list[np.ndarray]:
     return best[1]
 
 
-def tolerance_of(cube: xr.Dataset, otherwise: float) -> float:
+def tolerance_of(cube: "xr.Dataset", otherwise: float) -> float:
     """Give the tolerance with which a cube was computed."""
     study = definition_of(cube)
     return float(study.get("steady", {}).get("tolerance", otherwise))
 
 
-def spent_on(cubes: Mapping[str, xr.Dataset]) -> dict[str, float]:
+def spent_on(cubes: "Mapping[str, xr.Dataset]") -> dict[str, float]:
     """Count points, and cycles and seconds of run time where they are stored.
 
     A point in several studies with the same settings is computed only for the first of them; the others reuse it.
@@ -156,7 +158,7 @@ def spent_on(cubes: Mapping[str, xr.Dataset]) -> dict[str, float]:
     return spent
 
 
-def _computed(cubes: Mapping[str, xr.Dataset]) -> list[np.ndarray]:
+def _computed(cubes: "Mapping[str, xr.Dataset]") -> list[np.ndarray]:
     """Give for every cube the points that have a result and are in no earlier cube."""
     found: list[np.ndarray] = []
     earlier: list[tuple[Any, xr.Dataset]] = []
@@ -173,7 +175,7 @@ def _computed(cubes: Mapping[str, xr.Dataset]) -> list[np.ndarray]:
     return found
 
 
-def found_of(best: xr.Dataset) -> dict[str, Any]:
+def found_of(best: "xr.Dataset") -> dict[str, Any]:
     """Give the coordinates, the value and the error of the first design."""
     names = (*dimensions_of(best.coords), "value", "error")
     return {name: float(best[name].values[0]) for name in names}

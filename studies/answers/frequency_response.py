@@ -2,9 +2,7 @@
 
 from dataclasses import replace
 from math import isfinite, nan
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from damperlab.studies.answers.largest_acceleration import acceleration_g
 from damperlab.studies.answers.leading import leading_place
@@ -26,13 +24,16 @@ from damperlab.studies.answers.selection import (
 from damperlab.studies.questions import Selection
 from damperlab.studies.units import metric_in_units, place_in_units, results_in_units
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 FREQUENCY = "frequency_ratio"
 
 
 def frequency_response(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     selection: Selection = Selection(),
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Follow one design along the frequency ratio.
 
     Parameters
@@ -55,6 +56,8 @@ def frequency_response(
     QueryFault
         If a dimension or the metric is not in the cube, or `at` names the frequency ratio.
     """
+    import xarray as xr
+
     source = {each.name: each.source for each in results_in_units(cube)}
     if selection.metric in source:
         asked = replace(selection, metric=source[selection.metric])

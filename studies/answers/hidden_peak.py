@@ -3,10 +3,9 @@
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.design_question import DesignQuestion
@@ -15,6 +14,9 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.brief import Note
 from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.variables import ResponseClass
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FREQUENCY = "frequency_ratio"
 HIGHER = 1.1
@@ -106,7 +108,7 @@ def hidden(
     )
 
 
-def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any]) -> NDArray[np.bool_]:
+def hidden_of(cube: "xr.Dataset", r: NDArray[np.float64], design: Mapping[str, Any]) -> NDArray[np.bool_]:
     """Apply `hidden` to one design of a study; nothing is read if the frequencies are close enough.
 
     Parameters
@@ -134,7 +136,9 @@ def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any
     return np.asarray(hidden(r, values[None], kinds[None], zeta, beta)[0])
 
 
-def hidden_on(cube: xr.Dataset, metric: str, plane: tuple[str, str], index: Mapping[str, int]) -> list[Note]:
+def hidden_on(
+    cube: "xr.Dataset", metric: str, plane: tuple[str, str], index: Mapping[str, int]
+) -> list[Note]:
     """Apply `hidden` to every point of a map of the largest values over the frequency, and note where peaks may hide.
 
     Parameters
@@ -166,7 +170,7 @@ def hidden_on(cube: xr.Dataset, metric: str, plane: tuple[str, str], index: Mapp
         some = part.isel({plane[0]: slice(start, start + step), FREQUENCY: order})
         rows = slice(start * across, (start + step) * across)
 
-        def load(name: str, some: xr.Dataset = some) -> NDArray[Any]:
+        def load(name: str, some: "xr.Dataset" = some) -> NDArray[Any]:
             return np.asarray(some[name].transpose(*plane, FREQUENCY).values).reshape(-1, r.size)
 
         values = load(metric).astype(np.float64)
@@ -224,11 +228,11 @@ MOST_PEAKS = 10
 
 
 def hidden_peaks(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     question: DesignQuestion,
-    ranked: xr.Dataset,
+    ranked: "xr.Dataset",
     lead: Mapping[str, Any],
-    homes: Mapping[str, xr.Dataset] | None = None,
+    homes: "Mapping[str, xr.Dataset] | None" = None,
 ) -> list[Note]:
     """Check the first designs of a ranking, and the recommended one; note where peaks may hide."""
     r = question.frequencies

@@ -1,10 +1,9 @@
 """Judging designs slab by slab: each by its response at the frequencies of the question."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.band import WHY
@@ -16,6 +15,9 @@ from damperlab.studies.faults import counted
 from damperlab.studies.portable import product
 from damperlab.studies.unit_names import OVER
 from damperlab.studies.variables import NONE_IS_ZERO, VARIABLES, ResponseClass, Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 REASONS: dict[str, str] = {
     "incomplete": "not computed yet at every frequency that counts",
@@ -38,7 +40,7 @@ def new_tally() -> dict[str, int]:
 
 
 def judged(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     question: DesignQuestion,
     tally: dict[str, int],
     beside: tuple[str, ...] = (),
@@ -152,8 +154,10 @@ def _error(question: DesignQuestion, amplitude: np.ndarray, error: np.ndarray) -
     return product(amplitude * error, question.weights) / np.where(rms > 0, rms, 1.0)
 
 
-def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np.ndarray]) -> xr.Dataset:
+def described(cube: "xr.Dataset", question: DesignQuestion, found: Mapping[str, np.ndarray]) -> "xr.Dataset":
     """Put judged designs into a Dataset along `rank`, with their coordinates, units and names; no attributes."""
+    import xarray as xr
+
     named: dict[str, dict[str, object]] = {
         "value": {"units": "1", "long_name": question.long_name},
         "error": {"units": "1", "long_name": f"error of the {question.long_name}"},

@@ -9,10 +9,9 @@ that stays on a wall. `tests/worker/test_acceleration.py` compares it with the a
 
 from collections.abc import Mapping, Sequence
 from math import nan, pi
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE
@@ -24,6 +23,9 @@ from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import OF_CAVITY
 from damperlab.studies.units import base_of, quantities_of
 from damperlab.studies.variables import PARTICLE_FRICTION, ResponseClass
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 Floats = NDArray[np.float64]
@@ -77,7 +79,7 @@ def accelerations(
     return np.where(kinds == ResponseClass.LOCKED, r**2, moving)
 
 
-def acceleration_g(cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]]) -> float:
+def acceleration_g(cube: "xr.Dataset", place: Mapping[str, int | NDArray[np.intp]]) -> float:
     """Give the largest acceleration of the structure with one damper of a study.
 
     Parameters
@@ -93,6 +95,8 @@ def acceleration_g(cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]]
         In g; that of the integration if the study stores `acceleration_ratio`. NaN if the study is in ratios, or stores
         nothing that determines it.
     """
+    import xarray as xr
+
     model = (definition_of(cube).get("contact") or {}).get("model", "instant")
     if _MEASURED in cube:
         there = cube[[_MEASURED]].isel(place)
@@ -113,7 +117,7 @@ def acceleration_g(cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]]
     return float((ratios * _unit(there)).max()) / STANDARD_GRAVITY
 
 
-def acceleration_of(design: Mapping[str, Any], question: DesignQuestion, cube: xr.Dataset) -> float:
+def acceleration_of(design: Mapping[str, Any], question: DesignQuestion, cube: "xr.Dataset") -> float:
     """Give `acceleration_g` of a design on a cube's grid, over the frequencies that count."""
     place = {name: nearest_place(cube[name].values, float(design[name])) for name in question.design}
     own = cube[FREQUENCY].values
@@ -121,8 +125,10 @@ def acceleration_of(design: Mapping[str, Any], question: DesignQuestion, cube: x
     return acceleration_g(cube, {**place, FREQUENCY: counted})
 
 
-def _particle_friction(cube: xr.Dataset) -> xr.DataArray:
+def _particle_friction(cube: "xr.Dataset") -> "xr.DataArray":
     """Give κ; 0 without friction of the particle."""
+    import xarray as xr
+
     if PARTICLE_FRICTION in cube.coords:
         return cube[PARTICLE_FRICTION]
     if AMPLITUDE not in cube.coords:
@@ -135,7 +141,7 @@ def _particle_friction(cube: xr.Dataset) -> xr.DataArray:
     return found
 
 
-def _unit(cube: xr.Dataset) -> xr.DataArray | float:
+def _unit(cube: "xr.Dataset") -> "xr.DataArray | float":
     """Give Z ω_n² [m/s²]; NaN where the study is in ratios."""
     if AMPLITUDE in cube.coords:
         rate = 2.0 * pi * float(definition_of(cube)["physical"]["natural_frequency_hz"])

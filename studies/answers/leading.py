@@ -2,9 +2,7 @@
 
 from collections.abc import Container
 from dataclasses import replace
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.design_question import design_of
@@ -16,8 +14,11 @@ from damperlab.studies.field import At
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Selection
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
+
+def leading(ranked: "xr.Dataset") -> dict[str, Any] | None:
     """Give the recommended design of a ranking: the best, or the best with impacts if the best clamps the structure."""
     if ranked.sizes["rank"] == 0:
         return None
@@ -26,7 +27,7 @@ def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
     return dict(acting) if acting and ranked.attrs.get("clamped") else first
 
 
-def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | None = None) -> Lead:
+def best_at(cube: "xr.Dataset", at: At, free: Container[str] = (), metric: str | None = None) -> Lead:
     """Give the leading design at the grid points nearest to the named values; over base amplitudes also its worst one.
 
     Parameters
@@ -74,7 +75,7 @@ def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | N
 
 
 def leading_place(
-    cube: xr.Dataset, at: At, free: tuple[str, ...], metric: str | None = None
+    cube: "xr.Dataset", at: At, free: tuple[str, ...], metric: str | None = None
 ) -> tuple[dict[str, int], Lead]:
     """Choose a grid point for every dimension that is not free: by default that of the best design.
 
@@ -102,7 +103,7 @@ def leading_place(
     return (choose(cube, {**lead.at, **at}, free) if lead.at else chosen), lead
 
 
-def at_its_place(cube: xr.Dataset, answer: xr.Dataset, selection: Selection) -> Selection:
+def at_its_place(cube: "xr.Dataset", answer: "xr.Dataset", selection: Selection) -> Selection:
     """Name the point of a cube's answer explicitly, because the best design of a second study may differ."""
     place = {
         str(name): value.item()

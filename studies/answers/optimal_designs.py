@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.alike import alike
 from damperlab.studies.answers.comparing import Found, least
@@ -28,12 +27,15 @@ from damperlab.studies.faults import counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.variables import ResponseClass
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 def optimal_designs(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     judging: Judging = Judging(),
     top: int = 10,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Rank the designs of a cube.
 
     A design is judged only if every frequency that counts was computed and has a value. Means over a band are
@@ -80,10 +82,10 @@ def optimal_designs(
 
 
 def merged_designs(
-    cubes: Mapping[str, xr.Dataset],
+    cubes: "Mapping[str, xr.Dataset]",
     judging: Judging = Judging(),
     top: int = 10,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Rank the designs of several studies together, each judged at the frequencies of its own study.
 
     Parameters
@@ -154,14 +156,14 @@ class _Ranked:
         Counts of the designs that were left out.
     """
 
-    cube: xr.Dataset
+    cube: "xr.Dataset"
     question: DesignQuestion
-    designs: xr.Dataset
-    active: xr.Dataset
+    designs: "xr.Dataset"
+    active: "xr.Dataset"
     tally: Mapping[str, int]
 
     @classmethod
-    def of(cls, cube: xr.Dataset, question: DesignQuestion) -> "_Ranked":
+    def of(cls, cube: "xr.Dataset", question: DesignQuestion) -> "_Ranked":
         """Rank the designs slab by slab."""
         tally = new_tally()
         best: Found = {}
@@ -192,7 +194,7 @@ class _Ranked:
         return said(self.cube, note)
 
 
-def _described(cube: xr.Dataset, question: DesignQuestion, found: Found) -> xr.Dataset:
+def _described(cube: "xr.Dataset", question: DesignQuestion, found: Found) -> "xr.Dataset":
     answer = described(cube, question, found)
     attributes = {"units": "1", "long_name": "further designs with exactly this response"}
     answer["alike"] = ("rank", found["alike"], attributes)
@@ -226,8 +228,10 @@ def _check_frequencies(name: str, question: DesignQuestion, theirs: DesignQuesti
         raise refused("with", found, "studies at the same frequencies", advice, told)
 
 
-def _joined(parts: Mapping[str, xr.Dataset], question: DesignQuestion) -> xr.Dataset:
+def _joined(parts: "Mapping[str, xr.Dataset]", question: DesignQuestion) -> "xr.Dataset":
     """Rank the designs of several studies, each design once."""
+    import xarray as xr
+
     named = [part.assign(study=("rank", np.full(part.sizes["rank"], name))) for name, part in parts.items()]
     joined = xr.concat(named, "rank", combine_attrs="override", join="outer")
     coordinates = np.stack([joined[name].values for name in question.design], axis=1)
@@ -243,7 +247,7 @@ def _joined(parts: Mapping[str, xr.Dataset], question: DesignQuestion) -> xr.Dat
     return ranked
 
 
-def _flatness(home: xr.Dataset, question: DesignQuestion, ranked: xr.Dataset) -> list[dict[str, Any]]:
+def _flatness(home: "xr.Dataset", question: DesignQuestion, ranked: "xr.Dataset") -> list[dict[str, Any]]:
     """Examine the neighbourhood of the best design in its own study; empty if there is none."""
     if not ranked.sizes["rank"]:
         return []

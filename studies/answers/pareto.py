@@ -1,10 +1,9 @@
 """The designs that no other one beats in every respect, and how many more may belong to them within their errors."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.comparing import CONFIDENCE, WIDTH, joined
 from damperlab.studies.answers.design_question import DesignQuestion
@@ -25,15 +24,18 @@ from damperlab.studies.faults import counted, describe, listing, nearest
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.vocabulary import RESPECTS
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 _SHARES_ERROR = "dissipation_error"
 
 
 def pareto_front(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     respects: Sequence[str],
     judging: Judging = Judging(),
     top: int = MOST_DESIGNS,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Find the designs that cannot be improved in one respect without a loss in another.
 
     Parameters
@@ -109,7 +111,7 @@ def pareto_front(
     return answer
 
 
-def _read(cube: xr.Dataset, respects: Sequence[str]) -> tuple[list[str], np.ndarray]:
+def _read(cube: "xr.Dataset", respects: Sequence[str]) -> tuple[list[str], np.ndarray]:
     bare = [name.removeprefix("-") for name in respects]
     if not 2 <= len(set(bare)) == len(bare) <= 3:
         raise refused(
@@ -131,7 +133,7 @@ def _read(cube: xr.Dataset, respects: Sequence[str]) -> tuple[list[str], np.ndar
 
 
 def _compared(
-    cube: xr.Dataset, columns: Sequence[str], signs: np.ndarray, found: Mapping[str, np.ndarray]
+    cube: "xr.Dataset", columns: Sequence[str], signs: np.ndarray, found: Mapping[str, np.ndarray]
 ) -> np.ndarray:
     """Give the compared values, (design, respect); smaller is better in every column."""
     values = [cube[name].values[found[name]] if name in cube.dims else found[name] for name in columns]
@@ -139,7 +141,7 @@ def _compared(
 
 
 def _limits(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     columns: Sequence[str],
     signs: np.ndarray,
     found: Mapping[str, np.ndarray],

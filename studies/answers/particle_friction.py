@@ -5,10 +5,9 @@ friction.
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import takewhile
 from math import inf, isfinite, nan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE, DAMPER, RATIOS_OF
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, axes_within
@@ -30,6 +29,9 @@ from damperlab.studies.questions import Judging
 from damperlab.studies.units import quantities_of
 from damperlab.studies.variables import BEFORE, MADE_BY, PARTICLE_FRICTION
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 COEFFICIENTS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 """Examined μ_i, roughly those of a rolling ball, of PTFE, and of dry metals."""
 FRICTION = "particle_friction"
@@ -38,7 +40,7 @@ WITHIN = 1.1
 """Allowed multiple of the promised value."""
 
 
-def studies_with_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> tuple[Study, ...]:
+def studies_with_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> tuple[Study, ...]:
     """Make the studies that compute the recommended damper of a ranking with friction of its particle.
 
     Parameters
@@ -70,7 +72,7 @@ def studies_with_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging
     return _over_amplitudes(study, cube, lead, judging)
 
 
-def find_friction(cube: xr.Dataset, ranked: xr.Dataset, judging: Judging) -> Refinement:
+def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> Refinement:
     """Make the studies that find the largest friction of the particle at which the recommended damper keeps its value.
 
     Parameters
@@ -150,7 +152,7 @@ def _computed(study: Study) -> bool:
 
 
 def _over_amplitudes(
-    study: Study, cube: xr.Dataset, damper: Mapping[str, Any], judging: Judging
+    study: Study, cube: "xr.Dataset", damper: Mapping[str, Any], judging: Judging
 ) -> tuple[Study, ...]:
     """Make the studies of one damper over the judged base amplitudes and frequencies, one for each coefficient."""
     document = study.document()
@@ -179,7 +181,7 @@ _MADE = tuple(DERIVATIONS[name].source for name in ("damping_ratio", "mass_ratio
 
 def friction_note(
     asked: Sequence[Study],
-    cubes: Iterable[xr.Dataset],
+    cubes: "Iterable[xr.Dataset]",
     judging: Judging,
     value: float,
     metric: str | None = None,
@@ -216,15 +218,15 @@ def friction_note(
     return Note(FRICTION, "hint", {"up_to": (0.0, *COEFFICIENTS)[held], "fails": fails})
 
 
-def has_friction_added(cube: xr.Dataset, ranked: xr.Dataset) -> bool:
+def has_friction_added(cube: "xr.Dataset", ranked: "xr.Dataset") -> bool:
     """Whether a study gives the friction of the particle that another one leaves open."""
     open_there, open_here = (FRICTIONLESS in left_open(definition_of(each)) for each in (ranked, cube))
     return open_there and not open_here
 
 
 def with_friction(
-    ranked: xr.Dataset, cube: xr.Dataset, judging: Judging, cubes: Iterable[xr.Dataset]
-) -> xr.Dataset:
+    ranked: "xr.Dataset", cube: "xr.Dataset", judging: Judging, cubes: "Iterable[xr.Dataset]"
+) -> "xr.Dataset":
     """Say in a ranking up to which friction of the particle its best damper keeps its value, or which command finds
     this.
 
@@ -262,7 +264,7 @@ def _told(words: Mapping[str, Any], said: str, notes: list[NoteDocument]) -> dic
     return told | ({"notes": [*words["notes"], *notes]} if "notes" in words else {})
 
 
-def _is_of(cube: xr.Dataset, study: Study) -> bool:
+def _is_of(cube: "xr.Dataset", study: Study) -> bool:
     """Whether a cube holds the points of a study."""
     axes = study.coordinates
     same = kind_of(cube.sizes) is kind_of(axes) and all(
@@ -276,7 +278,7 @@ def _coefficient(definition: Mapping[str, Any]) -> float | None:
     return coefficient
 
 
-def _values(cube: xr.Dataset, judging: Judging, metric: str | None) -> dict[float, float]:
+def _values(cube: "xr.Dataset", judging: Judging, metric: str | None) -> dict[float, float]:
     """Give the value with each coefficient of a cube; dampers that do not qualify are missing."""
     if kind_of(cube.sizes) is AMPLITUDES:
         ranked = worst_cases(cube, metric, 1)

@@ -4,9 +4,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from damperlab.studies.amplitudes import AMPLITUDE as BASE_AMPLITUDE
 from damperlab.studies.amplitudes import RATIOS_OF
@@ -30,6 +28,9 @@ from damperlab.studies.unit_names import (
 )
 from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
 from damperlab.studies.variables import DIMENSION_NAMES, MADE_BY, SYMBOLS, VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 AMPLITUDE = "amplitude_ratio"
 FREQUENCY = "frequency_ratio"
@@ -115,7 +116,7 @@ class Phrases:
     amplitude: str = "base amplitude"
 
     @classmethod
-    def of(cls, cube: xr.Dataset) -> "Phrases":
+    def of(cls, cube: "xr.Dataset") -> "Phrases":
         """Give the names for a study: in units, or as ratios if the study is in ratios alone."""
         beside = (*coordinates_in_units(cube), *results_in_units(cube))
         found = {each.source: each for each in (*beside, *in_si(cube))}
@@ -123,7 +124,7 @@ class Phrases:
         return cls(named, amplitude_called(cube))
 
     @classmethod
-    def of_ratios(cls, cube: xr.Dataset) -> "Phrases":
+    def of_ratios(cls, cube: "xr.Dataset") -> "Phrases":
         """Give the names of ratios; quantities that the cube stores in SI units stay in units."""
         return cls({each.source: each for each in in_si(cube)}, amplitude_called(cube))
 
@@ -210,7 +211,7 @@ class Phrases:
             return f"{self.value(AMPLITUDE, value, form)} (error not known)"
         return f"{shown} ± {self.value(AMPLITUDE, error, '.2g')}"
 
-    def shown(self, name: str, array: xr.DataArray) -> str:
+    def shown(self, name: str, array: "xr.DataArray") -> str:
         """Name a result in a table, with its unit or its reference: ``amplitude X in mm``."""
         units = str(array.attrs.get("units", "1"))
         told = self.about(with_what_it_is_over(name, str(array.attrs.get("long_name", name))))
@@ -237,7 +238,7 @@ RATIOS = Phrases()
 _SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit is given separately
 
 
-def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:
+def said(cube: "xr.Dataset", say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:
     """Give an answer's words in ratios; if the study is given in units, add them in units as ``in_units``.
 
     Parameters

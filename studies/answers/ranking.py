@@ -1,8 +1,7 @@
 """One question for the best designs, for every kind of study and every criterion, shared by all interfaces."""
 
 from collections.abc import Callable, Iterable, Mapping
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
@@ -14,11 +13,14 @@ from damperlab.studies.field import given
 from damperlab.studies.kinds import HARMONIC, KINDS, Kind, kind_of
 from damperlab.studies.questions import Judging, Ranking
 
-Opened = Callable[[Iterable[str]], Mapping[str, xr.Dataset]]
+if TYPE_CHECKING:
+    import xarray as xr
+
+Opened = Callable[[Iterable[str]], "Mapping[str, xr.Dataset]"]
 """Function that opens the study and its follow-ups, by id, the study first."""
 
 
-def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened: Opened) -> xr.Dataset:
+def ranked_designs(cube: "xr.Dataset", judging: Judging, ranking: Ranking, opened: Opened) -> "xr.Dataset":
     """Rank the designs of a study, the best first. The designs of a suite, or of a study over base amplitudes, are
     ranked by their worst case.
 

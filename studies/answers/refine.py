@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.cells import Cells, joined
 from damperlab.studies.answers.design_question import (
@@ -39,6 +39,9 @@ from damperlab.studies.field import At
 from damperlab.studies.questions import Judging, Search, Step
 from damperlab.studies.variables import ResponseClass, Status
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 PARTS = {1: 8, 2: 4}
 """Number of parts into which a cell next to the best is divided, by the number of parameters. It is 2 for more
 parameters and for cells elsewhere.
@@ -51,7 +54,7 @@ ROUNDING = 1e-9
 
 def refine_optimum(
     study: Study,
-    cubes: Mapping[str, xr.Dataset],
+    cubes: "Mapping[str, xr.Dataset]",
     search: Search = Search(),
     judging: Judging = Judging(),
 ) -> Refinement:
@@ -156,7 +159,7 @@ def refine_optimum(
 
 
 def _with_friction(
-    answer: Refinement, rubbing: Study, cubes: Iterable[xr.Dataset], judging: Judging
+    answer: Refinement, rubbing: Study, cubes: "Iterable[xr.Dataset]", judging: Judging
 ) -> Refinement:
     """Add the largest particle friction at which a known optimum keeps its value, or else the study that determines it."""
     note = friction_note((rubbing,), cubes, judging, answer.found["value"])
@@ -168,7 +171,7 @@ def _with_friction(
 
 def _brief(
     study: Study,
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     found: Mapping[str, float],
     steps: Mapping[str, float],
     points: int,
@@ -233,7 +236,7 @@ def _note_search(promising: int, blurred: bool, steps: Mapping[str, float], sear
 
 def refine_boundary(
     study: Study,
-    cubes: Mapping[str, xr.Dataset],
+    cubes: "Mapping[str, xr.Dataset]",
     along: str,
     at: At,
     tolerance: float = Step.tolerance,
@@ -302,7 +305,7 @@ def refine_boundary(
 
 
 def _line(
-    cubes: Mapping[str, xr.Dataset], along: str, chosen: Mapping[str, float]
+    cubes: "Mapping[str, xr.Dataset]", along: str, chosen: Mapping[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values along a line, ascending, and the class at each, from every cube that contains the line."""
     known: dict[float, int] = {}
@@ -318,7 +321,7 @@ def _line(
 
 
 def _fine(
-    parent: xr.Dataset, refined: list[str], tolerance: float, ranges: Mapping[str, tuple[float, float]]
+    parent: "xr.Dataset", refined: list[str], tolerance: float, ranges: Mapping[str, tuple[float, float]]
 ) -> int:
     """Count the designs of a grid with these steps over the part of the study that the question covers."""
     spans = []

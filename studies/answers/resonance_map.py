@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.band import FREQUENCY, say_frequency, say_worst, worst_by_default
 from damperlab.studies.answers.fold import Extremum, Mean
@@ -44,6 +43,9 @@ from damperlab.studies.units import (
 from damperlab.studies.variables import Status
 from damperlab.studies.vocabulary import Reduction
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 PEAKS = ("amplitude_ratio", "amplitude_ratio_max")
 """Results that may have a resonance peak between the computed frequencies."""
 BUDGET = 2**20
@@ -51,13 +53,13 @@ BUDGET = 2**20
 
 
 def resonance_map(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     x: str,
     y: str,
     selection: Selection = Selection(),
     over: str | None = None,
     reduce: Reduction | None = None,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Slice the cube along two dimensions.
 
     A quantity is shown at its largest over the frequencies of the study unless the question names a frequency. A map
@@ -169,13 +171,15 @@ def resonance_map(
 
 
 def _in_units(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     units: Mapping[str, InUnits],
     named: tuple[str, str, str | None],
     selection: Selection,
     reduce: Reduction | None,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Convert a question in units into ratios, and give the axes and the metric in the named units."""
+    import xarray as xr
+
     x, y, over = named
     source = {name: each.source for name, each in units.items()}
     inner = None if over is None else source.get(over, over)
@@ -189,7 +193,7 @@ def _in_units(
     return place_in_units(cube, answer)
 
 
-def _slice(cube: xr.Dataset, x: str, y: str, metric: str, index: Mapping[str, int]) -> xr.Dataset:
+def _slice(cube: "xr.Dataset", x: str, y: str, metric: str, index: Mapping[str, int]) -> "xr.Dataset":
     status = read(cube, "status", index, (y, x))
     values = {
         name: status if name == "status" else read(cube, name, index, (y, x))
@@ -202,13 +206,13 @@ def _slice(cube: xr.Dataset, x: str, y: str, metric: str, index: Mapping[str, in
 
 
 def _reduced(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     dims: tuple[str, str],
     metric: str,
     along: tuple[str, str | None],
     reduce: str,
     index: Mapping[str, int],
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Reduce along the first dimension of `along`, slab by slab: the largest values over the second, if it is named."""
     y, x = dims
     over, inner = along
@@ -259,14 +263,16 @@ def _reduced(
 
 
 def _where(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     dims: tuple[str, str],
     name: str,
     place: np.ndarray,
     values: np.ndarray,
     reduce: str,
-) -> xr.Variable:
+) -> "xr.Variable":
     """Name the place of an extremum along a dimension; empty if there is none."""
+    import xarray as xr
+
     found = cube[name].values[place]
     attributes = {
         "units": cube[name].attrs.get("units", "1"),
@@ -277,13 +283,15 @@ def _where(
 
 
 def _answer(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     x: str,
     y: str,
     values: Mapping[str, np.ndarray],
     index: Mapping[str, int],
     attributes: Mapping[str, Any],
-) -> xr.Dataset:
+) -> "xr.Dataset":
+    import xarray as xr
+
     variables = {name: ((y, x), array, dict(cube[name].attrs)) for name, array in values.items()}
     coordinates = {y: cube[y], x: cube[x], **scalars(cube, index)}
     return xr.Dataset(variables, coordinates, dict(attributes))

@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.excited import definition_of
@@ -19,6 +18,9 @@ from damperlab.studies.kinds import kind_of
 from damperlab.studies.unit_names import AMPLITUDES
 from damperlab.studies.units import coordinates_in_units
 from damperlab.studies.variables import STEPPED, Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "status")
 """Companions of a metric, so that no value appears without its error, class and status."""
@@ -37,17 +39,17 @@ class Lead(NamedTuple):
 NO_LEAD = Lead({}, "")
 
 
-def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
+def dimensions_of(cube: "xr.Dataset") -> tuple[str, ...]:
     """Give the dimensions of a study's cube in their order."""
     return tuple(map(str, cube["status"].dims))
 
 
-def main_metric(cube: xr.Dataset) -> str:
+def main_metric(cube: "xr.Dataset") -> str:
     """Name the default metric of a question."""
     return kind_of(cube.sizes).metric
 
 
-def check_dimension(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = ()) -> None:
+def check_dimension(cube: "xr.Dataset", field: str, name: str, taken: Iterable[str] = ()) -> None:
     """Raise `QueryFault` unless `name` is a dimension of the cube that no other argument has `taken`."""
     dimensions = dimensions_of(cube)
     allowed = [dimension for dimension in dimensions if dimension not in taken]
@@ -56,7 +58,7 @@ def check_dimension(cube: xr.Dataset, field: str, name: str, taken: Iterable[str
         raise refused(field, describe(name), f"one of {listing(allowed)}", advice)
 
 
-def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
+def check_metric(cube: "xr.Dataset", name: str, field: str = "metric") -> None:
     """Raise `QueryFault` unless the cube holds the variable `name`."""
     if name in cube.data_vars:
         return
@@ -71,7 +73,7 @@ def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
     raise refused(field, found, f"one of {listing(stored)}", advice)
 
 
-def check_quantity(cube: xr.Dataset, name: str, told: str) -> None:
+def check_quantity(cube: "xr.Dataset", name: str, told: str) -> None:
     """Raise as `check_metric`, and also if the variable holds codes; `told` completes the message."""
     check_metric(cube, name)
     if coded(cube, name):
@@ -79,7 +81,7 @@ def check_quantity(cube: xr.Dataset, name: str, told: str) -> None:
         raise refused("metric", name, "a quantity", advice, f"{name} holds codes, {told}.")
 
 
-def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | None = None) -> None:
+def require_stored(cube: "xr.Dataset", field: str, *names: str, otherwise: str | None = None) -> None:
     """Raise `QueryFault` unless the cube holds every variable that a question needs apart from its metric.
 
     Parameters
@@ -105,7 +107,7 @@ def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | N
         raise refused(field, found, allowed, advice, told)
 
 
-def _submit(cube: xr.Dataset, *names: str) -> str:
+def _submit(cube: "xr.Dataset", *names: str) -> str:
     advice = f"add {listing(names)} to `metrics` and submit again"
     known = kind_of(cube.sizes).variables
     if any(known[name].start for name in names):
@@ -121,7 +123,7 @@ def _guess(name: str, known: list[str]) -> str:
     return f"did you mean {meant}?" if meant else "the study's definition lists what it stores"
 
 
-def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = ()) -> None:
+def check_axis(cube: "xr.Dataset", field: str, name: str, taken: Iterable[str] = ()) -> None:
     """Raise as `check_dimension`, and for a dimension of texts, which has no numerical order."""
     check_dimension(cube, field, name, taken)
     if cube[name].dtype.kind == "U":
@@ -130,7 +132,7 @@ def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = (
         raise refused(field, describe(name), f"one of {listing(allowed)}", advice)
 
 
-def check_free(cube: xr.Dataset, at: At, axes: Iterable[str], answer: str) -> None:
+def check_free(cube: "xr.Dataset", at: At, axes: Iterable[str], answer: str) -> None:
     """Raise `QueryFault` if the question fixes an axis of its own answer; the fault uses the name in the question.
 
     Parameters
@@ -156,7 +158,7 @@ def check_free(cube: xr.Dataset, at: At, axes: Iterable[str], answer: str) -> No
             raise refused(name, describe(value), f"nothing: {runs}", advice, told)
 
 
-def choose(cube: xr.Dataset, at: At, free: tuple[str, ...]) -> dict[str, int]:
+def choose(cube: "xr.Dataset", at: At, free: tuple[str, ...]) -> dict[str, int]:
     """Choose a grid point for every dimension that is not `free`.
 
     Parameters
@@ -219,7 +221,7 @@ def finite(dimension: str, wanted: object) -> float:
     return float(wanted)
 
 
-def in_ratios(cube: xr.Dataset, at: At) -> At:
+def in_ratios(cube: "xr.Dataset", at: At) -> At:
     """Convert wanted values, some of them in units, to values along the cube's dimensions.
 
     Raises
@@ -241,7 +243,7 @@ def in_ratios(cube: xr.Dataset, at: At) -> At:
     return found
 
 
-def companions(cube: xr.Dataset, metric: str) -> list[str]:
+def companions(cube: "xr.Dataset", metric: str) -> list[str]:
     """Name the companions of a metric that the cube has; the error is that in the unit of the metric."""
     in_units = metric in AMPLITUDES.values() and "amplitude_error_m" in cube.data_vars
     names = ("amplitude_error_m" if name == "amplitude_error" and in_units else name for name in COMPANIONS)
@@ -249,7 +251,7 @@ def companions(cube: xr.Dataset, metric: str) -> list[str]:
 
 
 def say(
-    cube: xr.Dataset, index: Mapping[str, int], at: At, phrases: Phrases = RATIOS, lead: Lead = NO_LEAD
+    cube: "xr.Dataset", index: Mapping[str, int], at: At, phrases: Phrases = RATIOS, lead: Lead = NO_LEAD
 ) -> str:
     """Describe the chosen grid points, and say which differ from the wanted values."""
     chosen_at = []
@@ -272,12 +274,12 @@ def say(
     return "At " + ", ".join(chosen_at) + "." if chosen_at else ""
 
 
-def scalars(cube: xr.Dataset, index: Mapping[str, int]) -> dict[str, xr.DataArray]:
+def scalars(cube: "xr.Dataset", index: Mapping[str, int]) -> "dict[str, xr.DataArray]":
     """Give the chosen values as scalar coordinates."""
     return {name: cube[name].isel({name: position}) for name, position in index.items()}
 
 
-def read(cube: xr.Dataset, name: str, index: Mapping[str, Any], dims: tuple[str, ...]) -> np.ndarray:
+def read(cube: "xr.Dataset", name: str, index: Mapping[str, Any], dims: tuple[str, ...]) -> np.ndarray:
     """Read a variable at `index` with its dimensions in the order `dims`, which must be all that remain."""
     return np.asarray(cube[name].isel(index).transpose(*dims).values)
 
@@ -289,7 +291,7 @@ def as_float(values: np.ndarray) -> np.ndarray:
     return np.where(values < 0, np.nan, values.astype(np.float64))
 
 
-def coded(cube: xr.Dataset, name: str) -> bool:
+def coded(cube: "xr.Dataset", name: str) -> bool:
     """Whether the values are codes, which have no mean and no order."""
     return "flag_values" in cube[name].attrs
 

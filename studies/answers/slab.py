@@ -3,14 +3,16 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.selection import dimensions_of
 from damperlab.studies.store.export.slabs import BUDGET, slabs
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Places = NDArray[np.intp]
 
@@ -29,7 +31,7 @@ class Slab:
         Grid indices along every dimension; every combination of them is examined.
     """
 
-    cube: xr.Dataset
+    cube: "xr.Dataset"
     designs: tuple[str, ...]
     cases: tuple[str, ...]
     index: Mapping[str, Places]
@@ -62,7 +64,7 @@ class Slab:
         return {name: self.index[name][place] for name, place in zip(names, at, strict=True)}
 
 
-def slabs_of(cube: xr.Dataset, index: Mapping[str, Places], designs: tuple[str, ...]) -> Iterator[Slab]:
+def slabs_of(cube: "xr.Dataset", index: Mapping[str, Places], designs: tuple[str, ...]) -> Iterator[Slab]:
     """Divide the examined part of a cube along the designs, so that every chunk is read once.
 
     Parameters

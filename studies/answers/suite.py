@@ -4,10 +4,9 @@ refuse.
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.comparing import Found, least
@@ -47,6 +46,9 @@ from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.questions import Listed
 from damperlab.studies.variables import ResponseClass, Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _MET = {"frequency_ratio": "frequencies", "damping_ratio": "damping ratios of the structure"}
 _LEFT_OUT = {
@@ -98,13 +100,13 @@ def _instead(asked: str) -> str:
 
 
 def worst_cases(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     metric: str | None = None,
     top: int = 10,
     records: Sequence[str] | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     exclude_locked: bool = False,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Rank dampers by their worst case: over the records, scales and structures of a suite, or over base amplitudes.
 
     Parameters
@@ -136,6 +138,8 @@ def worst_cases(
     QueryFault
         If an argument is not allowed, or no grid point is in a range.
     """
+    import xarray as xr
+
     metric = main_metric(cube) if metric is None else metric
     check_quantity(cube, metric, "which have no order, so dampers cannot be ranked by it")
     check_question(Listed(top))
@@ -183,13 +187,13 @@ def worst_cases(
 
 
 def worst_case_designs(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     metric: str | None = None,
     top: int = 10,
     records: Sequence[str] | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     exclude_locked: bool = False,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Rank dampers as `worst_cases` does, and judge the best.
 
     Returns
@@ -219,7 +223,7 @@ def worst_case_designs(
     return answer
 
 
-def _beside(part: xr.Dataset, metric: str) -> dict[str, str]:
+def _beside(part: "xr.Dataset", metric: str) -> dict[str, str]:
     """Name the further results of a worst case, each with its source variable."""
     found = {"growth": "growth", "response_class": "response_class"}
     if metric in ("amplitude_ratio", "amplitude_m"):
@@ -236,7 +240,7 @@ def _locked(slab: Slab) -> np.ndarray:
 
 
 def _counting(
-    cube: xr.Dataset, records: Sequence[str] | None, ranges: Mapping[str, tuple[float, float]]
+    cube: "xr.Dataset", records: Sequence[str] | None, ranges: Mapping[str, tuple[float, float]]
 ) -> dict[str, np.ndarray]:
     index: dict[str, np.ndarray] = {}
     if records is not None:
@@ -249,7 +253,7 @@ def _counting(
     return axes_within(cube, ranges) | index
 
 
-def _linear_peaks(met: xr.Dataset, answer: xr.Dataset) -> LinearPeaks:
+def _linear_peaks(met: "xr.Dataset", answer: "xr.Dataset") -> LinearPeaks:
     """Compute what the best damper is compared with under the base amplitudes that count: a tuned mass damper has its
     mass.
     """
@@ -263,8 +267,8 @@ def _linear_peaks(met: xr.Dataset, answer: xr.Dataset) -> LinearPeaks:
 
 
 def _brief(
-    cube: xr.Dataset,
-    answer: xr.Dataset,
+    cube: "xr.Dataset",
+    answer: "xr.Dataset",
     damper: tuple[str, ...],
     ends: Mapping[str, list[Any]],
     linear: LinearPeaks,
@@ -320,14 +324,14 @@ def _brief(
     return Brief("tuned_mass_damper" if beaten else kind, tuple(sentences), tuple(rows), following)
 
 
-def _kind(answer: xr.Dataset) -> Damper:
+def _kind(answer: "xr.Dataset") -> Damper:
     """Name the best damper by its parts."""
     mass = float(answer["mass_ratio" if "mass_ratio" in answer.coords else "particle_mass_kg"].values[0])
     friction = float(answer["friction_force_n"].values[0])
     return damper_of(mass > 0.0, friction > 0.0)
 
 
-def _note(part: xr.Dataset, metric: str, said: Mapping[str, Any], ranked: int) -> str:
+def _note(part: "xr.Dataset", metric: str, said: Mapping[str, Any], ranked: int) -> str:
     met: tuple[str, ...]
     if kind_of(part.sizes) is SUITE:
         structures = part.sizes["natural_frequency_hz"] * part.sizes["damping_ratio"]

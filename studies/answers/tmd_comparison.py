@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.band import FREQUENCY, WHY, runs
 from damperlab.studies.answers.design_question import trapezoid
@@ -30,16 +29,19 @@ from damperlab.studies.tmd.tunings import MOST_UNDER_BASE, tuned
 from damperlab.studies.variables import BEFORE, Status
 from damperlab.studies.vocabulary import CRITERIA, Excitation
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 METRIC = "amplitude_ratio"
 LEAST_MASS = 1e-12
 """Smallest mass ratio of an absorber; the tuning of a lighter one differs from 1 only by rounding."""
 
 
 def tmd_comparison(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     tuning: Tuning = Tuning(),
     at: At | None = None,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Compare one design of a study with a tuned mass damper on the same structure and excitation.
 
     Parameters
@@ -197,7 +199,7 @@ def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phra
     return [f"The compared design is the {called} {among}: {at}."]
 
 
-def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:
+def _excitation(cube: "xr.Dataset", asked: Excitation | None) -> Excitation:
     """Give the excitation of the comparison: that of the study, or on request a force for a study with a shaken
     base.
     """
@@ -227,7 +229,7 @@ def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
     return float(weights[known & (values > level)].sum() / total)
 
 
-def _words(answer: xr.Dataset, phrases: Phrases, notes: list[Note]) -> str:
+def _words(answer: "xr.Dataset", phrases: Phrases, notes: list[Note]) -> str:
     found: dict[str, Any] = answer.attrs
     r = answer[FREQUENCY].values
     in_units = bool(phrases.unit("mass_ratio") and phrases.unit(FREQUENCY))

@@ -1,10 +1,9 @@
 """The short answer to whether a study's damper or a tuned mass damper is better, and whether this is certain."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import RATIOS_OF
@@ -21,8 +20,11 @@ from damperlab.studies.cavity import left_open
 from damperlab.studies.variables import Status
 from damperlab.studies.vocabulary import OF_PARTICLE
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def is_judged(answer: xr.Dataset) -> bool:
+
+def is_judged(answer: "xr.Dataset") -> bool:
     """Whether it is known which damper has the lower peak over the band.
 
     A peak is the largest of all values, so one higher value proves that the study's peak is higher. It is known to be
@@ -44,7 +46,7 @@ def is_judged(answer: xr.Dataset) -> bool:
     )
 
 
-def notes_of(cube: xr.Dataset, answer: xr.Dataset) -> list[Note]:
+def notes_of(cube: "xr.Dataset", answer: "xr.Dataset") -> list[Note]:
     """Give as data the facts that limit or change the comparison."""
     found, r = answer.attrs, answer[FREQUENCY].values
     notes = []
@@ -68,7 +70,7 @@ def notes_of(cube: xr.Dataset, answer: xr.Dataset) -> list[Note]:
 
 
 def brief_of(
-    cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], known: list[Note], phrases: Phrases
+    cube: "xr.Dataset", answer: "xr.Dataset", varied: Mapping[str, float], known: list[Note], phrases: Phrases
 ) -> Brief:
     """Name the damper with the lower peak over the band, or the reason why it is unknown.
 
@@ -129,18 +131,18 @@ def brief_of(
     return Brief(damper, (so_far, told, hides), rows, following)
 
 
-def _strikes(answer: xr.Dataset) -> bool:
+def _strikes(answer: "xr.Dataset") -> bool:
     """Whether the study's damper has a particle that strikes, as far as is known."""
     kinds = answer.get("response_class")
     return float(answer["mass_ratio"]) > 0 and (kinds is None or bool(may_strike(kinds.values).any()))
 
 
-def _friction_of(answer: xr.Dataset) -> xr.DataArray:
+def _friction_of(answer: "xr.Dataset") -> "xr.DataArray":
     return answer["friction_ratio" if "friction_ratio" in answer.coords else "friction_force_n"]
 
 
 def _rows(
-    answer: xr.Dataset, varied: Mapping[str, float], peaks: tuple[str, str], phrases: Phrases
+    answer: "xr.Dataset", varied: Mapping[str, float], peaks: tuple[str, str], phrases: Phrases
 ) -> tuple[tuple[str, str, str], ...]:
     found: dict[str, Any] = answer.attrs
     named = dict(varied)
@@ -181,7 +183,7 @@ def _tuned(found: Mapping[str, Any], phrases: Phrases) -> str:
     return f"{mass}, {tuned}, ζ = {found['tmd_damping_ratio']:.2g}"
 
 
-def _hidden(answer: xr.Dataset) -> NDArray[np.bool_]:
+def _hidden(answer: "xr.Dataset") -> NDArray[np.bool_]:
     """Intervals in which this design's peak may hide, from `hidden`; empty if a value is unknown."""
     hybrid, r = answer["hybrid"].values, answer[FREQUENCY].values
     if r.size == 1 or not np.isfinite(hybrid).all():

@@ -3,10 +3,9 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, contend
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
@@ -34,6 +33,9 @@ from damperlab.studies.cavity import left_open
 from damperlab.studies.variables import ResponseClass, Status, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
 CLAMPED = 1.5
@@ -55,7 +57,7 @@ def is_clamped(design: Row) -> bool:
     return held and float(design["value"]) <= CLAMPED
 
 
-def best_with_impacts(found: xr.Dataset) -> dict[str, Any] | None:
+def best_with_impacts(found: "xr.Dataset") -> dict[str, Any] | None:
     """Give the best design whose particle strikes at a frequency that counts; None if there is none or it is
     unknown.
     """
@@ -71,12 +73,12 @@ def best_with_impacts(found: xr.Dataset) -> dict[str, Any] | None:
 
 
 def verdict(
-    cube: xr.Dataset,
+    cube: "xr.Dataset",
     question: DesignQuestion,
-    ranked: xr.Dataset,
+    ranked: "xr.Dataset",
     active: Row | None,
     flat: list[dict[str, Any]],
-    homes: Mapping[str, xr.Dataset] | None = None,
+    homes: "Mapping[str, xr.Dataset] | None" = None,
 ) -> dict[str, Any]:
     """Judge a ranking.
 
@@ -165,7 +167,7 @@ class _Known:
         The notes as data, in ratios.
     """
 
-    cube: xr.Dataset
+    cube: "xr.Dataset"
     question: DesignQuestion
     peaks: list[Note]
     best: Row
@@ -182,12 +184,12 @@ class _Known:
     @classmethod
     def of(
         cls,
-        cube: xr.Dataset,
+        cube: "xr.Dataset",
         question: DesignQuestion,
-        ranked: xr.Dataset,
+        ranked: "xr.Dataset",
         active: Row | None,
         flat: list[dict[str, Any]],
-        homes: Mapping[str, xr.Dataset] | None,
+        homes: "Mapping[str, xr.Dataset] | None",
     ) -> "_Known":
         """Examine the best designs of a ranking."""
         names = [name for name in ranked.variables if ranked[name].dims == ("rank",) and name != "rank"]
@@ -397,7 +399,7 @@ class _Known:
         return ", ".join(phrases.equal(name, row[name], ".3g") for name in varied)
 
 
-def _none_left(cube: xr.Dataset, question: DesignQuestion, tally: Mapping[str, Any]) -> Brief:
+def _none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str, Any]) -> Brief:
     """Say why no design could be ranked."""
     study = name_of(cube)
     total, failed, waiting = (int(tally.get(key, 0)) for key in ("designs", "failed", "incomplete"))
@@ -422,7 +424,7 @@ def say_next(phrases: Phrases) -> str:
     return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)}, {NEXT_BAND['num']} values."
 
 
-def _ends(cube: xr.Dataset, flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
+def _ends(cube: "xr.Dataset", flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
     """Give the ends of axes at which a design lies, except along an axis on which all designs are equally good."""
     ends = {}
     for entry in flat:
@@ -433,7 +435,7 @@ def _ends(cube: xr.Dataset, flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
     return ends
 
 
-def _cut_off(cube: xr.Dataset, question: DesignQuestion, best: Row) -> int:
+def _cut_off(cube: "xr.Dataset", question: DesignQuestion, best: Row) -> int:
     """Count the responses of a design whose run ended before they reached the tolerance."""
     if "status" not in cube:
         return 0

@@ -1,11 +1,15 @@
 """Error against run time over the points of a study."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.selection import completeness, require_stored
 from damperlab.studies.store.export.slabs import slabs
 from damperlab.studies.variables import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TIME_BINS = 4
 ERROR_BINS = 8
@@ -16,7 +20,7 @@ ERROR_DECADES = (-18, 2)
 QUANTILES = (0.1, 0.5, 0.9)
 
 
-def work_precision(cube: xr.Dataset) -> xr.Dataset:
+def work_precision(cube: "xr.Dataset") -> "xr.Dataset":
     """Sort a study's points by run time and give the errors for each time.
 
     The cube is read slab by slab into a histogram of run time and relative error, so the memory does not depend on
@@ -68,7 +72,9 @@ def work_precision(cube: xr.Dataset) -> xr.Dataset:
     return _answer(histogram, limited, {**completeness(computed, failed, points), "seconds": seconds})
 
 
-def _answer(histogram: np.ndarray, limited: np.ndarray, attributes: dict[str, object]) -> xr.Dataset:
+def _answer(histogram: np.ndarray, limited: np.ndarray, attributes: dict[str, object]) -> "xr.Dataset":
+    import xarray as xr
+
     held = np.flatnonzero(histogram.any(axis=1))
     number = histogram[held].sum(axis=1)
     upper = 10.0 ** (ERROR_DECADES[0] + np.arange(histogram.shape[1]) / ERROR_BINS)

@@ -1,16 +1,18 @@
 """The recommended damper under other amplitudes than specified: its response over the band under each, and its peak."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from typing_extensions import TypedDict
 
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.found import Found
 from damperlab.studies.shapes import Number, Numbers
 from damperlab.studies.specification.excitation import Amplitude
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SAME = 1e-9
 """Relative distance within which an amplitude counts as an end of the range."""
@@ -79,7 +81,7 @@ def peaks_of(found: Found) -> list[tuple[Amplitude, Curve, int]]:
     return [(each, curve, int(curve.measured.argmax())) for each, curve in curves]
 
 
-def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> "xr.Dataset":
     """Put the amplitudes of an answer into a Dataset.
 
     Parameters
@@ -95,6 +97,8 @@ def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> xr.Dataset:
         `worst_frequency_ratio` and `asked` have the dimension `amplitude` alone; `asked` is true for amplitudes of the
         specification.
     """
+    import xarray as xr
+
     r = sorted({each for row in rows for each in row["frequency_ratio"]})
     grids: dict[str, Any] = {}
     for name in ("value", "ratio"):

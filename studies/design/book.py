@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
@@ -24,6 +23,9 @@ from damperlab.studies.specification.measure import LIMITS, MEASURES
 from damperlab.studies.specification.records import ONCE, Case, Under
 from damperlab.studies.specification.specification import STARTS, Specification
 from damperlab.studies.variables import BEFORE, MADE_BY, Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 VARIABLES = (
     "amplitude_ratio",
@@ -252,7 +254,7 @@ class Book:
             }
         }
 
-    def add(self, cubes: Iterable[xr.Dataset]) -> None:
+    def add(self, cubes: "Iterable[xr.Dataset]") -> None:
         """Take over the points of completed studies."""
         self._curves.clear()
         for cube in cubes:
@@ -285,7 +287,7 @@ class Book:
                         self._known[spot, at] = tuple(row)
                         self.spent += 1
 
-    def _add_suite(self, cube: xr.Dataset) -> None:
+    def _add_suite(self, cube: "xr.Dataset") -> None:
         for spot, row in known_of(cube):
             if (spot, ONCE[0]) not in self._known:
                 self._known[spot, ONCE[0]] = row
@@ -321,7 +323,7 @@ class Book:
         return self._curves[build, amplitude]
 
 
-def _beside(cube: xr.Dataset) -> Iterator[float]:
+def _beside(cube: "xr.Dataset") -> Iterator[float]:
     """Give the ratios of `BEFORE`, 0 for those that a study lacks; for a study over base amplitudes, the numbers of the
     cavity.
     """
@@ -331,7 +333,7 @@ def _beside(cube: xr.Dataset) -> Iterator[float]:
         yield from (float(cube[name].values[0]) if name in cube.sizes else 0.0 for name in BEFORE)
 
 
-def _law_of(cube: xr.Dataset) -> Law:
+def _law_of(cube: "xr.Dataset") -> Law:
     """Give the constant quantity of a study, with its parameters."""
     if AMPLITUDE not in cube.sizes:
         return FORCE if excitation_of(cube) == "force" else ()

@@ -2,9 +2,9 @@
 
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.definition import Study
 from damperlab.studies.design.absorber import tuned_beside
@@ -23,6 +23,9 @@ from damperlab.studies.faults import Fault, StudyFaults, counted
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import STARTS, Specification
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Ask", "Found", "Rounds", "designing"]
 
@@ -55,7 +58,7 @@ class Ask:
     ahead: tuple[Build, Score] | None
 
 
-Rounds = Generator[Ask, Iterable[xr.Dataset], Found]
+Rounds = Generator[Ask, "Iterable[xr.Dataset]", Found]
 """A generator that requests studies, receives their cubes and returns its findings."""
 
 

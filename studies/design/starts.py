@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.design.book import Book, Wanted
 from damperlab.studies.design.build import Build
@@ -16,6 +16,9 @@ from damperlab.studies.shapes import Count, Measured
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import STARTS, Specification
 from damperlab.studies.variables import ResponseClass
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FROM = {
     "rest": " from rest",
@@ -176,7 +179,7 @@ def hertz(asked: Specification, ratio: float) -> float | None:
     return ratio * asked.structure.natural_frequency_hz if asked.in_units else None
 
 
-def _several(asked: Specification, cube: xr.Dataset, largest: Amplitude, rest: Curve) -> Iterator[Several]:
+def _several(asked: Specification, cube: "xr.Dataset", largest: Amplitude, rest: Curve) -> Iterator[Several]:
     """Give the frequencies at which the several starts of a study lead to different responses."""
     every = cube.squeeze([name for name in cube.sizes if name != "frequency_ratio"], drop=True)
     for r in every["frequency_ratio"].values.tolist():
@@ -205,7 +208,7 @@ def _from_rest(rest: Curve, r: float) -> dict[str, float]:
 
 
 def _reached(
-    variable: str, unit: float, at: xr.Dataset, base_m: float, rest: dict[str, float]
+    variable: str, unit: float, at: "xr.Dataset", base_m: float, rest: dict[str, float]
 ) -> Iterator[Reached]:
     """Distinguish the responses at one frequency.
 

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.follow_up import cover
@@ -16,6 +15,9 @@ from damperlab.studies.ground.suite_reading import read_suite
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import MADE_BY, Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RECORD_VARIABLES = (
     "peak_relative_displacement_m",
@@ -95,7 +97,7 @@ def _suite(
     return replace(read_suite(document), motions=motions)
 
 
-def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
+def known_of(cube: "xr.Dataset") -> Iterator[tuple[Spot, tuple[float, ...]]]:
     """Give the results in a suite's cube of every damper under every case: `RECORD_VARIABLES`, the first of them
     infinite if the run failed.
     """
@@ -119,7 +121,7 @@ def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
         yield (law, place, inside if particle else NOTHING_INSIDE), tuple(columns[index].tolist())
 
 
-def contact_time_of(cube: xr.Dataset) -> float:
+def contact_time_of(cube: "xr.Dataset") -> float:
     """Give the contact time of a study's or a suite's particle over 1/ω_n; 0 if impacts take no time."""
     contact = definition_of(cube).get("contact", {})
     return float(contact.get("contact_time", 0.0))

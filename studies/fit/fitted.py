@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc, chdtri
 
 from damperlab.studies.fit.columns import CONDITIONS
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
@@ -187,6 +186,8 @@ class Fitted(Outcome):
         """
         if self.question.deviation is None or self.freedom < 1:
             return None
+        from scipy.special import chdtrc
+
         return float(chdtrc(self.freedom, self.chi_square))
 
     @property
@@ -251,4 +252,6 @@ class Fitted(Outcome):
 
 def outlier_limit(rows: int) -> float:
     """Residual, in standard deviations, that at least one of all rows exceeds by chance with the probability `OUTLIER`."""
+    from scipy.special import chdtri
+
     return math.sqrt(chdtri(1.0, OUTLIER / rows))

@@ -30,7 +30,10 @@ LIGHT = ["numba", "dask", "distributed", "xarray", "zarr", "matplotlib", "fastap
         ),
         ("service.cli.main", [*LIGHT, "pydantic", "numpy"]),
         ("service.client", [*LIGHT, "damperlab.worker"]),
-        ("service.app", ["matplotlib", "weasyprint"]),
+        (
+            "service.app",
+            ["numba", "dask", "distributed", "xarray", "scipy", "h5py", "matplotlib", "weasyprint"],
+        ),
     ],
 )
 def test_what_begins_often_loads_no_more_than_it_needs(module: str, others: list[str]) -> None:

@@ -17,7 +17,8 @@ from damperlab.studies.tmd.absorber import NO_DAMPER, Absorber
 from damperlab.studies.tmd.under_record import linear_system
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Structure, scale_of
-from damperlab.worker.ground.response import GroundResponse, record_base
+from damperlab.worker.ground.measures import GroundResponse
+from damperlab.worker.ground.response import record_base
 from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.quadrature import GAUSS_NODES, GAUSS_WEIGHTS

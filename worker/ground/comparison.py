@@ -1,22 +1,21 @@
 """Dampers compared under one record, with the sensitivity of the result."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from typing_extensions import TypedDict
 
 from damperlab.studies.cavity import cavity_of
-from damperlab.studies.ground.motion import GroundMotion, MotionOfId
+from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake
-from damperlab.studies.shapes import Like, Measured, Says, Table
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.tunings import tuned
-from damperlab.studies.vocabulary import CASES, Criterion
+from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.absorber import absorber_response
+from damperlab.worker.ground.compared import Comparison, Tuned
 from damperlab.worker.ground.design import Damper, Structure, scale_of
-from damperlab.worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
+from damperlab.worker.ground.measures import GroundResponse
+from damperlab.worker.ground.response import Perturbation, Ready, ground_response
 from damperlab.worker.scenes import Scene, contact_in
 from damperlab.worker.warm import warm
 
@@ -76,34 +75,6 @@ def scenes_of(asked: Earthquake) -> list[Scene]:
             for d in dampers
         }
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Case(GroundResponse):
-    label: str
-    spread: Table = field(default_factory=dict)
-
-
-class Tuned(TypedDict):
-    """A tuned mass damper, and its tuning."""
-
-    criterion: Criterion
-    mass_ratio: Measured
-    tuning: Measured
-    damping_ratio: Measured
-
-
-class Comparison(TypedDict):
-    """Dampers compared under one record."""
-
-    record: MotionOfId
-    length_scale_m: Measured
-    design: dict[str, Measured]
-    contact: Annotated[dict[str, Any], Says(required=["model"])]
-    tmd: Tuned | None
-    cases: Annotated[
-        dict[str, Annotated[dict[str, Any], Like(_Case)]], Says(propertyNames={"enum": list(CASES)})
-    ]
 
 
 def compare(asked: Earthquake) -> Comparison:

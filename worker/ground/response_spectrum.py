@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.worker.ground.design import Damper, Structure
 from damperlab.worker.ground.response import ground_response
-from damperlab.worker.scenes import Scene
 
 Floats = NDArray[np.float64]
 
@@ -16,8 +15,6 @@ DAMPING = 0.05
 """Usual damping ratio of spectra."""
 PERIODS = np.geomspace(0.05, 5.0, 81)
 """Natural periods of the structures [s]."""
-SCENE = Scene("record", False, "")
-"""The scene for which kernels are compiled: a structure without a damper under a record."""
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,6 @@ from damperlab.worker.run.small_batch import hold, tasks_of
 from damperlab.worker.scenes import scenes
 from damperlab.worker.worker_process.tasks import run_block
 
-MOST = 64
-"""Number of studies in one batch."""
 A_TASK = 8
 """Number of studies in one task."""
 POLL_SECONDS = 0.05

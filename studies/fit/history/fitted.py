@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
 
 from damperlab.studies.fit.fitted import Outcome
 from damperlab.studies.fit.history.harmonic import harmonic_document
@@ -66,4 +65,6 @@ class FittedHistory(Outcome):
         """
         if self.question.measured.deviation_m is None:
             return None
+        from scipy.special import chdtrc
+
         return float(chdtrc(self.freedom, self.chi_square))

@@ -5,12 +5,9 @@ the cube.
 import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5netcdf
-import h5py  # type: ignore[import-untyped]
 import numpy as np
-import xarray as xr
 
 from damperlab.studies.conventions import of_variable_in_units
 from damperlab.studies.store.export.parquet import parquet_pieces
@@ -20,15 +17,18 @@ from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.units import coordinates_in_units, results_in_units
 from damperlab.studies.vocabulary import ExportFormat
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def without_names(cube: xr.Dataset) -> xr.Dataset:
+
+def without_names(cube: "xr.Dataset") -> "xr.Dataset":
     """Give a cube whose provenance contains no user, host or key owner, since a file may be published."""
     provenance = json.loads(cube.attrs.get("provenance", "{}"))
     kept = {name: value for name, value in provenance.items() if name not in PRIVATE}
     return cube.assign_attrs(provenance=json.dumps(kept))
 
 
-def write_file(cube: xr.Dataset, path: Path, written_as: ExportFormat) -> None:
+def write_file(cube: "xr.Dataset", path: Path, written_as: ExportFormat) -> None:
     """Write a cube; the file appears under its name when it is complete.
 
     Parameters
@@ -48,6 +48,8 @@ def write_file(cube: xr.Dataset, path: Path, written_as: ExportFormat) -> None:
     partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:
         if written_as == "netcdf":
+            import h5netcdf
+
             with h5netcdf.File(partial, "w") as netcdf:
                 _fill(netcdf, cube)
         else:
@@ -61,7 +63,9 @@ def write_file(cube: xr.Dataset, path: Path, written_as: ExportFormat) -> None:
         partial.unlink(missing_ok=True)
 
 
-def _fill(file: Any, cube: xr.Dataset) -> None:
+def _fill(file: Any, cube: "xr.Dataset") -> None:
+    import h5py  # type: ignore[import-untyped]
+
     dimensions = dimensions_of(cube)
     file.dimensions = {name: cube.sizes[name] for name in dimensions}
     file.attrs.update({str(name): value for name, value in cube.attrs.items()})

@@ -19,7 +19,6 @@ from damperlab.studies.store.cube.chunks import Marks, read_place
 from damperlab.studies.store.cube.coding import StoredArray
 from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.description import Description
-from damperlab.studies.store.cube.opened import read_region
 from damperlab.studies.store.files.shelf import Shelf
 
 POINTS = 2**16
@@ -63,6 +62,8 @@ class Group:
 
     def content(self, shelf: Shelf, marks: Marks) -> bytes:
         """Read the blocks and encode them as one chunk; errors are raised as in `read_region`."""
+        from damperlab.studies.store.cube.opened import read_region
+
         region = tuple(
             slice(at * step, min((at + 1) * step, extent))
             for at, step, extent in zip(self.place, self.chunks, self.array.shape, strict=True)

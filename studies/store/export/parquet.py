@@ -2,10 +2,12 @@
 
 import json
 from collections.abc import Iterator
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from damperlab.studies.store.export.table import column_attributes, columns
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class _Pieces:
@@ -33,7 +35,7 @@ class _Pieces:
         return taken
 
 
-def parquet_pieces(cube: xr.Dataset) -> Iterator[bytes]:
+def parquet_pieces(cube: "xr.Dataset") -> Iterator[bytes]:
     """Give a cube as Parquet: one row per point in C order, the coordinates, then the variables.
 
     Every column has its units and description as metadata, and the file has the study's attributes.

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import xarray as xr
 from typing_extensions import TypeAliasType
 
 from damperlab.studies.faults import Fault
@@ -16,6 +15,9 @@ from damperlab.studies.store.faults import NothingToDo
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NOT_RESULTS = ("run_time",)
 """Variables that are measured, not computed, so that they are never reproducible."""
@@ -127,7 +129,7 @@ def differences_of(store: Store, newer: Record, older: Record | None = None) -> 
     return found
 
 
-def _compare(found: Differences, older: xr.Dataset, newer: xr.Dataset) -> None:
+def _compare(found: Differences, older: "xr.Dataset", newer: "xr.Dataset") -> None:
     there, here = (cube["status"].values != Status.NOT_COMPUTED for cube in (older, newer))
     both = there & here
     found.compared += int(np.count_nonzero(both))
@@ -147,7 +149,7 @@ def _compare(found: Differences, older: xr.Dataset, newer: xr.Dataset) -> None:
     found.differing += int(np.count_nonzero(differing))
 
 
-def _note(difference: Difference, unlike: np.ndarray, one: xr.DataArray, other: xr.DataArray) -> None:
+def _note(difference: Difference, unlike: np.ndarray, one: "xr.DataArray", other: "xr.DataArray") -> None:
     a, b = one.values, other.values
     largest = None
     place = int(np.argmax(unlike))
