@@ -1,1 +1,1 @@
-"""The interfaces: HTTP, the command line, the Python client, the web page, and figures."""
+"""User interfaces of damperlab: HTTP, the command line, the Python client, the web page, and figures."""

@@ -1,4 +1,4 @@
-"""Request ids and the access log: one line per request, and one id for client, log and problem."""
+"""Access log with one line per request. The id of a request appears in the log, the response and problem documents."""
 
 import logging
 import re
@@ -17,7 +17,10 @@ _SAFE = re.compile(r"[A-Za-z0-9._-]{1,64}")
 
 
 class AccessLog:
-    """ASGI middleware: gives each request an id (the client's own, if it has a safe form), and logs how it ended."""
+    """ASGI middleware that gives each request an id, and logs the status and the duration of the request.
+
+    An id that the client sends in the header X-Request-ID is used if it contains only safe characters.
+    """
 
     def __init__(self, app: ASGIApp, traffic: Traffic) -> None:
         self.app = app
@@ -46,7 +49,7 @@ class AccessLog:
         except Exception:
             _log.exception("request [%s] met a defect", request_id)
             if status:
-                raise  # the answer has begun: the server cuts it off
+                raise  # the server aborts the response, because the beginning was sent already
             await defect(Request(scope))(scope, receive, send_with_id)
         finally:
             seconds = time.perf_counter() - started
@@ -55,7 +58,7 @@ class AccessLog:
             _log.info(
                 "%s %s %s in %.1f ms [%s]",
                 scope["method"],
-                # The path as it was sent, still quoted, so that no line break of a client gets into the log.
+                # The path is logged percent-encoded, as it was sent, so that a client cannot add lines to the log.
                 scope.get("raw_path", b"").decode("ascii", errors="backslashreplace"),
                 status or "unanswered",
                 1e3 * seconds,

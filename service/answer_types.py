@@ -1,8 +1,7 @@
-"""The types that routes declare for their answers, and the JSON schemas that follow from them.
+"""JSON schemas of the answers, made from the types that routes declare.
 
-Each type is defined next to the function of the answer: a TypedDict, or a dataclass
-(`damperlab.studies.shapes.Like`). Answers are not validated when they are sent, since most of their content is
-arrays. Tests check them.
+A type is a TypedDict, or a dataclass (`damperlab.studies.shapes.Like`), and is defined in the module that computes the
+answer. The service does not validate answers, since most content is arrays; tests check the types instead.
 """
 
 from typing import Any, get_args
@@ -17,16 +16,16 @@ _declared: dict[str, Any] = {}
 
 
 def gives(kind: Any, description: str = "The answer", **headers: str) -> Schema:
-    """Declare the type of the answer for a status.
+    """Declare the type of an answer, and return the OpenAPI description of the response.
 
     Parameters
     ----------
     kind : type
-        A TypedDict, or an alias (`TypeAliasType`); the schema bears its name.
+        A TypedDict or an alias (`TypeAliasType`). The schema gets the name of this type.
     description : str
-        Meaning of the status.
+        Meaning of the response.
     **headers : str
-        Meaning of its headers.
+        Meaning of each response header; underscores in the names stand for hyphens.
     """
     declare(kind, *get_args(getattr(kind, "__value__", None)))
     content = {"application/json": {"schema": {"$ref": _REFERENCE + name_of(kind)}}}
@@ -40,27 +39,24 @@ def gives(kind: Any, description: str = "The answer", **headers: str) -> Schema:
 
 
 def declare(*kinds: Any) -> None:
-    """Register types; each gets its own schema, to which other schemas refer."""
+    """Register types. Each registered type gets a separate schema, to which other schemas refer."""
     for kind in kinds:
         if isinstance(kind, type | TypeAliasType) and _declared.setdefault(name_of(kind), kind) is not kind:
             raise ValueError(f"two types of answers have one name: {name_of(kind)}")
 
 
 def name_of(kind: Any) -> str:
-    """Give the name of a type's schema: the name of the type, without `Document` at its end."""
+    """Return the name of a type's schema, which is the name of the type without the ending `Document`."""
     return str(kind.__name__).removesuffix("Document")
 
 
 def declared_schemas() -> dict[str, Schema]:
-    """Give the schemas of all types that routes have declared, by name."""
+    """Return the schemas of all types that routes have declared, by name."""
     return {name: schema_of(kind) for name, kind in _declared.items()}
 
 
 def schema_of(kind: Any) -> Schema:
-    """Make the schema of a type, without titles and docstrings.
-
-    It refers to the schemas of types that routes declare, and contains those of all other types.
-    """
+    """Return the JSON schema of a type, without titles and docstrings, and with references only to declared types."""
     found = TypeAdapter(list[kind]).json_schema(mode="serialization")
     parts, own = found.get("$defs", {}), found["items"]
     while own.keys() == {"$ref"}:
@@ -74,7 +70,7 @@ def _undocumented(part: Schema) -> Schema:
 
 
 def _whole(schema: Any, parts: Schema) -> Any:
-    """Replace references by what they refer to, and join alternatives that are plain types into one list."""
+    """Insert the schemas of undeclared types in place of references, and write alternative types as a list."""
     if isinstance(schema, list):
         return [_whole(each, parts) for each in schema]
     if not isinstance(schema, dict):

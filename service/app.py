@@ -1,4 +1,4 @@
-"""The HTTP service: assembling and starting its parts."""
+"""Assembles, starts and stops the HTTP service."""
 
 import asyncio
 import logging
@@ -10,7 +10,6 @@ import threading
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
-from functools import partial
 from typing import Any
 
 import uvicorn
@@ -75,15 +74,15 @@ from damperlab.worker.cores import core_count
 from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 16
-"""Largest number of concurrent submissions, which share a transaction; the remaining threads serve other requests."""
+"""Largest number of submissions that are served at the same time. The other threads remain free for other requests."""
 EXPORTS = 2
-"""Largest number of concurrent exports of one caller."""
+"""Largest number of exports of one caller that are written at the same time."""
 COMPILING = 8
-"""Largest number of requests that wait for kernels."""
+"""Largest number of requests that wait for kernels at the same time."""
 DRAIN_SECONDS = 10
-"""Longest time that a shutdown waits for running answers before it stops the studies."""
+"""Longest time that a shutdown waits for running requests before it stops the studies [s]."""
 SHUTDOWN_SECONDS = 85
-"""Time after which the process ends in any case: it allows for the answers, the studies and a margin."""
+"""Time from the start of a shutdown after which the process ends in any case [s]."""
 
 _log = logging.getLogger("damperlab.edge")
 
@@ -95,12 +94,12 @@ DESCRIPTION = (
 
 
 class Application(FastAPI):
-    """Creates its OpenAPI document on the first request, which saves half a second at the start."""
+    """FastAPI application that creates its OpenAPI document only on request, because this takes half a second."""
 
     _making = threading.Lock()
 
     def openapi(self) -> dict[str, Any]:
-        """The document, with examples; made once and kept."""
+        """Return the OpenAPI document with examples, which is made at the first call."""
         with self._making:
             known = self.openapi_schema is not None
             document = super().openapi()
@@ -110,7 +109,7 @@ class Application(FastAPI):
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """Assemble the service; nothing is opened before it starts.
+    """Assemble the service, without opening the store or the cluster.
 
     Parameters
     ----------
@@ -120,15 +119,15 @@ def create_app(settings: Settings) -> FastAPI:
     Returns
     -------
     FastAPI
-        An ASGI application. Its lifespan opens the store and resumes waiting studies. At the end it stops them so
-        that the next start continues them.
+        ASGI application. The start opens the store and resumes waiting studies. The shutdown stops running studies,
+        which the next start resumes.
     """
     app = Application(
         title="damperlab",
         version=code_version(),
         description=DESCRIPTION,
         lifespan=_lifespan,
-        # The framework's own pages load scripts from other hosts; the page at / loads nothing from them.
+        # FastAPI's documentation pages are disabled, because they load scripts from other hosts.
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -142,7 +141,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.settings = settings
     problems.install(app)
-    # not `include_router`, which analyses every route a second time
+    # `include_router` would analyse every route a second time
     for route in (
         home,
         catalog,
@@ -172,7 +171,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(
         Compressed,
         compresslevel=5,
-        # A cube is compressed already.
+        # Exports and chunks of cubes are compressed already.
         exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, export.NETCDF, export.PARQUET, zarr.CHUNK),
     )
     app.add_middleware(Kept)
@@ -236,8 +235,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     try:
         async with create_task_group() as background:
             if settings.warm:
-                background.start_soon(work.start, prepare)
-                background.start_soon(partial(run_sync, _prepare, kernels, abandon_on_cancel=True))
+                background.start_soon(_prepare, work, kernels)
             yield
             background.cancel_scope.cancel()
     finally:
@@ -252,28 +250,32 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await run_sync(runs.close)
 
 
-def _prepare(kernels: Kernels) -> None:
-    """Import what answers questions, after the start and before the first of them; then compile kernels."""
-    import damperlab.service.questions.needed  # noqa: F401
-
+async def _prepare(work: Work, kernels: Kernels) -> None:
+    """Import the modules for queries, which the first visitor needs; compile kernels, and start a worker process."""
+    await run_sync(_import_questions, abandon_on_cancel=True)
     kernels.start()
+    await work.start(prepare)
+
+
+def _import_questions() -> None:
+    import damperlab.service.questions.needed  # noqa: F401
 
 
 class _Server(uvicorn.Server):
-    """A server that closes overdue connections, and ends its event streams before it waits for them."""
+    """HTTP server that closes overdue connections. A shutdown ends event streams, then waits for other requests."""
 
     async def on_tick(self, counter: int) -> bool:
-        """Check the connections once a second; the server calls this ten times as often."""
+        """Close overdue connections once a second. The server calls this method ten times a second."""
         if counter % 10 == 0:
             now = time.monotonic()
-            await asyncio.sleep(0.001)  # what arrived while the loop was busy is read first
+            await asyncio.sleep(0.001)  # lets the loop read data that arrived while it was busy
             for connection in list(self.server_state.connections):
                 assert isinstance(connection, Connection)
                 try:
                     connection.overdue(now)
                 except Exception:
-                    # an exception that leaves this loop would end the service
-                    _log.exception("a connection could not be ended in order")
+                    # the service would end if an exception left this method
+                    _log.exception("an overdue connection could not be closed")
                     connection.transport.abort()
         return await super().on_tick(counter)
 
@@ -286,23 +288,25 @@ class _Server(uvicorn.Server):
 
 
 def serve(settings: Settings) -> None:
-    """Serve until SIGINT or SIGTERM, then shut down in order: answers, studies, cluster.
+    """Run the service until SIGINT or SIGTERM.
+
+    The service then completes running requests, stops the studies and closes the cluster, in this order.
 
     Parameters
     ----------
     settings : Settings
-        With port 0 a free port is taken, and logged.
+        Settings of the service. If the port is 0, a free port is used and written to the log.
 
     Raises
     ------
     SystemExit
-        With status 1 if the port or the data directory cannot be used, and 0 after SIGTERM.
+        With status 0 after SIGTERM, and with status 1 if the port or the data directory cannot be used.
     """
     start_logging(settings.log_level, settings.log_format)
     if threading.current_thread() is threading.main_thread():
-        # uvicorn shuts down on SIGTERM and then raises it again; a requested stop is no failure
+        # uvicorn shuts down on SIGTERM and then sends the signal again; the exit status must be 0 after this signal
         signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(0))
-    # files of the service and of its workers are private to this user
+    # other users must not read the files of the service and its workers
     os.umask(0o077)
     config = uvicorn.Config(
         create_app(settings),
@@ -313,11 +317,11 @@ def serve(settings: Settings) -> None:
         server_header=False,
         http=Connection,
         h11_max_incomplete_event_size=HEAD_LIMIT_BYTES,
-        # the caller is identified by the connection alone, not by a header
+        # uvicorn must ignore proxy headers, because `service.security.proxy` evaluates them
         proxy_headers=False,
         ws="none",
         lifespan="on",
-        # longer than clients usually keep a connection: a request is lost if the service closes its connection meanwhile
+        # clients usually close idle connections earlier; a request could be lost if the service closed them first
         timeout_keep_alive=65,
         ssl_certfile=settings.tls_certificate,
         ssl_keyfile=settings.tls_key,
@@ -326,5 +330,5 @@ def serve(settings: Settings) -> None:
     try:
         _Server(config).run()
     except KeyboardInterrupt:
-        # raised again after a shutdown by Ctrl-C
+        # uvicorn raises this exception after a shutdown by Ctrl-C
         return

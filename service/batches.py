@@ -1,4 +1,4 @@
-"""A list of studies in one request: either all are valid and stored, or none."""
+"""Requests with a list of studies. If a study is invalid, no study of the list is stored."""
 
 from typing import Annotated, Any
 
@@ -21,11 +21,11 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 MOST_VALUES = 1_000_000
-"""Largest number of values along all axes of a list's studies together, because all are in memory at once."""
+"""Largest total number of axis values of the studies in a list, because all studies are in memory at the same time."""
 
 
 class SubmittedList(TypedDict):
-    """Studies submitted together; `created` says for each whether it is new."""
+    """Studies submitted in one request. The field `created` of a study tells whether the study is new."""
 
     studies: list[Annotated[dict[str, Any], Like(Record, "definition", "provenance", created=bool)]]
 
@@ -43,25 +43,26 @@ SubmittedBefore = TypeAliasType("SubmittedBefore", RecordDocument | SubmittedLis
 def submit_list(
     service: Service, documents: list[Any], *, reuse: bool, key: str | None, priority: int = 0
 ) -> Document:
-    """Store every study of a list, or none; the answer has them in the list's order.
+    """Store all studies of a list if all are valid, and return their records in the order of the list.
 
     Parameters
     ----------
     service : Service
-        The service.
+        The running service.
     documents : list
-        The studies as read from JSON or YAML.
+        Definitions of the studies as read from JSON or YAML.
     reuse : bool
         Whether points of earlier studies may be reused.
     key : str, optional
-        It is refused, because a list is identified by its definitions.
+        Value of the header Idempotency-Key. A list with this header is refused.
     priority : int
-        Priority of every study.
+        Priority of all studies.
 
     Raises
     ------
     StudyFaults
-        With the faults of every study; each field begins with the study's index, as in ``[3].axes.friction_ratio``.
+        If studies are invalid. The field of each fault begins with the index of its study, for example
+        ``[3].axes.friction_ratio``.
     """
     studies = _parse(documents, service.settings.records, key)
     plans = [make_plan(study, seconds_per_point) for study in studies]
@@ -75,7 +76,7 @@ def submit_list(
 
 
 def estimate_list(store: Store, shelf: Shelf, documents: list[Any], key: str | None) -> Document:
-    """Estimate the cost of each of several studies; the faults are those of `submit_list`."""
+    """Estimate the cost of each study of a list. Invalid studies raise `StudyFaults` as in `submit_list`."""
     studies = _parse(documents, shelf, key)
     sizes = [estimate_document(each, make_plan(each, seconds_per_point), store) for each in studies]
     return Document({"studies": sizes})
@@ -122,7 +123,7 @@ def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy
                             found,
                             allowed,
                             "send studies with long axes alone",
-                            f"The axes up to here have {values:,} values; those of one list may have at most {MOST_VALUES:,}.",
+                            f"The axes up to here have {values:,} values; the axes of a list may have at most {MOST_VALUES:,}.",
                         )
                     ]
                 )

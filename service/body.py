@@ -1,4 +1,4 @@
-"""Reads request bodies, up to a limit and only in known formats and encodings."""
+"""Reads request bodies, and refuses bodies that are too large or in an unknown format or encoding."""
 
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
@@ -16,7 +16,8 @@ class DeleteQuery(BaseModel):
 
     trash: bool = Field(
         False,
-        description=f"Keep it for {TRASH_DAYS} days. During them POST …/undelete restores it, and it counts for quotas.",
+        description=f"Move the study or design to the trash for {TRASH_DAYS} days. During this time POST …/undelete "
+        "restores it, and it counts for quotas.",
     )
 
 
@@ -26,13 +27,14 @@ class ComputeQuery(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     dry_run: bool = Field(
-        False, description="Compute nothing; say whether the kernels are compiled or must be compiled first."
+        False,
+        description="Compute nothing, but tell whether kernels must be compiled before the computation.",
     )
 
 
 JSON_TYPES = ("application/json",)
 NOTHING_BYTES = 1024
-"""Largest number of bytes of a body if none is expected."""
+"""Largest number of bytes that are read if a request has a body but its route takes none."""
 YAML_TYPES = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml")
 
 
@@ -42,18 +44,18 @@ def media_type(request: Request, allowed: tuple[str, ...]) -> str:
     Parameters
     ----------
     request : Request
-        The request, whose body is not read yet.
+        The request, whose body has not been read yet.
     allowed : tuple of str
-        Media types that the route understands.
+        Media types that the route accepts.
 
     Raises
     ------
     Problem
-        415 if the type is missing or different, the text is not UTF-8, or the body is compressed.
+        If the media type is missing or not allowed, the charset is not UTF-8, or the body is compressed (status 415).
     """
     found, _, rest = request.headers.get("content-type", "").lower().partition(";")
     found = found.strip()
-    # parsed by hand: the standard library follows RFC 2231, for mail, and fails on odd parameters
+    # the parser of the standard library follows RFC 2231 for mail and fails on unusual parameters
     written = [value.strip() for name, _, value in map(_parted, rest.split(";")) if name.strip() == "charset"]
     charset = written[0].strip('"') if written else "utf-8"
     encoding = request.headers.get("content-encoding", "identity").strip().lower()
@@ -96,12 +98,19 @@ def _parted(parameter: str) -> tuple[str, str, str]:
 
 
 async def read_body(request: Request, limit: int) -> bytes:
-    """Read the body, holding at most `limit` bytes and one network chunk.
+    """Read the body of a request, up to a limit.
+
+    Parameters
+    ----------
+    request : Request
+        The request.
+    limit : int
+        Largest number of bytes.
 
     Raises
     ------
     Problem
-        413 if the body is larger than `limit` bytes, announced or not.
+        If the body is larger than `limit` (status 413).
     """
     announced = request.headers.get("content-length", "")
     if announced.isascii() and announced.isdigit() and int(announced) > limit:
@@ -115,11 +124,11 @@ async def read_body(request: Request, limit: int) -> bytes:
 
 
 EMPTY = (b"", b"{}", b"null")
-"""Bodies without content."""
+"""Bodies that count as empty."""
 
 
 async def expected(request: Request) -> None:
-    """Refuse a body if the route takes none, because it would be ignored silently."""
+    """Refuse a request with a body if its route takes no body, because the body would be ignored."""
     takes_one = "requestBody" in (getattr(request.scope.get("route"), "openapi_extra", None) or {})
     sends_one = "transfer-encoding" in request.headers or request.headers.get("content-length", "0") != "0"
     if request.method in SAFE_METHODS or takes_one or not sends_one:

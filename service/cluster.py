@@ -1,4 +1,4 @@
-"""The cluster that all studies of a service share. It is opened when first needed, and replaced when it is lost."""
+"""The cluster that all studies of a service share, opened at the first use and replaced when it is lost."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -12,18 +12,18 @@ if TYPE_CHECKING:
     from distributed import Client
 
 MOST_JOBS = 16
-"""Default limit on the number of jobs of a batch system."""
+"""Default limit on the number of jobs in a batch system."""
 
 
 def opening(settings: Settings, wanted: Callable[[], int]) -> "Callable[[], AbstractContextManager[Client]]":
-    """Give a function that opens the cluster of the settings.
+    """Return a function that opens a cluster as described in the settings.
 
     Parameters
     ----------
     settings : Settings
         Settings of the service, or of a command.
     wanted : callable
-        Gives the number of workers that could be busy; as many are requested from a batch system.
+        Returns the number of workers for which there is work. A batch system gets this number of jobs, within limits.
     """
     if settings.cluster is None:
         return lambda: _connected(settings)
@@ -56,12 +56,12 @@ ClusterState = Literal["idle", "running", "lost"]
 
 
 class SharedCluster:
-    """A cluster shared by many threads.
+    """A cluster that is shared by several threads.
 
     Parameters
     ----------
     opened : callable
-        Opens it; see `opening`.
+        Opens the cluster, see `opening`.
     """
 
     def __init__(self, opened: "Callable[[], AbstractContextManager[Client]]") -> None:
@@ -72,7 +72,7 @@ class SharedCluster:
 
     @property
     def state(self) -> ClusterState:
-        """Whether the cluster is not needed yet, is running, or has lost its scheduler."""
+        """State of the cluster: "idle" before the first use, "running", or "lost" if the scheduler is lost."""
         client = self._client
         if client is None:
             return "idle"
@@ -80,12 +80,12 @@ class SharedCluster:
 
     @contextmanager
     def borrow(self) -> "Iterator[Client]":
-        """Lend the client; the cluster stays open after its return.
+        """Open the cluster if necessary, and yield a client. The cluster stays open after the context.
 
         Raises
         ------
         ClusterUnusable
-            There is no cluster to compute on.
+            If the cluster cannot be opened.
         """
         with self._lock:
             if self.state == "lost":
@@ -98,7 +98,7 @@ class SharedCluster:
         yield client
 
     def close(self) -> None:
-        """End the cluster, if it is the service's own, and the connection to it."""
+        """Close the connection to the cluster. A cluster that the service has started is stopped."""
         with self._lock:
             self._close()
 

@@ -1,4 +1,4 @@
-"""The budget of a design: converts core minutes into points."""
+"""Converts the budget of a design from core minutes into a number of points."""
 
 from typing_extensions import TypedDict
 
@@ -8,15 +8,13 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 FEWEST, MOST = 100, 10_000_000
-"""Smallest and largest number of points of a budget."""
+"""Smallest and largest budget, in points."""
 HERE_SECONDS = 2.0
-"""A study with at most this expected time [s] is computed by the searching process itself, because a cluster would take
-longer.
-"""
+"""Longest expected run time of a study that is computed in this process if there is no cluster [s]."""
 
 
 class DesignSize(TypedDict):
-    """Content of a specification, and the points within its budget."""
+    """Summary of a specification, with its budget in points."""
 
     name: str
     digest: str
@@ -26,7 +24,7 @@ class DesignSize(TypedDict):
 
 
 def size_document(asked: Specification, budget: int, understood: list[str]) -> DesignSize:
-    """Describe a specification, without computing."""
+    """Return the summary of a specification."""
     return {
         "name": asked.name,
         "digest": asked.digest,
@@ -37,14 +35,15 @@ def size_document(asked: Specification, budget: int, understood: list[str]) -> D
 
 
 def budget_of(asked: Specification) -> int:
-    """Convert the budget of a specification into points, by the expected time of its first look.
+    """Return the budget of a specification in points.
 
-    The budget is in points instead of seconds, so that a design is the same on every machine.
+    A budget in minutes is converted with the expected time per point of the first round of studies. The search counts
+    points instead of seconds, so that it gives the same design on every machine.
     """
     if asked.budget_points is not None:
         return asked.budget_points
     from damperlab.studies.design.design import (
-        designing,  # imported here: a service needs only the names above
+        designing,  # imported only here, because the start of the service does not need it
     )
 
     first = next(designing(asked, MOST)).studies

@@ -1,4 +1,4 @@
-"""A design as one document to sign and to print: what to build, its results, the alternatives, and the method."""
+"""The report of a design, a page of HTML to print and sign: the damper to build, its results, and the alternatives."""
 
 import json
 from collections.abc import Iterable
@@ -43,20 +43,20 @@ OF_THE_STRUCTURE = {
 
 
 def keep_answer(shelf: Shelf, design_id: str, found: Found, rounds: int, started: str) -> str:
-    """Store the findings of a search, and give its report.
+    """Store the answer and the report of a design, and return the report.
 
     Parameters
     ----------
     shelf : Shelf
-        Where the design is.
+        Store of designs.
     design_id : str
-        Its complete id.
+        Full id of the design.
     found : Found
-        The findings of the search.
+        Result of the search.
     rounds : int
-        Number of rounds of studies.
+        Number of rounds of studies in the search.
     started : str
-        Time of its start, in ISO 8601.
+        Time at which the search started, in ISO 8601.
     """
     answer, report = plain(answer_document(found)), design_report(found)
     known = KnownDesign(design=answer["design"], worst=answer["worst"], feasible=answer["feasible"])
@@ -66,12 +66,12 @@ def keep_answer(shelf: Shelf, design_id: str, found: Found, rounds: int, started
 
 
 def design_report(found: Found) -> str:
-    """Write a design as one self-contained page of HTML; figures are embedded as SVG."""
+    """Return the report of a design as a self-contained page of HTML with embedded SVG figures."""
     asked = found.asked
     title = asked.name or "design"
     brief, _ = verdict_of(found)
     damper, own = brief.damper, kind_of(found.build)
-    assert damper is not None  # for a design, the verdict always names a damper, or "no_damper"
+    assert damper is not None  # the verdict of a design always names a damper, which may be "no_damper"
     called = called_of(found, damper)
     parts = [
         f"<h1>{escape(title)}</h1>",
@@ -82,7 +82,9 @@ def design_report(found: Found) -> str:
     ]
     if damper != own:
         parts += _drawing(called.capitalize(), drawing_of(found, own))
-        parts.append(said(f"All that follows is about the {called}, unless another damper is named."))
+        parts.append(
+            said(f"The rest of this report describes the {called}, except where another damper is named.")
+        )
     parts += [
         *_excitations(found),
         "<h2>Beside other dampers</h2>",
@@ -96,8 +98,8 @@ def design_report(found: Found) -> str:
         parts.append(
             drawing(
                 draw_alternatives(found, called),
-                "Response of each damper as drawn, over the band under the largest amplitude, at every computed frequency."
-                " The tuned mass damper has the mass of the particle.",
+                "Response of each damper as drawn, under the largest amplitude, at every computed frequency of "
+                "the band. The tuned mass damper has the mass of the particle.",
             )
         )
     parts += _starts(found)
@@ -106,8 +108,8 @@ def design_report(found: Found) -> str:
             "<h2>Under other amplitudes</h2>",
             drawing(
                 draw_amplitudes(found),
-                "The drawn damper under amplitudes within the range and beyond it; its force and clearance stay "
-                "the same."
+                "Response of the drawn damper under amplitudes within and beyond the specified range. Its friction "
+                "force and clearance stay the same."
                 + (
                     ""
                     if asked.measure.mean
@@ -136,7 +138,7 @@ def design_report(found: Found) -> str:
 
 
 def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
-    """List what a signature refers to: the structure, its excitations, and the measure."""
+    """Yield the rows of the table of requirements: structure, excitations, judged quantity and assumptions."""
     asked = found.asked
     own = {"damping_ratio": f"{asked.structure.damping_ratio:.4g}"}
     if asked.in_units:
@@ -188,8 +190,8 @@ def _masses(found: Found) -> Iterable[str]:
     yield table("Mass against response", columns, rows)
     yield drawing(
         draw_front(found),
-        "The best damper found for each mass, as drawn: the other quantities were improved step by step "
-        "from those of the neighbouring mass. The tuned mass damper is tuned without tolerances too.",
+        "Response of the best damper found for each mass, as drawn. The search for each mass started from the "
+        "damper of the neighbouring mass. The tuned mass damper is also tuned without tolerances.",
     )
 
 
@@ -223,9 +225,9 @@ def _starts(found: Found) -> Iterable[str]:
     yield "<h2>More than one response</h2>"
     yield table("More than one response", columns, rows)
     yield said(
-        "The damper as drawn under the largest amplitude, at the frequencies where starts lead to different "
-        "responses; at most the three most frequent responses at each frequency. The class is known for the most frequent "
-        "response and for the response from rest.",
+        "Responses of the damper as drawn, under the largest amplitude, at the frequencies where different starts "
+        "lead to different responses. At most the three most frequent responses at each frequency are listed. The "
+        "class is known for the most frequent response and for the response from rest.",
         "quiet",
     )
 

@@ -1,6 +1,7 @@
-"""One design of a running service, searched in a separate process.
+"""Runs the search for a design in a separate process.
 
-Its rounds are studies. Small ones are computed in this process, without a cluster; the service runs the others.
+Each round of the search needs the results of some studies. This process computes small studies without a cluster, and
+the service computes large studies.
 """
 
 import logging
@@ -55,53 +56,53 @@ if TYPE_CHECKING:
     from damperlab.studies.kind import AnyStudy
 
 LOOK_SECONDS = 0.25
-"""Interval between checks of a study."""
+"""Interval between checks of whether a study is done [s]."""
 ROOM_SECONDS = 5.0
-"""Interval between attempts to enter studies while the limit of waiting and running studies is reached."""
+"""Interval between attempts to submit studies while too many studies wait or run [s]."""
 
 _log = logging.getLogger("damperlab.designs")
 
 
 class _Over(Exception):
-    """Another process ended the design, or the service is gone."""
+    """Raised to end the search if the design was ended, the service has died or a stop is requested."""
 
 
 class _Stop(Event):
-    """Set by SIGTERM. The present study is stopped cleanly; everything stored so far is used again later."""
+    """Event that is set at SIGTERM. The present study then stops, and its stored blocks are reused later."""
 
     computing = False
     withdrawn = False
-    """Whether the present study was cancelled or deleted."""
+    """Whether another process has cancelled or deleted the present study."""
 
     def is_set(self) -> bool:
-        """Whether to start no further block."""
+        """Return whether no further block may start."""
         return self.withdrawn or super().is_set()
 
     def ask(self, *_: object) -> None:
-        """Request the stop; a handler for `signal.signal`."""
+        """Handle SIGTERM: request a stop. If no study is being computed, end the process immediately."""
         self.set()
         if not self.computing:
             sys.exit(0)
 
 
 class _Unable(Exception):
-    """The design cannot continue; the message gives the reason."""
+    """Raised if the search cannot continue. The message gives the reason."""
 
 
 def run_design(settings: Settings, design_id: str, wake: "Connection[object, object]") -> None:
-    """Search until the design has ended; in a separate process, which may be killed at any moment.
+    """Run the search for a design until the design has ended, as the main function of a separate process.
 
     Parameters
     ----------
     settings : Settings
-        Of the service.
+        Settings of the service.
     design_id : str
-        The whole id.
+        Full id of the design.
     wake : Connection
-        Connection that is written to when studies were entered, so that the service checks for them immediately.
+        Connection to the service. Each message makes the service check immediately for new studies.
     """
     stop = _Stop()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the service handles Ctrl-C, and ends this process
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # at Ctrl-C, the service ends this process
     signal.signal(signal.SIGTERM, stop.ask)
     stand_back()
     _bound_memory(settings.work_memory_bytes)
@@ -137,14 +138,18 @@ class _Search:
 
     Parameters
     ----------
-    settings, shelf, store
-        Settings and stores of the service, which hold the design and its studies.
+    settings : Settings
+        Settings of the service.
+    shelf : Shelf
+        Store of designs.
+    store : Store
+        Store of studies.
     kept : Kept
         The design.
     wake : Connection
-        As for `run_design`.
+        Connection to the service, see `run_design`.
     stop : _Stop
-        Set from outside.
+        Event that requests a stop.
     """
 
     settings: Settings
@@ -155,11 +160,11 @@ class _Search:
     stop: _Stop
 
     def run(self) -> None:
-        """Complete the search, and store the answer."""
+        """Run the search to its end, and store the answer."""
         submitter.set(self.kept.owner)
         self._started = now() if self.kept.round is None else self.kept.round.started
         self._asked = parse_specification(self.kept.specification, self.settings.records)
-        # the design counts as running from now on, even if all its studies are already stored
+        # storing a round marks the design as running
         if self.kept.round is None:
             self.shelf.follow(self.kept.id, Round("the first look", 0, 0, 0, (), None, self._started))
         rounds = designing(self._asked, self.kept.budget_points)
@@ -172,15 +177,14 @@ class _Search:
         except StopIteration as end:
             found: Found = end.value
         if not self.shelf.ended(self.kept.id):
-            # the service imports this module to start a search but draws nothing, so matplotlib is imported only for a
-            # figure
+            # imported only here, because a service does not need matplotlib
             from damperlab.service.design_report import keep_answer
 
             keep_answer(self.shelf, self.kept.id, found, number, self._started)
             _log.info("design %s is done: %d points", self.kept.id, found.book.spent)
 
     def _cubes(self, ask: Ask, number: int) -> "Iterable[xr.Dataset]":
-        """Have studies computed, and give their cubes one after the other."""
+        """Compute the studies of a round, here or in the service, and return their cubes."""
         stored = [self.store.newest(study.digest) for study in ask.studies]
         if all(record is not None and record.state == "done" for record in stored):
             return [self._cube(record.id) for record in stored if record is not None]
@@ -199,10 +203,9 @@ class _Search:
         return [self._cube(self._ended(record.id)) for record in records]
 
     def _is_small(self, study: "AnyStudy") -> bool:
-        """Whether to compute a study in this process, because a cluster of this machine would take longer.
+        """Return whether a study is small enough to be computed in this process.
 
-        A cluster with other machines computes all studies of a design, so that no answer combines results of different
-        machines.
+        A scheduler or a batch system computes all studies, so that no design mixes results of different machines.
         """
         elsewhere = self.settings.scheduler is not None or self.settings.cluster is not None
         if elsewhere or missing(scenes(study)):
@@ -210,7 +213,7 @@ class _Search:
         return make_plan(study, seconds_per_point).seconds <= HERE_SECONDS
 
     def _compute_together(self, ids: list[str]) -> None:
-        """Compute waiting studies of one block, one on each core; a study that fails is left to `_compute`."""
+        """Compute queued studies of one block each in parallel. Studies that fail are queued again, for `_compute`."""
         for start in range(0, len(ids), AT_ONCE):
             self._require_wanted()
             self.stop.computing = True
@@ -220,7 +223,7 @@ class _Search:
                 raise _Over
 
     def _compute(self, study_id: str) -> None:
-        """Compute a waiting study, unless the service has started it meanwhile; its record gives the outcome."""
+        """Compute a queued study. If the service has started the study meanwhile, do nothing."""
 
         def look(_: object) -> None:
             try:
@@ -247,7 +250,7 @@ class _Search:
             raise _Over
 
     def _follow(self, ask: Ask, number: int, message: str | None = None) -> None:
-        """Record the wanted studies before they are entered, so that the process that ends the design finds them."""
+        """Store the ids of a round's studies before their submission, so that a cancellation includes the studies."""
         wanted = sum(study.points for study in ask.studies)
         ids = tuple(study.digest[:12] for study in ask.studies)
         known = None if ask.ahead is None else plain(known_document(self._asked, ask.ahead))
@@ -255,7 +258,7 @@ class _Search:
         self.shelf.follow(self.kept.id, at)
 
     def _entered(self, ask: Ask, number: int, stored: list[Record | None]) -> list[Record]:
-        """Enter the studies that are not stored, once there is room, and resume those that were stopped."""
+        """Submit or resume the studies of a round, and return all records. Pause while too many studies wait or run."""
         known = {record.digest: record for record in stored if record is not None}
         by = provenance() | {DESIGNS: self._asked.digest}
         new = [
@@ -272,7 +275,7 @@ class _Search:
                 if not waited:
                     self._follow(ask, number, str(refused))
                 waited = True
-                self._tell()  # entered studies make room when they end
+                self._tell()  # the service then runs the submitted studies, which makes room for further studies
                 self._pause(ROOM_SECONDS)
         if waited:
             self._follow(ask, number)
@@ -282,8 +285,12 @@ class _Search:
         return [known[study.digest] for study in ask.studies]
 
     def _enter(self, new: list[Submission]) -> tuple[list[Record], TooManyUnfinished | None]:
-        """Enter all studies or, while there is no room for them, the first half, quarter and so on. Give the entered
-        studies, and the fault that refused more.
+        """Submit as many studies as possible: all of them, or the first half, the first quarter and so on.
+
+        Returns
+        -------
+        list of Record, TooManyUnfinished or None
+            Records of the submitted studies, and the error that prevented the submission of all studies.
         """
         count, refused = len(new), None
         while count:
@@ -294,7 +301,7 @@ class _Search:
         return [], refused
 
     def _ended(self, study_id: str) -> str:
-        """Wait until a study is done."""
+        """Return the id of a study when it is done. Raise `_Unable` if the study is deleted, failed or cancelled."""
         while True:
             try:
                 record = self.store.find(study_id)
@@ -316,12 +323,12 @@ class _Search:
         return self.store.cube(study_id).load()
 
     def _pause(self, seconds: float) -> None:
-        """Wait briefly; raise `_Over` if the design was ended."""
+        """Wait for some seconds, and raise `_Over` if the design was ended meanwhile."""
         time.sleep(seconds)
         self._require_wanted()
 
     def _require_wanted(self) -> None:
-        """Raise `_Over` if the design was ended, here or elsewhere, or the service is gone."""
+        """Raise `_Over` if the design was ended or the service has died."""
         parent = multiprocessing.parent_process()
         if self.shelf.ended(self.kept.id) or (parent is not None and not parent.is_alive()):
             raise _Over

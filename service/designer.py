@@ -1,6 +1,4 @@
-"""Runs the searches of waiting designs, a few in parallel, each in a separate process. No design is lost by a restart or
-crash.
-"""
+"""Runs the searches for waiting designs in separate processes. Unfinished searches are resumed after a restart."""
 
 import logging
 import multiprocessing
@@ -24,11 +22,11 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 LOOK_SECONDS = 2.0
-"""Interval between checks for designs that other processes submitted, or left behind when they died."""
+"""Interval between checks for waiting designs [s], which other processes may have submitted or left unfinished."""
 AGAIN_SECONDS = 5.0
-"""Time after which a design is tried again if its process could not use the store or was ended."""
+"""Time after which a search is started again if its process could not use the store or was killed [s]."""
 MOST_DEATHS = 3
-"""A design fails if its process is killed this many times in a row."""
+"""A design fails if its process dies this many times in a row."""
 STOP_SECONDS = 10.0
 
 _log = logging.getLogger("damperlab.designs")
@@ -36,7 +34,7 @@ _log = logging.getLogger("damperlab.designs")
 
 def _search(settings: Settings, design_id: str, wake: "Connection[object, object]") -> None:
     from damperlab.service.design_run import (
-        run_design,  # only the process of a design imports what it computes with
+        run_design,  # imported only here, because only the process of a design needs the solver
     )
 
     run_design(settings, design_id, wake)
@@ -49,19 +47,18 @@ class _Run:
 
 
 class Designer:
-    """Runs the searches of the designs in a data directory, the oldest first.
+    """Runs the searches for the designs in a data directory, the oldest design first.
 
-    A design that has not ended is resumed, whichever process worked on it before. The studies that it requested before
-    the interruption are stored.
+    A design that has not ended is resumed. Completed studies of the design are stored, and are not computed again.
 
     Parameters
     ----------
     settings : Settings
-        Of the service.
+        Settings of the service.
     store : Store
-        The studies.
+        Store of studies.
     dispatcher : Dispatcher
-        Runs the studies of the designs.
+        Dispatcher that runs the studies of the designs.
     """
 
     def __init__(self, settings: Settings, store: Store, dispatcher: Dispatcher) -> None:
@@ -74,25 +71,30 @@ class Designer:
         self._not_before: dict[str, float] = {}
         self._deaths: dict[str, int] = {}
         self.background = Background("designs", self._start_runs, LOOK_SECONDS)
-        """The thread that checks for designs."""
-        # a process starts with a fresh interpreter, because this one has threads and connections to the catalogue
+        """Thread that checks for waiting designs."""
+        # "spawn" starts a new interpreter; a fork would copy the locks of threads and the connections to the catalogue
         self._processes = multiprocessing.get_context("spawn")
 
     def start(self) -> None:
-        """Start checking for designs."""
+        """Start the thread that checks for waiting designs."""
         self.background.start()
 
     def wake(self) -> None:
-        """Check for designs now, because one was submitted."""
+        """Check for waiting designs now, for example after a design was submitted."""
         self.background.wake()
 
     def cancel(self, kept: Kept) -> Kept:
-        """End a waiting or running design, here or elsewhere; its completed studies stay.
+        """Cancel a waiting or running design. Its completed studies are kept.
+
+        Parameters
+        ----------
+        kept : Kept
+            The design.
 
         Returns
         -------
         Kept
-            Its state afterwards, which is unchanged if the design had already ended.
+            The design in its new state. The state is unchanged if the design had already ended.
         """
         if self.shelf.end(kept.id, "cancelled"):
             with self._lock:
@@ -104,7 +106,7 @@ class Designer:
         return self.shelf.get(kept.id)
 
     def resume(self, kept: Kept) -> Kept:
-        """Continue a design that was cancelled or has failed; completed studies are not computed again."""
+        """Resume a design that was cancelled or has failed. Completed studies are not computed again."""
         if kept.state in ("cancelled", "failed"):
             self.shelf.resume(kept.id)
             self._deaths.pop(kept.id, None)
@@ -113,13 +115,13 @@ class Designer:
         return self.shelf.get(kept.id)
 
     def close(self) -> None:
-        """Stop searching; unfinished designs continue at the next start."""
+        """Stop all searches. Unfinished designs are resumed at the next start."""
         self.background.close()
         with self._lock:
             runs = list(self._runs.values())
         for run in runs:
             run.process.terminate()
-        # one time limit for all, because the whole shutdown is limited in time
+        # all processes share one time limit, because the time for the shutdown is limited
         give_up = time.monotonic() + STOP_SECONDS
         for run in runs:
             run.thread.join(max(0.0, give_up - time.monotonic()))
@@ -159,7 +161,7 @@ class Designer:
             self.wake()
 
     def _searched(self, design_id: str, ready: threading.Event) -> BaseProcess:
-        """Search in a process; return it once it has ended."""
+        """Run a search in a new process, and return the process after it has ended."""
         hears, tells = self._processes.Pipe(duplex=False)
         arguments = (self._settings, design_id, tells)
         process = self._processes.Process(target=_search, args=arguments, daemon=True)
@@ -176,7 +178,7 @@ class Designer:
         return process
 
     def _note_end(self, design_id: str, status: int | None) -> None:
-        """Handle the end of a process: the design has ended as well, or is tried again."""
+        """Decide whether a search whose process has ended is started again, or the design fails."""
         if self.background.closing or self.shelf.ended(design_id):
             self._deaths.pop(design_id, None)
             return
@@ -188,13 +190,13 @@ class Designer:
         if deaths >= MOST_DEATHS:
             del self._deaths[design_id]
             told = (
-                f"The process that searched was ended {deaths} times in a row, last with status {status}; it may need more "
-                "memory."
+                f"The process of the search died {deaths} times in a row, the last time with status {status}; the "
+                "search may need more memory."
             )
             self.shelf.end(design_id, "failed", told)
 
     def _cancel_studies(self, kept: Kept) -> None:
-        """Cancel the studies of the last round that were entered only for this design."""
+        """Cancel the studies of the last round that were submitted only for this design."""
         for study_id in () if kept.round is None else kept.round.studies:
             with suppress(StudyNotFound):
                 record = self._store.find(study_id)

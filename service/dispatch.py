@@ -1,4 +1,4 @@
-"""Runs waiting studies on the cluster, a few in parallel. No study is lost by a restart or crash."""
+"""Runs waiting studies on the cluster, a few in parallel. Unfinished studies are resumed after a restart or a crash."""
 
 import logging
 import threading
@@ -20,19 +20,17 @@ from damperlab.worker.run.lease import owner_is_dead
 from damperlab.worker.run.progress import Progress
 
 LOOK_SECONDS = 2.0
-"""Interval between checks for studies that other processes queued, or left behind when they died."""
+"""Interval between checks for waiting studies [s], which other processes may have queued or left unfinished."""
 WAIT_SECONDS = 20.0
-"""Longest wait of a study for workers before it makes room for another; it is then queued, and its record gives the
-reason.
-"""
+"""Longest wait of a running study for workers [s]. The study is then queued again, so that another study can run."""
 CLEAN_SECONDS = 3600.0
-"""Interval between checks for files that are no longer used."""
+"""Interval between checks for files that are no longer used [s]."""
 AGAIN_SECONDS = 5.0
-"""Time after which a study is tried again if its cluster failed."""
+"""Time after which a study is tried again if the cluster or the store failed [s]."""
 COMPANY, MOST = 4, 64
-"""Smallest and largest number of small waiting studies that are run together."""
+"""Smallest and largest number of small studies that are run as one batch."""
 STOP_SECONDS = 60.0
-"""Longest wait of a shutdown for runners; each gives its running blocks a shorter time."""
+"""Longest wait for running studies at a shutdown [s], longer than a study waits for its running blocks."""
 
 _log = logging.getLogger("damperlab.dispatch")
 
@@ -44,42 +42,44 @@ class _Run:
 
 
 class Dispatcher:
-    """Runs the queued studies of a store, the highest priority first. Within a priority, submitters are served in turn,
-    each with their oldest study.
+    """Runs the queued studies of a store.
 
-    The catalogue is the queue: a study is run because of its state, whichever process queued it or died while running
-    it. A claim in the catalogue keeps two services from running one study.
+    Studies with the highest priority run first. Among studies of equal priority, the submitters take turns, and the
+    oldest study of a submitter runs first.
+
+    The catalogue is the queue. A study is run if its state in the catalogue is queued, or if it is running and its
+    process has died. A claim in the catalogue prevents two services from running the same study.
 
     Parameters
     ----------
     store : Store
-        Store for requests; it waits for the write lock no longer than a request may.
+        Store that requests use, with a short wait for the write lock of the catalogue.
     runs : Store
-        Store for the runners, which wait longer rather than compute a block again.
+        The same store for runs of studies, with a long wait for the write lock, so that no computed block is lost.
     cluster : SharedCluster
-        The cluster.
+        Cluster that computes the studies.
     at_once : int
-        Largest number of studies that run in parallel.
+        Largest number of studies that run at the same time.
     """
 
     def __init__(self, store: Store, runs: Store, cluster: SharedCluster, at_once: int) -> None:
         self.cluster = cluster
         self.trouble: str | None = None
-        """Why the cluster could not be used at the last attempt; None if all is well."""
+        """Reason why the last study could not be run; None if the cluster can be used."""
         self._store = store
         self._runners_store = runs
         self._at_once = at_once
         self._lock = threading.Lock()
-        # replaced instead of changed, so that readers need no lock
+        # this mapping is never changed but always replaced, so that it can be read without the lock
         self._runs: Mapping[str, _Run] = {}
         self._progress: dict[str, Progress] = {}
         self._retries = 0
         self._not_before: dict[str, float] = {}
-        # small studies that could not be run together
+        # ids of small studies that were left over by a batch and need a separate run
         self._alone: set[str] = set()
-        # each submitter's latest start, as a counter; the one who has waited longest is next
+        # number of the last start of a study, by submitter; the submitter with the smallest number is next
         self._turns: dict[str | None, int] = {}
-        # a removal is made at the start, because deletions may have been interrupted
+        # the event is set at the start, because an earlier process may not have completed its deletions
         self._leaving: list[threading.Thread] = []
         self._untidy = threading.Event()
         self._untidy.set()
@@ -89,17 +89,22 @@ class Dispatcher:
 
     @property
     def backgrounds(self) -> tuple[Background, ...]:
-        """The threads shared by all studies."""
+        """Background threads of the dispatcher."""
         return self._dispatching, self._removing, self._cleaning
 
     @property
     def running(self) -> list[str]:
-        """Ids of the studies that run here."""
+        """Ids of the studies that this process runs."""
         return sorted(self._runs)
 
     def workload(self) -> tuple[dict[str, int], int, int]:
-        """Give the number of workers for each standing, which is the largest over the studies that run here; the number
-        of blocks at workers; and the number of blocks repeated so far.
+        """Return the numbers of workers, blocks at workers, and repeated attempts of the studies run by this process.
+
+        Returns
+        -------
+        dict, int, int
+            Number of workers by standing, number of blocks at workers, and number of repeated attempts since the start
+            of the service. The number of workers is the largest over the running studies.
         """
         with self._lock:
             now = list(self._progress.values())
@@ -111,7 +116,7 @@ class Dispatcher:
         return counts, sum(each.blocks_in_flight for each in now), retries
 
     def blocks_left(self) -> int:
-        """Count the remaining blocks of the studies that run here."""
+        """Return the number of remaining blocks of the studies that this process runs."""
         with self._lock:
             return sum(each.blocks_total - each.blocks_done for each in self._progress.values())
 
@@ -120,17 +125,17 @@ class Dispatcher:
             self._progress[study_id] = progress
 
     def start(self) -> None:
-        """Start checking for work."""
+        """Start the background threads."""
         self._dispatching.start()
         self._removing.start()
         self._cleaning.start(at_once=False)
 
     def wake(self) -> None:
-        """Check for work now, because a study was queued."""
+        """Check for waiting studies now, for example after a study was queued."""
         self._dispatching.wake()
 
     def cancel(self, record: Record) -> Record:
-        """Cancel a study that is queued, or running here or elsewhere; finished blocks are kept.
+        """Cancel a queued or running study. Its finished blocks are kept.
 
         Parameters
         ----------
@@ -140,14 +145,13 @@ class Dispatcher:
         Returns
         -------
         Record
-            Its state afterwards, which is unchanged if the study had already ended.
+            The study in its new state. The state is unchanged if the study had already ended.
         """
         cancelled = self._store.set_state(
             record.id, "cancelled", only_from=("queued", "running"), at_once=False
         )
         self._tidy()
-        # A run that starts from now on finds the study cancelled. If the study was resumed meanwhile, stopping its run
-        # leaves it queued, and the next run continues.
+        # if the study was resumed meanwhile, this may stop the new run; the study is then queued again
         with self._lock:
             run = self._runs.get(record.id)
         if cancelled.state == "cancelled" and run is not None:
@@ -155,33 +159,39 @@ class Dispatcher:
         return cancelled
 
     def resume(self, record: Record) -> Record:
-        """Queue a cancelled or failed study again; only missing points will be computed."""
+        """Queue a cancelled or failed study again. Only its missing points will be computed."""
         queued = self._store.set_state(record.id, "queued", only_from=("cancelled", "failed"))
         self._try_now(record.id)
         return queued
 
     def retry(self, record: Record) -> Record:
-        """Queue a study again for its blocks that failed as a whole; raise `NothingToDo` if there are none."""
+        """Queue a study again so that its failed blocks are repeated. Raise `NothingToDo` if no block has failed."""
         queued = self._store.retry(record.id)
         self._try_now(record.id)
         return queued
 
     def remark(self, study_id: str, remarks: Remarks) -> Record:
-        """Store remarks on a study; they are written with its blocks in the background."""
+        """Store remarks on a study in the catalogue. A background thread writes the remarks to the cube."""
         record = self._store.remark(study_id, remarks, at_once=False)
         self._tidy()
         return record
 
     def delete(self, record: Record, keep_seconds: float = 0.0) -> None:
-        """Delete a study that has ended or waits; it can be restored for the given time.
+        """Delete a study that is not running.
 
-        The study is gone when this returns. Its files are removed in the background once its runner has stopped, even
-        after a restart.
+        The study disappears immediately. Its files are removed in the background after its run has stopped.
+
+        Parameters
+        ----------
+        record : Record
+            The study.
+        keep_seconds : float
+            Time for which the study can be restored [s].
 
         Raises
         ------
         StudyBusy
-            The study is running.
+            If the study is running.
         """
         self._store.delete(record.id, keep_seconds)
         with self._lock:
@@ -191,16 +201,16 @@ class Dispatcher:
         self._tidy()
 
     def _tidy(self) -> None:
-        """Write and remove, in the background, what no request waits for."""
+        """Let a background thread remove the files of deleted studies and write postponed changes to cubes."""
         self._untidy.set()
         self._removing.wake()
 
     def close(self) -> None:
-        """Stop: running blocks may finish within the runner's time; the rest stays queued for the next start."""
+        """Stop all runs, queue unfinished studies for the next start, and close the cluster."""
         for background in self.backgrounds:
             background.tell_to_close()
         self._dispatching.close()
-        # this does not wait until all files are removed; the next start finds the rest
+        # files that are not removed in this time are removed after the next start
         self._removing.close(LOOK_SECONDS)
         self._cleaning.close(LOOK_SECONDS)
         with self._lock:
@@ -229,15 +239,15 @@ class Dispatcher:
         with self._lock:
             leaving, self._leaving = self._leaving, []
         try:
-            for thread in leaving:  # so that the runner does not write to removed files
+            for thread in leaving:  # files are removed only after the run has stopped writing to them
                 thread.join(STOP_SECONDS)
-            # removals come first, since they free space that the marks may need
+            # files are removed before postponed changes are written, because the changes may need the space
             self._runners_store.bury(stop=lambda: self._removing.closing)
             self._runners_store.keep_late_marks(stop=lambda: self._removing.closing)
         except (StoreFault, OSError) as error:
             self._untidy.set()
             _log.warning(
-                "marks could not be written, or files of deleted studies could not be removed: %s", error
+                "changes of cubes could not be written, or deleted studies could not be removed: %s", error
             )
         except BaseException:
             self._untidy.set()
@@ -246,9 +256,9 @@ class Dispatcher:
     def _start_runs(self) -> None:
         waiting = self._waiting()
         while waiting:
-            # within a priority the list is oldest first, and this order is kept for each submitter
+            # the sort is stable, so the studies of a submitter stay in the order of their age
             waiting.sort(key=lambda one: (-one.priority, self._turns.get(one.owner, 0)))
-            # a batch of small studies, if the first one is small and there are enough others
+            # if the first study is small and enough other small studies wait, they are run as one batch
             small = [one.id for one in waiting if one.small and one.id not in self._alone][:MOST]
             together = len(small) >= COMPANY and small[0] == waiting[0].id
             ids = small if together else [waiting[0].id]
@@ -262,7 +272,7 @@ class Dispatcher:
             waiting = [one for one in waiting if one.id not in taken]
 
     def _begin(self, ids: list[str], owner: str | None, together: bool) -> None:
-        """Start a thread for some studies; the thread checks whether one was cancelled meanwhile."""
+        """Start a thread that runs one study or a batch. The thread checks whether a study was cancelled meanwhile."""
         stop = threading.Event()
         work, about = (self._run_batch, ids) if together else (self._run, ids[0])
         thread = threading.Thread(target=work, args=(about, stop), name=f"study-{ids[0]}", daemon=True)
@@ -271,20 +281,20 @@ class Dispatcher:
         self._turns[owner] = 1 + max(self._turns.values(), default=0)
 
     def _busy(self) -> bool:
-        """Whether the limit of parallel runs is reached."""
-        # a thread that was killed has not cleaned up
+        """Return whether the limit of parallel runs is reached."""
+        # a thread that has died may not have removed its entry
         self._runs = {study_id: run for study_id, run in self._runs.items() if run.thread.is_alive()}
         return len({run.thread for run in self._runs.values()}) >= self._at_once
 
     def _waiting(self) -> list[Waiting]:
-        """The studies that wait without an owner, oldest first."""
+        """Return the waiting studies that no process has claimed, the oldest first."""
         with self._lock:
             if self._busy():
                 return []
             here = set(self._runs)
             now = time.monotonic()
             self._not_before = {key: until for key, until in self._not_before.items() if until > now}
-        # the oldest may be postponed or just starting
+        # more studies are requested than needed, because the oldest may be postponed or may run here already
         most = 2 * MOST + len(here) + len(self._not_before)
         found = self._store.unclaimed(owner_is_dead, most)
         return [one for one in found if one.id not in here and one.id not in self._not_before]
@@ -302,7 +312,7 @@ class Dispatcher:
                 len(left),
             )
         except BaseException as error:
-            # each separate run reports its own error, or waits for the cluster
+            # the studies are then run one by one, and each run reports its error or waits for the cluster
             _log.warning("%d small studies are run one by one: %s", len(ids), error)
         finally:
             with self._lock:
@@ -323,7 +333,7 @@ class Dispatcher:
                 lambda progress: self._follow(study_id, progress),
                 stop,
                 only_from=("queued", "running"),
-                # the catalogue shows whether a study was cancelled; any other stopped study waits for its next turn
+                # a cancelled study keeps its state in the catalogue; any other stopped study is queued again
                 stopped_as="queued",
                 outage_as="queued",
                 wait_seconds=WAIT_SECONDS,
@@ -338,18 +348,17 @@ class Dispatcher:
             if record.state == "queued" and not stop.is_set():
                 self._put_off(study_id, record.message or "it was cancelled and resumed elsewhere")
         except ClusterUnusable as error:
-            # The study is not at fault: a scheduler may be starting, or come back.
+            # the scheduler may be starting, or may come back
             self._put_off(study_id, str(error))
         except (StudyBusy, StudyNotFound) as error:
             _log.info("study %s is left alone: %s", study_id, error)
-            with self._lock:  # because clocks differ, the study may seem free at once
+            with self._lock:  # clocks of machines differ, so the study may seem to be unclaimed immediately
                 self._not_before[study_id] = time.monotonic() + AGAIN_SECONDS
         except (StoreFault, OSError) as error:
-            # The catalogue cannot be written, or a connection broke. The study is continued later from its present
-            # state.
+            # the catalogue cannot be written, or a connection was lost
             self._put_off(study_id, str(error))
         except BaseException as error:
-            # There is a defect, or the cluster does not start. This study fails, and the others continue.
+            # if there is a defect or the cluster does not start, only this study fails
             _log.exception("study %s failed", study_id)
             self._put_down(study_id, f"{type(error).__name__}: {error}")
         finally:
@@ -367,7 +376,7 @@ class Dispatcher:
         try:
             self._store.set_state(study_id, "failed", message, only_from=("queued", "running"))
         except StudyNotFound:
-            pass  # deleted meanwhile
+            pass  # the study was deleted in the meantime
         except Exception as error:
             self._put_off(study_id, f"{message}; {error}")
 

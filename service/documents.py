@@ -1,4 +1,4 @@
-"""JSON documents: the answers of all routes. JSON has no NaN and no infinity, so both become null."""
+"""Writes the answers of all routes as JSON. NaN and infinities become null, because JSON does not have them."""
 
 import json
 import math
@@ -9,24 +9,24 @@ import numpy as np
 from starlette.responses import JSONResponse
 
 AT_ONCE = 10_000
-"""Numbers written in one step, in which the interpreter does nothing else for some milliseconds."""
+"""Largest number of values converted in one step, which blocks all other threads for some milliseconds."""
 
 
 _ENCODER = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 def plain(value: object) -> Any:
-    """Convert `value` to JSON-able data.
+    """Convert a value to data that JSON can represent.
 
     Parameters
     ----------
     value : object
-        Mappings, sequences, numpy arrays and scalars, numbers, strings, None, at any depth.
+        Nested mappings, sequences, NumPy arrays, numbers, strings and None.
 
     Returns
     -------
     object
-        The same with arrays as lists and every number that is not finite as None.
+        Copy of `value` in which arrays are lists, and NaN and infinities are None.
     """
     if isinstance(value, np.ndarray):
         if value.ndim == 0:
@@ -56,7 +56,7 @@ def _listed(array: np.ndarray) -> list[Any]:
 
 
 def _pieces(value: Any) -> Iterator[str]:
-    """Write JSON piece by piece, because a single step would stop every other thread."""
+    """Yield JSON in pieces. A single step would block all other threads for too long."""
     if _size(value) <= AT_ONCE:
         yield _ENCODER.encode(value)
     elif isinstance(value, dict):
@@ -83,17 +83,17 @@ def _pieces(value: Any) -> Iterator[str]:
 
 
 def _size(value: Any) -> int:
-    """Estimate the number of values, from the first of each list."""
+    """Estimate the number of values, assuming that all items of a list have the size of the first item."""
     if isinstance(value, dict):
         return sum(map(_size, value.values()))
     return len(value) * _size(value[0]) if isinstance(value, list) and value else 1
 
 
 class Document(JSONResponse):
-    """A JSON response in which NaN and infinities are null, and client strings are escaped."""
+    """JSON response in which NaN and infinities are null."""
 
     def render(self, content: Any) -> bytes:
         """Return the bytes of `content` as JSON in UTF-8."""
         text = "".join(_pieces(plain(content)))
-        # A client may send "\ud800", half a character, which UTF-8 cannot encode; JSON can, as the same escape.
+        # a lone surrogate such as "\ud800" in a string from a client has no UTF-8 encoding, and is written as an escape
         return text.encode("utf-8", errors="backslashreplace")

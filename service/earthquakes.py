@@ -1,4 +1,4 @@
-"""Answers about earthquakes for all interfaces: a comparison with its units and a bounded cost."""
+"""Computes comparisons of dampers under a ground-motion record for all user interfaces, up to a limit of the cost."""
 
 from typing import Annotated, NotRequired
 
@@ -12,11 +12,11 @@ from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.compared import Comparison
 
 MOST_WINDOWS = 3_000_000
-"""Largest number of integration steps of a comparison over all its runs; they take some seconds."""
+"""Largest total number of integration steps of a comparison. A comparison of this size takes some seconds."""
 
 
 class WithPaper(Comparison):
-    """A comparison together with the results of the paper."""
+    """A comparison, and the corresponding results of the paper."""
 
     brief: InShort
     paper_table_a1: Annotated[dict[str, dict[str, Measured]], Says(propertyNames={"enum": list(CASES)})]
@@ -25,7 +25,7 @@ class WithPaper(Comparison):
 
 
 class ComparedDocument(WithPaper):
-    """The answer to a comparison, with time histories on request."""
+    """Answer to a request for a comparison, with time histories if requested."""
 
     histories: NotRequired[Annotated[dict[str, Table], Says(propertyNames={"enum": list(CASES)})]]
 
@@ -40,21 +40,21 @@ UNITS = {
 
 
 def answer_comparison(asked: Earthquake, samples: int = 0) -> WithPaper:
-    """Compute a comparison, bounded in its cost.
+    """Compute a comparison.
 
     Parameters
     ----------
     asked : Earthquake
-        The comparison.
+        The requested comparison.
     samples : int
-        Largest number of samples of the time history of each case; 0 for no histories.
+        Largest number of samples of each time history; 0 for no time histories.
 
     Raises
     ------
     StudyFaults
-        If it would take too long.
+        If the comparison would take more than `MOST_WINDOWS` integration steps.
     """
-    from damperlab.worker.ground.comparison import (  # imported here: it imports the compiler
+    from damperlab.worker.ground.comparison import (  # imported here, because it imports the compiler
         compare,
         structure_of,
     )

@@ -1,4 +1,4 @@
-"""Ends the process on time, even if something still computes in it."""
+"""Ends the process of the service after a time limit, even if a thread is still running."""
 
 import logging
 import os
@@ -8,7 +8,7 @@ _log = logging.getLogger("damperlab.ending")
 
 
 def end_by(seconds: float) -> None:
-    """End this process after some seconds, unless it has already ended; its children end by themselves."""
+    """End this process after the given time. The child processes then end by themselves."""
     timer = threading.Timer(seconds, _end, (seconds,))
     timer.daemon = True
     timer.start()

@@ -1,4 +1,4 @@
-"""The progress of a study as server-sent events: one at every change, and a last one when the study has ended."""
+"""Sends the progress of a study to clients as server-sent events."""
 
 from collections.abc import AsyncIterator
 
@@ -10,9 +10,9 @@ from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record
 
 LOOK_SECONDS = 0.5
-"""Interval between checks of the record in the catalogue: the study may run in another process."""
+"""Interval between checks of the study's record in the catalogue [s]. The study may run in another process."""
 RETRY_MILLISECONDS = 2000
-"""Time before a browser connects again."""
+"""Time after which a browser connects again if the connection is lost."""
 
 _SHOWN = (
     "id",
@@ -34,28 +34,26 @@ _SHOWN = (
 
 
 def event_id(record: Record) -> str:
-    """Give the id of the event for a state of the study. Each event repeats all counts, so the id of the last one
-    shows what a client has received.
-    """
+    """Return the id of the event that reports the present progress of a study."""
     return f"{record.blocks_done}-{record.points_failed}-{record.phase}-{record.phase_done or 0}"
 
 
 async def progress(service: Service, record: Record, last_seen: str | None) -> AsyncIterator[ServerSentEvent]:
-    """Follow a study to its end.
+    """Yield an event at each change of a study, until the study ends.
 
     Parameters
     ----------
     service : Service
-        The running service; its shutdown ends the stream, and the client connects again.
+        The running service. Its shutdown ends the stream, and the client then connects again.
     record : Record
-        The study as it is now.
+        Present record of the study.
     last_seen : str, optional
-        The ``Last-Event-ID`` of a reconnecting client, to which earlier events are not repeated.
+        Header ``Last-Event-ID`` of a client that connects again. An event with this id is not sent again.
 
     Yields
     ------
     ServerSentEvent
-        ``progress`` with the study's counts, ``end`` when it has ended, ``deleted`` when it is gone.
+        Event ``progress`` after a change, ``end`` at the end of the study, or ``deleted`` if the study was deleted.
     """
     seen = last_seen
     while True:

@@ -1,4 +1,4 @@
-"""Examples in the OpenAPI document; the tests send each of them to a running service."""
+"""Examples for the OpenAPI document. The tests send each example to a running service."""
 
 from typing import Any
 
@@ -15,11 +15,9 @@ from damperlab.studies.specification.schema import specification_schema
 from damperlab.studies.text import MOST_STUDIES
 
 EDGE = (400, 408, 421, 422, 431, 503)
-"""Error statuses that any request may get: not HTTP, too slow, unknown host, invalid parameters, head too long, data
-unavailable.
-"""
+"""Error statuses of any request: malformed, slow, wrong host, invalid parameters, long header, service unavailable."""
 WITH_KEY = (401, 403, 429)
-"""Further error statuses of requests that need a key: no key, a wrong scope, too many requests."""
+"""Error statuses of requests that need an access key: no valid key, missing scope, too many requests."""
 
 _LINEAR_YAML = """\
 name: no-damper
@@ -242,10 +240,10 @@ FIT_BODY: dict[str, Any] = {
 
 
 def complete(document: dict[str, Any]) -> None:
-    """Correct the framework's OpenAPI document in place.
+    """Complete the OpenAPI document of FastAPI in place.
 
-    Our own code reads bodies and builds answers, so their schemas are added here. The actual form of a validation error
-    replaces that of the framework, and the common answers are added to all operations.
+    The schemas of request bodies, answers and problem documents are added, and the common error responses of all
+    operations. FastAPI's schemas of validation errors are removed.
     """
     from damperlab.studies.fit.document import fit_schema
 
@@ -294,7 +292,7 @@ def _complete_operation(path: str, method: str, operation: dict[str, Any]) -> No
     if method not in SAFE_METHODS:
         statuses += (403, 415)
     elif "application/json" in responses.get("200", {}).get("content", {}):
-        responses["304"] = {"description": "the answer is still the one that If-None-Match names"}
+        responses["304"] = {"description": "The answer has not changed: its ETag is in If-None-Match."}
     for status, response in documented(*statuses).items():
         responses.setdefault(str(status), response)
     operation["responses"] = dict(sorted(responses.items()))

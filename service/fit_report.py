@@ -1,4 +1,4 @@
-"""A fit as a document for programs, and as a page to keep or to print."""
+"""Writes a fit of a frequency response as a JSON document, and as a page of HTML to store or to print."""
 
 import json
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
 
 
 class Parameter(TypedDict):
-    """An estimated parameter with its interval, and the range of the search."""
+    """An estimated parameter, with its confidence interval and the range of the search."""
 
     value: Number
     low: Number
@@ -35,14 +35,14 @@ class Parameter(TypedDict):
 
 
 class Estimates(TypedDict):
-    """Parameters and their correlations."""
+    """Estimated parameters and their correlations."""
 
     parameters: dict[str, Parameter]
     correlation: dict[str, dict[str, Number]]
 
 
 class FitDocument(Estimates):
-    """The common part of every fit, of a response or of a time history."""
+    """Fields of the result of every fit, to a frequency response or to a time history."""
 
     measured: str
     confidence: Number
@@ -57,7 +57,7 @@ class FitDocument(Estimates):
 
 
 class FittedDocument(FitDocument):
-    """The result of a fit of a frequency response."""
+    """Result of a fit of a frequency response."""
 
     rows: list[dict[str, Number]]
     outliers: list[Count]
@@ -71,7 +71,7 @@ class FittedDocument(FitDocument):
 
 
 def fit_document(fitted: Fitted) -> FittedDocument:
-    """Convert a fit into plain data: parameters, correlations, goodness, rows, a study, sentences."""
+    """Return the result of a fit as a document."""
     question = fitted.question
     measured = question.measured
     return {
@@ -109,7 +109,7 @@ def fit_document(fitted: Fitted) -> FittedDocument:
 
 
 def study_of(fitted: Fitted | FittedHistory) -> dict[str, Any] | None:
-    """Write the prototype as a study; None if this is impossible."""
+    """Return the definition of a study of the fitted prototype; None if no such study is possible."""
     try:
         return fitted.study()
     except StudyFaults:
@@ -117,7 +117,7 @@ def study_of(fitted: Fitted | FittedHistory) -> dict[str, Any] | None:
 
 
 def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.float64]) -> Estimates:
-    """Convert the parameters and their correlations into a document."""
+    """Return the estimated parameters and their correlations as a document."""
     names = [each.name for each in estimates]
     return {
         "parameters": {
@@ -139,17 +139,17 @@ def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.fl
 
 
 def _heading(name: str) -> str:
-    """Name a parameter at the head of a row, with the unit of its values; lengths are in millimetres."""
+    """Return the heading of a parameter. For a length, the unit mm is added."""
     return f"{without_unit(name)} [mm]" if unit_of(name) == "m" else name
 
 
 def _number(name: str, value: float, digits: int = 4) -> str:
-    """Write a value of a parameter without its unit; see `_heading`."""
+    """Return a value of a parameter as text without a unit. Lengths are converted to millimetres."""
     return f"{1e3 * value if unit_of(name) == 'm' else value:.{digits}g}"
 
 
 def parameter_rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
-    """Give the parameters as rows of text, under `COLUMNS`."""
+    """Return the parameters as rows of a table with the columns `COLUMNS`."""
     return [
         (
             _heading(each.name),
@@ -162,7 +162,7 @@ def parameter_rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
 
 
 def study_parts(fitted: Fitted | FittedHistory) -> list[str]:
-    """Give the parts of a page with the prototype as a study, if there is one."""
+    """Return the parts of a page that show the study of the fitted prototype; empty if no such study is possible."""
     study = study_of(fitted)
     if study is None:
         return []
@@ -171,14 +171,14 @@ def study_parts(fitted: Fitted | FittedHistory) -> list[str]:
 
 
 def fit_report(fitted: Fitted, curves: "list[FittedCurve]") -> str:
-    """Write a fit as one self-contained page of HTML.
+    """Return the report of a fit as a self-contained page of HTML.
 
     Parameters
     ----------
     fitted : Fitted
-        The outcome.
+        Result of the fit.
     curves : list of FittedCurve
-        Of `damperlab.worker.fit.model.curves_of`.
+        Computed responses, from `damperlab.worker.fit.model.curves_of`.
     """
     from damperlab.service.figures.fit import caption_of, draw_fit
 

@@ -1,4 +1,4 @@
-"""Time histories of a structure with each damper of a comparison under one record."""
+"""Time histories of a structure under a ground-motion record, for each damper of a comparison."""
 
 from typing import Any
 
@@ -14,7 +14,13 @@ from damperlab.worker.scenes import Scene
 
 
 def histories_of(asked: Earthquake) -> dict[str, dict[str, NDArray[np.float64]]]:
-    """Compute `time_s`, `relative_displacement_m` and the other columns of the motion with each damper, by its case."""
+    """Compute the time history for each case of a comparison.
+
+    Returns
+    -------
+    dict of dict of ndarray
+        Columns of each case by name, for example `time_s` and `relative_displacement_m`.
+    """
     structure, absorber = structure_of(asked), absorber_of(asked)
     factor, tail = asked.values["scale"], asked.values["tail_s"]
     histories = {}
@@ -27,26 +33,26 @@ def histories_of(asked: Earthquake) -> dict[str, dict[str, NDArray[np.float64]]]
 
 
 def history_scenes(asked: Earthquake) -> list[Scene]:
-    """Scenes that these histories need."""
+    """Return the scenes that the time histories of a comparison need."""
     return [scene._replace(purpose="record-history") for scene in scenes_of(asked)]
 
 
 def sampled(asked: Earthquake, most: int) -> dict[str, dict[str, Any]]:
-    """Give the histories with at most `most` samples each.
+    """Compute the time histories of a comparison, and reduce the number of samples.
 
     Parameters
     ----------
     asked : Earthquake
         The comparison.
     most : int
-        Largest number of samples of a case, at least 2. If there are more, evenly spaced ones are given, together with
-        those of the largest and the smallest displacement against the base, so that peaks stay.
+        Largest number of samples of a case, at least 2. A longer history is reduced to evenly spaced samples and the
+        two samples with the largest and the smallest displacement relative to the base, so that the peaks are kept.
 
     Returns
     -------
     dict
-        For each case the columns, with the names of `ground_history`. ``thinned`` says whether some were left out, and
-        ``spectrum`` is the displacement against the base over frequency.
+        For each case, the columns of `ground_history` by name, and two further entries. ``thinned`` tells whether
+        samples were left out, and ``spectrum`` is the spectrum of the displacement relative to the base.
     """
     found: dict[str, dict[str, Any]] = {}
     natural = asked.values["natural_frequency_hz"]

@@ -1,4 +1,4 @@
-"""A fit of a time history as a document, and as a page to keep or to print."""
+"""Writes a fit of a time history as a JSON document, and as a page of HTML to store or to print."""
 
 from html import escape
 from typing import Annotated, Any
@@ -18,7 +18,7 @@ from damperlab.studies.shapes import Count, Number, Numbers, Says
 
 
 class FittedHistoryDocument(FitDocument):
-    """The result of a fit of a time history."""
+    """Result of a fit of a time history."""
 
     stretch_s: Number
     rows_counted: Count
@@ -37,7 +37,7 @@ class FittedHistoryDocument(FitDocument):
 
 
 def history_document(fitted: FittedHistory) -> FittedHistoryDocument:
-    """Convert a fit of a time history into plain data."""
+    """Return the result of a fit of a time history as a document."""
     question = fitted.question
     measured = question.measured
     return {
@@ -67,7 +67,7 @@ def history_document(fitted: FittedHistory) -> FittedHistoryDocument:
 
 
 def history_report(fitted: FittedHistory) -> str:
-    """Write a fit of a time history as one self-contained page of HTML."""
+    """Return the report of a fit of a time history as a self-contained page of HTML."""
     from damperlab.service.figures.history_fit import draw_history_fit
 
     title = f"{fitted.question.measured.name}, fitted"

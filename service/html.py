@@ -1,4 +1,4 @@
-"""Parts of documents to keep or to print: self-contained pages of HTML with their figures."""
+"""Parts of reports, which are self-contained pages of HTML with embedded figures."""
 
 import base64
 import io
@@ -30,18 +30,18 @@ pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .8rem; }
 
 
 SHORT = 12
-"""A cell of a table with up to this number of letters stays on one line."""
+"""Largest number of characters of a text that is not wrapped in a table cell."""
 
 
 def page(title: str, parts: Iterable[str]) -> str:
-    """Write a page of HTML.
+    """Return a page of HTML.
 
     Parameters
     ----------
     title : str
-        Plain text.
+        Title of the page, as plain text.
     parts : iterable of str
-        Its content, as HTML.
+        Parts of the content, as HTML.
     """
     title = escape(title)
     return (
@@ -53,13 +53,21 @@ def page(title: str, parts: Iterable[str]) -> str:
 
 
 def said(text: str, kind: str = "") -> str:
-    """Write a paragraph of plain text, in which names are in backticks; `quiet` marks a remark."""
+    """Return a paragraph of HTML.
+
+    Parameters
+    ----------
+    text : str
+        Plain text. Names in backticks are set in a code font.
+    kind : str
+        CSS class of the paragraph; "quiet" for remarks.
+    """
     named = re.sub("`([^`]+)`", r"<code>\1</code>", escape(text))
     return f"<p{f' class={kind}' if kind else ''}>{named}</p>"
 
 
 def table(label: str, head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Write a table of plain text; the label is for screen readers."""
+    """Return an HTML table of plain texts. Screen readers read the label of the table."""
     heads = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
     body = "".join("<tr>" + "".join(_cell(str(cell)) for cell in row) + "</tr>" for row in rows)
     region = f'class="wide" tabindex="0" role="region" aria-label="{label}"'
@@ -67,21 +75,21 @@ def table(label: str, head: Iterable[str], rows: Iterable[Iterable[str]]) -> str
 
 
 def _cell(text: str) -> str:
-    """Write a cell; a number with its unit stays on one line, as does any short text."""
+    """Return a table cell. A short text, for example a number with its unit, is not wrapped."""
     return f"<td{' class=short' if 0 < len(text) <= SHORT else ''}>{escape(text)}</td>"
 
 
 def drawing(figure: "Figure", caption: str) -> str:
-    """Embed a figure as SVG, above its caption."""
+    """Return a figure as embedded SVG, with the caption below it."""
     from damperlab.service.figures.style import styled
 
     drawn = io.BytesIO()
     for axes in figure.axes:
-        axes.set_title("", loc="left")  # the caption states it in the units of the study
-    # letters are drawn as outlines, because fonts on other machines have other widths
+        axes.set_title("", loc="left")  # the caption replaces the title
+    # text is drawn as outlines, because fonts of other machines have other widths
     with styled({"svg.fonttype": "path"}):
         figure.savefig(drawn, format="svg", metadata={"Date": None})
-    # embedded as a separate image, so that ids of two drawings cannot collide
+    # an embedded image has its own ids, so the ids of two figures on a page cannot collide
     data = base64.b64encode(drawn.getvalue()).decode()
     text = escape(caption)
     return f'<figure><img alt="{text}" src="data:image/svg+xml;base64,{data}"><figcaption>{text}</figcaption></figure>'

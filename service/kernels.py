@@ -1,4 +1,4 @@
-"""Compiles the kernels of a running service in separate processes, so that requests are answered meanwhile."""
+"""Compiles kernels for a running service in separate processes, so that the service can answer requests meanwhile."""
 
 import logging
 import threading
@@ -13,12 +13,12 @@ _log = logging.getLogger("damperlab.kernels")
 
 
 class Kernels:
-    """Compiles kernels, each in one process: in the background, and when a request needs them.
+    """Compiles kernels in the background after the start, and when a request needs them.
 
     Parameters
     ----------
     at_once : int
-        Largest number of parallel processes.
+        Largest number of processes that compile at the same time.
     """
 
     def __init__(self, at_once: int) -> None:
@@ -32,18 +32,18 @@ class Kernels:
         self._thread = threading.Thread(target=self._warm, name="kernels", daemon=True)
 
     def compiled(self) -> tuple[int, float]:
-        """Give the number of scenes compiled here since the start, and the seconds this took, without waits."""
+        """Return the number of scenes compiled since the start, and the total time of the compilations [s]."""
         with self._lock:
             return self._compiled, self._seconds
 
     def start(self) -> None:
-        """Start to compile the kernels for default studies, points and earthquakes, in one process."""
+        """Start to compile the kernels for requests with default settings in a separate process."""
         self._thread.start()
 
     def require(self, wanted: Iterable[Scene]) -> None:
-        """Wait until the kernels of some scenes are compiled.
+        """Compile the missing kernels of the given scenes, and wait until they are compiled.
 
-        A failure is logged; the computing process then compiles the kernel itself, or reports the error.
+        Errors are only logged. A process that needs a missing kernel compiles the kernel itself or reports the error.
         """
         from damperlab.worker.warm import missing  # imported here and below, because it imports the compiler
 
@@ -54,7 +54,7 @@ class Kernels:
                 _log.warning("%s: %s", scene.name, error)
 
     def close(self) -> None:
-        """End all compiling; nothing further starts."""
+        """Stop all compilations. No further compilation starts."""
         with self._lock:
             self._closed = True
             for process in self._processes:

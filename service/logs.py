@@ -1,4 +1,4 @@
-"""The service's log: readable lines, or one JSON object per line for log collectors."""
+"""Format of the service's log: lines of text, or one JSON object per line for log collectors."""
 
 import json
 import logging
@@ -15,10 +15,10 @@ _STUDY = re.compile(r"\bstudy ([0-9a-f]{12}(?:-\d+)?)\b")
 
 
 class JsonLines(logging.Formatter):
-    """Formats a record as one JSON object, in which the ids in its sentence also have their own keys."""
+    """Formats a log record as a JSON object. Ids of studies, blocks, workers and requests get separate keys."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """Give one line."""
+        """Return one line of the log."""
         message = record.getMessage()
         told = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
@@ -37,14 +37,14 @@ class JsonLines(logging.Formatter):
 
 
 def start_logging(level: str, form: LogFormat) -> None:
-    """Log to standard error from now on.
+    """Configure logging to standard error.
 
     Parameters
     ----------
     level : str
-        The lowest level that is logged.
-    form : str
-        text or json.
+        Lowest level that is logged.
+    form : {"text", "json"}
+        Format of the lines.
     """
     handler = logging.StreamHandler(sys.stderr)
     text = logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s")

@@ -1,4 +1,4 @@
-"""Derived quantities of a computed motion: forces on the structure, and its spectrum."""
+"""Quantities derived from a computed motion: forces on the structure, and spectra of the displacement."""
 
 import math
 from collections.abc import Mapping
@@ -13,35 +13,35 @@ if TYPE_CHECKING:
 Column = NDArray[np.float64]
 
 FORCES = ("spring", "damping", "friction", "excitation")
-"""Forces on a structure, over k·Z."""
+"""Names of the forces on a structure. The forces are divided by k·Z."""
 
 SAMPLES_PER_CYCLE = 256
 HARMONICS = 8
 """Highest harmonic of the excitation in a spectrum of a steady motion."""
 NATURAL = 4
-"""Highest frequency in a spectrum under a record, over that of the structure."""
+"""Ratio of the highest frequency in a spectrum under a record to the natural frequency of the structure."""
 HELD = 1e-9
-"""Share of the largest speed below which a structure counts as held by friction."""
+"""A structure counts as locked by friction if its speed is below this fraction of the largest speed."""
 AT_WALL = 1e-9
-"""Distance from a wall, over the clearance, below which a particle counts as resting against it."""
+"""A particle counts as resting against a wall if its distance from the wall is below this fraction of the clearance."""
 
 
 def forces_on(history: Mapping[str, Column], design: "Design") -> dict[str, Column]:
-    """Give the forces on the structure over k·Z, one value per sample.
+    """Compute the forces on the structure, divided by k·Z.
 
     Parameters
     ----------
     history : mapping of ndarray
-        Columns of a motion, as in `damperlab.worker.point.Simulation`.
+        Columns of a time history, see `damperlab.worker.point.Simulation`.
     design : Design
         The design point.
 
     Returns
     -------
     dict of ndarray
-        ``spring``, ``damping``, ``friction``, and ``excitation``, which is 0 on a shaken base. If friction locks the
-        structure, ``friction`` is the force that moves the structure with its base. An instantaneous impact has no
-        finite force.
+        One value per sample for each of ``spring``, ``damping``, ``friction`` and ``excitation``. The excitation force
+        is 0 if the base is shaken. While friction locks the structure, ``friction`` is the force that moves the
+        structure with its base. Forces of instantaneous impacts are not included, because they are not finite.
     """
     u, v, v_rate = history["u"], history["v"], history["v_rate"]
     phase = design.frequency_ratio * (history["time"] - history["time"][0])
@@ -49,10 +49,10 @@ def forces_on(history: Mapping[str, Column], design: "Design") -> dict[str, Colu
     carried = np.ones_like(u)
     if design.particle is not None:
         nearest = design.particle.clearance_ratio * (1.0 - AT_WALL)
-        # a particle at rest against a wall is carried along
+        # a particle at rest against a wall moves with the structure
         carried[np.abs(history["p"] - u) >= nearest] += design.particle.mass_ratio
     most = design.friction_ratio
-    # the base's acceleration is -r² z
+    # the acceleration of the base is -r² z
     held = np.clip(v - carried * design.frequency_ratio**2 * (u - v) - force, -most, most)
     moves = np.abs(v_rate) > HELD * np.abs(v_rate).max(initial=0.0)
     return {
@@ -64,13 +64,13 @@ def forces_on(history: Mapping[str, Column], design: "Design") -> dict[str, Colu
 
 
 def harmonics_of(history: Mapping[str, Column], frequency_ratio: float) -> dict[str, Column]:
-    """Give the amplitudes of u at multiples of the excitation's frequency, over all complete cycles of a steady
-    motion.
+    """Compute the spectrum of u over all complete excitation cycles of a steady motion.
 
     Returns
     -------
     dict of ndarray
-        ``multiple``, in steps of 1 over the number of cycles up to `HARMONICS`, and ``amplitude`` over Z.
+        ``multiple`` is the ratio of the frequency to the excitation frequency, up to `HARMONICS`, in steps of the
+        reciprocal of the number of cycles. ``amplitude`` is the amplitude at this frequency, divided by Z.
     """
     time = history["time"]
     cycle = 2.0 * math.pi / frequency_ratio
@@ -83,12 +83,12 @@ def harmonics_of(history: Mapping[str, Column], frequency_ratio: float) -> dict[
 
 
 def drift_spectrum(history: Mapping[str, Column], natural_frequency_hz: float) -> dict[str, Column]:
-    """Give the amplitudes of the displacement against the base over frequency, under a record.
+    """Compute the spectrum of the displacement relative to the base under a record.
 
     Returns
     -------
     dict of ndarray
-        ``frequency_hz`` up to `NATURAL` times that of the structure, and ``amplitude_m``.
+        Frequencies ``frequency_hz`` up to `NATURAL` times the natural frequency, and amplitudes ``amplitude_m``.
     """
     time = history["time_s"]
     span, highest = time[-1] - time[0], NATURAL * natural_frequency_hz
@@ -99,6 +99,6 @@ def drift_spectrum(history: Mapping[str, Column], natural_frequency_hz: float) -
 
 
 def _amplitudes(time: Column, values: Column, span: float, count: int) -> Column:
-    """Give the amplitudes of the discrete Fourier transform, with linear interpolation at equal time steps."""
+    """Interpolate values at equal time steps, and return the amplitudes of their discrete Fourier transform."""
     even = np.interp(time[0] + span * np.arange(count) / count, time, values)
     return np.asarray(2.0 * np.abs(np.fft.rfft(even)) / count)

@@ -1,4 +1,4 @@
-"""Resources of this process, under the names that monitors also use for other programs."""
+"""Metrics of this process, for example its memory, with the usual names of Prometheus."""
 
 import os
 import resource
@@ -10,13 +10,13 @@ _BEGAN = time.time()
 
 
 def own_process() -> dict[str, tuple[str, str, float]]:
-    """Give the values that monitors collect for any process.
+    """Return metrics of this process.
 
     Returns
     -------
     dict
-        For each name the kind (counter or gauge), the meaning and the value. Memory and files are given only if the
-        system provides them.
+        Kind ("counter" or "gauge"), description and value of each metric, by name. Memory and open files are included
+        only on Linux.
     """
     used = resource.getrusage(resource.RUSAGE_SELF)
     found = {

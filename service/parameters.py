@@ -1,4 +1,4 @@
-"""Questions over HTTP: makes query parameters from the fields of their inputs."""
+"""Makes the query parameters of HTTP routes from the fields of dataclasses."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -22,11 +22,11 @@ from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES
 
 FREQUENCY = "frequency_ratio"
 LONGEST = 2000
-"""Largest number of characters of a text."""
+"""Largest number of characters of a text parameter."""
 
 
 async def once(request: Request) -> None:
-    """Refuse repeated parameters and, if the route takes none, any parameter, because it would be ignored silently."""
+    """Refuse parameters that FastAPI would ignore: repeated parameters, and any parameters of a route without any."""
     if request.query_params and request.url.path.startswith("/api/") and not _takes_any(request):
         raise StudyFaults(
             Fault(
@@ -48,7 +48,6 @@ async def once(request: Request) -> None:
 
 
 def _takes_any(request: Request) -> bool:
-    """Whether the route of a request takes query parameters."""
     known = [request.scope["route"].dependant]
     for each in known:
         known += each.dependencies
@@ -56,21 +55,21 @@ def _takes_any(request: Request) -> bool:
 
 
 def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
-    """Make the dependency that reads the parameters of a route into frozen values.
+    """Make a FastAPI dependency that reads the query parameters of a route into dataclasses.
 
     Parameters
     ----------
     *questions : type
-        Dataclasses whose fields `damperlab.studies.field.asked` defines. Their names are unique; a field
-        with the name of a dimension takes precedence over it.
+        Dataclasses whose fields are defined with `damperlab.studies.field.asked`. The names of all fields must be
+        unique. A field with the name of a dimension replaces the parameter of this dimension.
     dimensions : sequence of str
-        Dimensions that may be named; by default those of every kind of study. Those of a harmonic study in SI units are
-        added.
+        Dimensions that parameters may name; by default the dimensions of every kind of study. The dimensions of
+        harmonic studies in SI units are added.
 
     Returns
     -------
     Depends
-        It gives a tuple with one value of each question. Unknown parameters are refused.
+        Dependency whose value is a tuple with an instance of each dataclass. Unknown parameters are refused.
     """
     own = [each for question in questions for each in fields_of(question) if "http" in each.doors]
     taken = {each.key for each in own}.union(set(EVERY_AXIS).difference(dimensions, COORDINATES))
@@ -89,7 +88,7 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
 
 
 def _value(question: type, query: BaseModel, taken: Iterable[str]) -> Any:
-    """Read one value from the parameters."""
+    """Make an instance of a dataclass from the parsed parameters."""
     values: dict[str, Any] = {}
     for each in fields_of(question):
         if "http" not in each.doors:
@@ -114,7 +113,7 @@ def _value(question: type, query: BaseModel, taken: Iterable[str]) -> Any:
 
 
 def read_range(text: str) -> str:
-    """Check `lower,higher`, the text of a range."""
+    """Return the text of a range `lower,higher` unchanged. Raise `ValueError` if the text is not valid."""
     low, comma, high = text.partition(",")
     try:
         if comma and -inf < float(low) <= float(high) < inf:
@@ -125,26 +124,25 @@ def read_range(text: str) -> str:
 
 
 def pair(text: str) -> tuple[float, float]:
-    """Read `lower,higher`, after its check."""
+    """Return the two numbers of a range `lower,higher` that `read_range` has checked."""
     low, _, high = text.partition(",")
     return float(low), float(high)
 
 
 def described(field: Field) -> str:
-    """Give the help of a field, with the spelling of its parameter if the type does not show it."""
+    """Return the description of a field, with the syntax of its values if this is not clear from the type."""
     sentences = [field.help]
     if field.is_range:
         sentences.append("Two numbers, `lower,higher`.")
     if field.is_list:
-        sentences.append("Several are separated by commas.")
+        sentences.append("Several values are separated by commas.")
     if field.meanings:
         sentences.append("; ".join(f"{name}: {meaning}" for name, meaning in field.meanings.items()) + ".")
     return " ".join(sentences)
 
 
 def _single(field: Field) -> Any:
-    """Define the parameter of one field."""
-    # the question checks the words; here only an empty list is refused, because it would mean the default
+    # the dataclass checks the values; only an empty list is refused here, because it would mean the default
     text: Any = Annotated[
         str, Described(min_length=1), WithJsonSchema({"type": "string", "enum": list(field.allowed)})
     ]
@@ -163,7 +161,7 @@ def _single(field: Field) -> Any:
     more = {name: limit for name, limit in limits.items() if limit is not None}
     if field.example:
         more["examples"] = [field.example]
-    # distinguishes a missing list from an empty one
+    # None as the default distinguishes a missing list from an empty list
     optional = default is None
     if field.needed:
         optional, default = False, ...
@@ -173,13 +171,13 @@ def _single(field: Field) -> Any:
 
 
 def _names(field: Field, taken: Iterable[str]) -> Iterator[str]:
-    """Give the names for which a field takes values, without those that are separate parameters."""
+    """Return the names for which a field takes values, without names that have a separate parameter."""
     names = RANGED if field.core == Ranges else EVERY_AXIS
     return (name for name in names if name not in taken)
 
 
 def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
-    """Define a parameter for each name for which a field takes values."""
+    """Define a query parameter for each name for which a field takes values."""
     ranged = field.core == Ranges
     also = {name: AliasChoices(name, alias) for alias, name in ALIASES.items()}
     found: dict[str, Any] = {}
@@ -199,9 +197,9 @@ def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
         elif name == RECORD:
             found[name] = str | None, Described(None, max_length=100, description=f"{words}, by its id.")
         else:
-            meaning = f"{words}; the grid point nearest to it is taken."
+            meaning = f"{words}; the grid point nearest to this value is taken."
             if name in LONG_NAMES:
-                meaning += " A harmonic study has it only if it is given in SI units."
+                meaning += " For a harmonic study, only if the study is given in SI units."
             found[name] = (
                 float | None,
                 Described(None, allow_inf_nan=False, description=meaning, validation_alias=also.get(name)),

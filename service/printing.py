@@ -1,4 +1,4 @@
-"""Documents as PDF, printed from their HTML by WeasyPrint, which comes with the extra `pdf`."""
+"""Converts pages of HTML to PDF with WeasyPrint, which is installed with the extra `pdf`."""
 
 import warnings
 from typing import Any
@@ -9,16 +9,16 @@ NEEDED = "a PDF needs WeasyPrint, of the extra damperlab[pdf], and the system li
 
 
 def require_printer() -> Any:
-    """Give WeasyPrint.
+    """Import WeasyPrint and return the module.
 
     Raises
     ------
     QueryFault
-        If it is not installed, or finds no Pango.
+        If WeasyPrint is not installed or cannot find Pango.
     """
     try:
         with warnings.catch_warnings():
-            # it works without HarfBuzz's subsetting library, but warns that a later version will require it
+            # WeasyPrint warns that a later version will require HarfBuzz's subsetting library
             warnings.simplefilter("ignore", DeprecationWarning)
             import weasyprint
     except (ImportError, OSError) as error:
@@ -30,22 +30,22 @@ def require_printer() -> Any:
 
 
 def printed(text: str) -> bytes:
-    """Print a self-contained page of HTML on sheets of A4.
+    """Convert a self-contained page of HTML to a PDF with A4 pages.
 
     Parameters
     ----------
     text : str
-        Of `damperlab.service.html.page`. Addresses in it are never followed.
+        HTML, made by `damperlab.service.html.page`. No addresses in the HTML are fetched.
 
     Returns
     -------
     bytes
-        PDF; text stays text, and figures stay vector graphics.
+        PDF with searchable text and vector graphics.
 
     Raises
     ------
     QueryFault
-        As `require_printer` does.
+        If WeasyPrint is not installed or cannot find Pango.
     """
     weasyprint = require_printer()
     fetcher = weasyprint.URLFetcher(allowed_protocols=("data",))

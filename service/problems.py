@@ -1,4 +1,4 @@
-"""Errors as problem documents (RFC 9457): found and allowed values, and the remedy."""
+"""Answers errors with problem documents (RFC 9457), which give the value found, the allowed values, and a remedy."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -42,10 +42,10 @@ from damperlab.studies.store.faults import (
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_SECONDS = 10
-"""Time after which a client may repeat a request that the service could not serve now."""
+"""Time after which a client may repeat a request that failed for a temporary reason [s]."""
 
 MOST_FAULTS = 10
-"""Largest number of faults of an address in a message, because each is compared with every known name."""
+"""Largest number of invalid parameters in a problem document. Each parameter is compared with all known names."""
 
 PROBLEM_SCHEMA: dict[str, Any] = {
     "type": "object",
@@ -70,26 +70,27 @@ PROBLEM_SCHEMA: dict[str, Any] = {
 
 
 def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Describe problems for OpenAPI, as the ``responses`` of a route."""
+    """Return the ``responses`` of a route for OpenAPI: a problem document for each of the given statuses."""
     content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}
     return {status: {"description": HTTPStatus(status).phrase, "content": content} for status in statuses}
 
 
 class Problem(Exception):
-    """A request that cannot be served, described in the terms of the request.
+    """Exception for a request that cannot be served.
 
     Parameters
     ----------
     status : int
         HTTP status, 400 or above.
     kind : str
-        Short name by which programs distinguish problems; ``type`` is ``urn:damperlab:problem:<kind>``.
+        Short name of the kind of problem, for programs. The ``type`` of the document is
+        ``urn:damperlab:problem:<kind>``.
     detail : str
-        One or two sentences: what happened, and the remedy.
+        One or two sentences that state what happened, and the remedy.
     faults : iterable of Fault
-        One entry for each fault of the request.
+        Faults of the request, one for each invalid value.
     headers : mapping, optional
-        Response headers that the status requires.
+        Additional headers of the response.
     """
 
     def __init__(
@@ -108,18 +109,26 @@ class Problem(Exception):
         self.headers = dict(headers or {})
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle it, so that it survives transport between processes."""
+        """Pickle all attributes, because a problem is sent between processes."""
         return type(self), (self.status, self.kind, self.detail, self.faults, self.headers)
 
 
 def lacking(names: Iterable[str], allowed: Iterable[str]) -> Problem:
-    """Refuse an address that leaves dimensions open; `allowed` are the dimensions of the study."""
+    """Return the problem of a request that does not name required dimensions.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Missing parameters.
+    allowed : iterable of str
+        Dimensions of the study.
+    """
     faults = [Fault(name, NOTHING, f"one of {listing(allowed)}", "add it") for name in names]
     return Problem(422, "invalid-parameters", "The address of the request has faults.", faults)
 
 
 def install(app: FastAPI) -> None:
-    """Make `app` answer every error, its own and the framework's, with a problem document."""
+    """Make an application answer every error with a problem document, including errors of FastAPI."""
     app.add_exception_handler(Problem, _problem)
     app.add_exception_handler(StudyFaults, _faults)
     app.add_exception_handler(QueryFault, _query)
@@ -132,14 +141,14 @@ def install(app: FastAPI) -> None:
 
 
 def invalid(entries: Sequence[Mapping[str, Any]], known: Sequence[str] = ()) -> tuple[Fault, ...]:
-    """Translate pydantic's errors.
+    """Convert validation errors of pydantic to faults.
 
     Parameters
     ----------
     entries : sequence of mappings
-        From ``ValidationError.errors()``; the first `MOST_FAULTS` are translated.
+        Errors from ``ValidationError.errors()``. Only the first `MOST_FAULTS` errors are converted.
     known : sequence of str
-        Allowed names, which the fault of an unknown name lists.
+        Names of the allowed parameters.
     """
     return tuple(_fault(entry, known) for entry in entries[:MOST_FAULTS])
 
@@ -159,7 +168,7 @@ def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
 
 
 def respond(request: Request, problem: Problem) -> Response:
-    """Convert a problem into its document."""
+    """Return a response that contains the problem document (RFC 9457)."""
     phrase = HTTPStatus(problem.status).phrase
     document: dict[str, object] = {
         "type": f"urn:damperlab:problem:{problem.kind}",
@@ -217,17 +226,17 @@ _STORE_PROBLEMS: dict[type[StoreFault], tuple[int, str, str]] = {
     CatalogueDamaged: (503, "catalogue-damaged", "The catalogue is damaged."),
     BlockDamaged: (503, "block-damaged", "Stored results cannot be read."),
 }
-"""Status, kind and detail of the problem for each fault of the store; the first match counts."""
+"""Status, kind and detail of the problem for each exception of the store. The first class that matches is used."""
 _TRY_AGAIN = ("too-many-studies", STORE_UNAVAILABLE)
 
 
 def store_problem(request: Request, error: Exception) -> Response:
-    """Answer a request that met a fault of the store."""
+    """Return the response to a request during which the store raised an exception."""
     assert isinstance(error, StoreFault)
     error = _deleted_meanwhile(request) or error
     status, kind, detail = next(
         (told for known, told in _STORE_PROBLEMS.items() if isinstance(error, known)),
-        # the request is not at fault: the disk is full, or the folder is read-only
+        # for all other exceptions the cause is the service, for example a full disk
         (503, STORE_UNAVAILABLE, "The service cannot use its data."),
     )
     again = {"Retry-After": str(RETRY_SECONDS)} if kind in _TRY_AGAIN else {}
@@ -235,7 +244,7 @@ def store_problem(request: Request, error: Exception) -> Response:
 
 
 def _deleted_meanwhile(request: Request) -> StudyNotFound | None:
-    """Report that a study was deleted while its results were read; None if it was not."""
+    """Return the exception for a missing study if the study of a request was deleted meanwhile; None otherwise."""
     study_id = request.path_params.get("study_id")
     if study_id is None:
         return None
@@ -244,7 +253,7 @@ def _deleted_meanwhile(request: Request) -> StudyNotFound | None:
     except StudyNotFound as gone:
         return gone
     except StoreFault:
-        pass  # the study itself may be intact
+        pass  # it is unknown whether the study was deleted
     return None
 
 
@@ -257,7 +266,7 @@ def _bad_parameters(request: Request, error: Exception) -> Response:
 
 
 def _parameters(request: Request) -> list[str]:
-    """Names of the query parameters that the route of `request` takes."""
+    """Return the names of the query parameters that the route of a request takes."""
     path = getattr(request.scope.get("route"), "path", "")
     operations = request.app.openapi()["paths"].get(path, {})
     parameters = operations.get(request.method.lower(), {}).get("parameters", [])
@@ -279,7 +288,7 @@ def _http(request: Request, error: Exception) -> Response:
 
 
 def _methods(request: Request) -> list[str]:
-    """Methods of a path. The framework names only those of the first matching route."""
+    """Return all methods of a path. FastAPI itself gives only the methods of the first matching route."""
     found = {
         method.upper()
         for path, operations in request.app.openapi()["paths"].items()
@@ -290,12 +299,12 @@ def _methods(request: Request) -> list[str]:
 
 
 def _gone(request: Request, error: Exception) -> Response:
-    # Nobody reads this answer, because the client left before its body was complete.
+    # this response is not sent, because the client has closed the connection
     return Response(status_code=400)
 
 
 def _disk(request: Request, error: Exception) -> Response:
-    """Answer a request that met a full, missing or read-only disk; other errors are defects."""
+    """Return the response to a request that failed on a full, missing or read-only disk. Raise all other errors."""
     assert isinstance(error, OSError)
     if error.errno is None or isinstance(error, ConnectionError | TimeoutError):
         raise error
@@ -308,6 +317,6 @@ def _bug(request: Request, error: Exception) -> Response:
 
 
 def defect(request: Request) -> Response:
-    """Answer a request that met a defect of the service."""
+    """Return the response to a request that failed because of a defect of the service."""
     detail = "The service failed on this request because of a defect. Please report the request id."
     return respond(request, Problem(500, "defect", detail))

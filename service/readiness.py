@@ -1,4 +1,4 @@
-"""Whether the service can serve, as of the last check, so that a request need not wait for a store, disk or lock."""
+"""Checks in the background whether the service can use its data, so that a readiness request never waits."""
 
 import os
 import time
@@ -16,12 +16,12 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
 
 LOOK_SECONDS = 1.0
-"""Interval between checks of the store and its folders."""
+"""Interval between checks of the store and its folders [s]."""
 STALE_SECONDS = 5.0
-"""Age above which a check means that the store or the disk hangs."""
+"""Largest age of the last check [s]. If the last check is older, the store or the disk does not answer."""
 PROBE = ".ready"
 """Name of the file that is written and removed to test whether a folder is writable."""
-_PROBE_BYTES = 8192  # more bytes than a file system stores without using a block of the disk
+_PROBE_BYTES = 8192  # large enough to need a new disk block in every file system
 
 
 @dataclass(frozen=True)
@@ -31,20 +31,21 @@ class _Seen:
 
 
 class Readiness:
-    """Checks repeatedly whether the catalogue answers, and whether the folders are writable and still those of the
-    start.
+    """Checks repeatedly whether the catalogue answers, and whether the folders of the service are writable.
+
+    The checks also detect a folder that was replaced since the start, for example because a disk was unmounted.
 
     Parameters
     ----------
     store : Store
         Store of the service.
     backgrounds : sequence of Background
-        Threads that must be running.
+        Background threads that must be running.
     """
 
     def __init__(self, store: Store, backgrounds: Sequence[Background]) -> None:
         self.background = Background("readiness", self._look, LOOK_SECONDS)
-        """The thread that checks."""
+        """Thread that makes the checks."""
         self._store = store
         self._backgrounds = (*backgrounds, self.background)
         places = [store.data_dir]
@@ -54,7 +55,7 @@ class Readiness:
         self._seen = _Seen(None, time.monotonic())
 
     def problem(self) -> Problem | None:
-        """Give the reason why the service cannot serve; None if it can."""
+        """Return the problem that prevents the service from working; None if there is no problem."""
         seen = self._seen
         if time.monotonic() - seen.at > STALE_SECONDS:
             told = f"The service's data has not answered within {STALE_SECONDS:g} s."
@@ -103,7 +104,7 @@ def _identity(place: Path) -> tuple[int, int]:
 
 def _write(file: Path) -> None:
     try:
-        # without Python's buffers, so that this call itself fails on a full disk
+        # unbuffered, so that an error of a full disk occurs in this function
         descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         try:
             left = _PROBE_BYTES

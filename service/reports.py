@@ -1,4 +1,4 @@
-"""The latest accuracy report of a data directory."""
+"""Stores and reads the latest accuracy report in a data directory."""
 
 import json
 import os
@@ -12,7 +12,7 @@ NAME = "accuracy.json"
 
 
 class AccuracyReport(TypedDict):
-    """A report, from `damperlab.worker.accuracy.report`."""
+    """An accuracy report, made by `damperlab.worker.accuracy.report`."""
 
     created: str
     version: str
@@ -22,7 +22,7 @@ class AccuracyReport(TypedDict):
 
 
 class AboutReport(TypedDict):
-    """Time and version of a report, and whether it passed."""
+    """Time and version of an accuracy report, and whether all checks passed."""
 
     created: NotRequired[str]
     version: NotRequired[str]
@@ -30,25 +30,25 @@ class AboutReport(TypedDict):
 
 
 class AccuracyReports(TypedDict):
-    """The available reports."""
+    """List of the available accuracy reports."""
 
     reports: list[AboutReport]
 
 
 def keep_report(data_dir: Path, report: dict[str, Any]) -> Path:
-    """Store a report, replacing the previous one; a reader sees one of them completely.
+    """Store an accuracy report, and atomically replace the previous report.
 
     Parameters
     ----------
     data_dir : Path
-        Created if it is missing.
+        Data directory. It is created if it is missing.
     report : dict
-        JSON-able.
+        The report, which must be representable as JSON.
 
     Returns
     -------
     Path
-        Where it is.
+        Path of the stored report.
     """
     data_dir.mkdir(parents=True, exist_ok=True)
     target = data_dir / NAME
@@ -61,7 +61,7 @@ def keep_report(data_dir: Path, report: dict[str, Any]) -> Path:
 
 
 def last_report(data_dir: Path) -> dict[str, Any] | None:
-    """The latest report; None if there is none, or the file is not a report."""
+    """Return the latest accuracy report; None if there is no report, or the file cannot be read as a report."""
     try:
         report = json.loads((data_dir / NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Format of the address of a Dask scheduler."""
+"""Checks the format of the address of a Dask scheduler."""
 
 import re
 
@@ -8,6 +8,6 @@ _MOST = 65535
 
 
 def is_address(text: str) -> bool:
-    """Whether a text names a host and a port; for an invalid address Dask waits as long as for an absent scheduler."""
+    """Return whether a text is an address with a host and a port."""
     found = _WRITTEN.fullmatch(text)
     return found is not None and 0 < int(found[1]) <= _MOST

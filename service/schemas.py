@@ -1,4 +1,4 @@
-"""JSON schemas of the bodies that are read by hand, for the OpenAPI document."""
+"""JSON schemas of request bodies that damperlab reads without FastAPI, for the OpenAPI document."""
 
 from typing import Any, get_args
 
@@ -13,7 +13,7 @@ from damperlab.studies.variables import BEFORE, DIMENSIONS
 from damperlab.studies.vocabulary import DEFAULTS
 
 TYPES: dict[Any, str] = {int: "integer", float: "number"}
-"""JSON type for the type of a field; types without an entry are texts."""
+"""JSON type of a field by its Python type. All other fields are strings."""
 
 
 def _contact(*models: str) -> dict[str, Any]:
@@ -21,7 +21,15 @@ def _contact(*models: str) -> dict[str, Any]:
 
 
 def _fields(question: type, **defaults: Any) -> dict[str, Any]:
-    """Give the properties of a question's fields; `defaults` are those that only the reader of the body has."""
+    """Return the JSON schema of each field of a dataclass.
+
+    Parameters
+    ----------
+    question : type
+        The dataclass.
+    **defaults
+        Defaults that replace the defaults of the dataclass, by name of the field.
+    """
     found: dict[str, Any] = {}
     for each in fields_of(question):
         about: dict[str, Any] = {"description": described(each)}
@@ -39,12 +47,11 @@ def _fields(question: type, **defaults: Any) -> dict[str, Any]:
 
 
 def _or_null(schema: dict[str, Any]) -> dict[str, Any]:
-    """Allow null for optional values."""
     return schema | {"type": [schema["type"], "null"]}
 
 
 def simulation_schema() -> dict[str, Any]:
-    """Return the schema of a request for one design point."""
+    """Return the JSON schema of a request for the computation of one design point."""
     return {
         "type": "object",
         "additionalProperties": False,
@@ -65,7 +72,7 @@ def simulation_schema() -> dict[str, Any]:
 
 
 def comparison_schema() -> dict[str, Any]:
-    """Return the schema of a request for a comparison under a record."""
+    """Return the JSON schema of a request for a comparison of dampers under a ground-motion record."""
     return {
         "type": "object",
         "additionalProperties": False,

@@ -1,4 +1,4 @@
-"""Detects damage early: all stored data are read and checked, slowly, as long as the service runs."""
+"""Checks all stored data slowly in the background while the service runs, so that damage is detected early."""
 
 import logging
 
@@ -9,46 +9,46 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
 
 PAUSE_SECONDS = 0.5
-"""Pause between two blocks. Reading a block takes milliseconds, so the load is negligible."""
+"""Pause between the checks of two blocks [s]. The check of a block takes milliseconds, so the load is negligible."""
 ROUND_SECONDS = 3600.0
-"""Pause between two rounds."""
+"""Pause between two rounds of checks [s]."""
 
 _log = logging.getLogger("damperlab.scrub")
 
 
 class _Closing(Exception):
-    """Raised when the service ends."""
+    """Raised to end a round of checks when the service shuts down."""
 
 
 class Scrub:
-    """Reads every study without an owner, block by block, and reports damage.
+    """Checks the blocks of all studies that no process is working on, and logs damage.
 
     Parameters
     ----------
     store : Store
-        The store.
+        Store to check.
     pause_seconds : float
-        Pause between two blocks [s].
+        Pause between the checks of two blocks [s].
     """
 
     def __init__(self, store: Store, pause_seconds: float = PAUSE_SECONDS) -> None:
         self.found: dict[str, list[str]] = {}
-        """Findings of the last round for each study, by its id; findings about the catalogue are under "catalogue"."""
+        """Damage found in the last round, by id of the study. Damage of the catalogue has the key "catalogue"."""
         self._store = store
         self._pause_seconds = pause_seconds
         self.background = Background("scrub", self._round, ROUND_SECONDS)
-        """The thread that checks."""
+        """Thread that makes the checks."""
 
     def start(self) -> None:
-        """Start the first round."""
+        """Start the first round of checks."""
         self.background.start()
 
     def close(self) -> None:
-        """Stop after the present block."""
+        """Stop the checks, and wait until the check of the present block has ended."""
         self.background.close()
 
     def look(self) -> None:
-        """Make one round."""
+        """Check the catalogue and all studies once."""
         self._tell("catalogue", list(check_catalogue(self._store, self._pause)))
         cursor = None
         while True:
@@ -60,7 +60,7 @@ class Scrub:
                     except (_Closing, StoreFault, OSError):
                         raise
                     except Exception as error:
-                        # a study that cannot be checked does not prevent the checks of others
+                        # the round continues with other studies
                         self.background.note(error)
             cursor = page.cursor
             if cursor is None:
@@ -68,14 +68,14 @@ class Scrub:
 
     def _look_at(self, record: Record) -> None:
         try:
-            record = self._store.find(record.id)  # the list may be hours old
+            record = self._store.find(record.id)  # read again, because the page of records may be hours old
             damages = list(verify(self._store, record, self._pause)) if record.owner is None else []
             now = self._store.find(record.id)
             if now.owner is not None or (now.revision, now.provenance) != (
                 record.revision,
                 record.provenance,
             ):
-                return  # a process worked on it meanwhile, so the findings may mix two moments
+                return  # the study was changed during the check, so the result may be wrong
         except StudyNotFound:
             return
         told = [

@@ -1,4 +1,4 @@
-"""Settings of an operator: read from the environment (``DAMPERLAB_…``), overridden by the command line."""
+"""Settings of the service, from environment variables (``DAMPERLAB_…``) and from options of the command line."""
 
 import json
 from ipaddress import ip_network
@@ -23,17 +23,17 @@ PREFIX = "DAMPERLAB_"
 OTHER_VARIABLES = (
     # variables of kernels, workers, and the client
     *("CACHE_DIR", "TARGET", "CLUSTER_TLS", "URL", "KEY", "KEY_FILE"),
-    # of tests
+    # variables of tests
     *("DURATIONS", "PICTURES"),
 )
-"""Other variables of the environment, without the prefix."""
+"""Environment variables of other parts of damperlab, without the prefix."""
 
 
 class Settings(BaseSettings):
     """Settings of the service.
 
-    Every field can be set by an environment variable of its name in capitals with the prefix ``DAMPERLAB_``
-    (``DAMPERLAB_DATA_DIR``, ``DAMPERLAB_PORT``, …); arguments take precedence over the environment.
+    Each setting has an environment variable, for example ``DAMPERLAB_DATA_DIR`` for `data_dir`. Arguments of the
+    constructor take precedence over the environment.
     """
 
     model_config = SettingsConfigDict(
@@ -41,7 +41,7 @@ class Settings(BaseSettings):
         extra="forbid",
         frozen=True,
         env_ignore_empty=True,
-        # the value that removes a limit which has a default
+        # this value removes a limit that has a default
         env_parse_none_str="none",
     )
 
@@ -114,7 +114,7 @@ class Settings(BaseSettings):
         None,
         description="Header in which a trusted proxy names the authenticated user, as in X-Forwarded-User.",
     )
-    proxy_scope: Scope = Field("submit", description="Scope of such a user.")
+    proxy_scope: Scope = Field("submit", description="Scope of a user whom a trusted proxy names.")
     docs_dir: Path | None = Field(
         default_factory=built,
         description="Folder of the documentation site, to which the page links; by default the output of "
@@ -123,7 +123,7 @@ class Settings(BaseSettings):
     tls_certificate: Path | None = Field(
         None, description="File of the certificate chain, in PEM; with it the service uses TLS."
     )
-    tls_key: Path | None = Field(None, description="File of its private key, in PEM.")
+    tls_key: Path | None = Field(None, description="File of the certificate's private key, in PEM.")
     workers: int | None = Field(
         None,
         ge=1,
@@ -143,7 +143,7 @@ class Settings(BaseSettings):
         0, ge=0, le=1024, description="Least number of jobs to keep, even if fewer blocks are left."
     )
     job_seconds: float = Field(
-        3600.0, gt=0.0, description="Wall time of a job, in seconds; its worker leaves before it ends."
+        3600.0, gt=0.0, description="Wall time of a job, in seconds; the worker leaves before the job ends."
     )
     job_memory_bytes: ByteSize = Field(
         ByteSize(2 << 30), ge=1 << 28, description="Memory of a job, as in 2GiB."
@@ -185,7 +185,9 @@ class Settings(BaseSettings):
         description="Largest processor time of a point, a comparison or an upload, in seconds.",
     )
     work_wait_seconds: float = Field(
-        1800.0, gt=0.0, description="Longest wait of a request for that processor time, in seconds."
+        1800.0,
+        gt=0.0,
+        description="Longest wait until a request has had the processor time of `work_seconds`, in seconds.",
     )
     work_memory_bytes: ByteSize = Field(
         ByteSize(4 << 30),
@@ -195,8 +197,7 @@ class Settings(BaseSettings):
     question_points_apart: int = Field(
         50_000,
         ge=0,
-        description="Questions to studies of at least this many points are answered in a separate process "
-        "too.",
+        description="Smallest number of points of a study whose queries are answered in a separate process.",
     )
     streams_per_caller: int = Field(
         100,
@@ -212,14 +213,14 @@ class Settings(BaseSettings):
     address_connections_limit: int = Field(
         250,
         ge=1,
-        description="Largest number of connections from one address, except trusted proxies; a further one "
-        "closes the connection that has been idle longest.",
+        description="Largest number of connections from one address, except trusted proxies; a further "
+        "connection closes the connection that has been idle longest.",
     )
     head_timeout_seconds: float = Field(
         60.0,
         gt=0.0,
         description="Longest time for receiving the head of a request, in seconds. A browser on a busy machine "
-        "may need more than ten.",
+        "may need more than ten seconds.",
     )
     body_timeout_seconds: float = Field(
         60.0, gt=0.0, description="Longest time for receiving the body of a request, in seconds."
@@ -238,7 +239,7 @@ class Settings(BaseSettings):
     @field_validator("data_dir")
     @classmethod
     def _absolute(cls, value: Path) -> Path:
-        # The working directories of workers and service may differ, so a relative path would mean two folders.
+        # workers with another working directory would read a relative path as another folder
         return value.expanduser().absolute()
 
     @field_validator("hosts", "trusted_proxies", "cors_origins", mode="before")
@@ -300,7 +301,7 @@ class Settings(BaseSettings):
 
     @property
     def designs(self) -> "Designs":
-        """The designs of the data folder."""
+        """Store of designs in the data folder."""
         from damperlab.studies.design.shelf import Shelf
         from damperlab.studies.store.kept_quota import KeptQuota
 
@@ -308,19 +309,24 @@ class Settings(BaseSettings):
 
     @property
     def records(self) -> "Shelf":
-        """The ground-motion records of the data folder."""
+        """Store of ground-motion records in the data folder."""
         from damperlab.studies.ground.shelf import Shelf
         from damperlab.studies.store.kept_quota import KeptQuota
 
         return Shelf(self.data_dir, KeptQuota(self.quota_records, self.key_quota_records))
 
     def open_store(self, **options: Any) -> "Store":
-        """Open the store of the settings; see `Store.open`.
+        """Open the store of studies that the settings describe.
+
+        Parameters
+        ----------
+        **options
+            Further arguments of `Store.open`.
 
         Raises
         ------
         StoreFault
-            If it cannot be used.
+            If the store cannot be opened.
         """
         from damperlab.studies.store.catalogue.quota import Quota
         from damperlab.studies.store.store import Store

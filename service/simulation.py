@@ -1,4 +1,4 @@
-"""One design point on request: reads a document, bounds the cost, and writes the answer as a document."""
+"""Reads requests for simulations of single design points, limits the cost, and returns the results."""
 
 import math
 from collections.abc import Mapping
@@ -34,24 +34,24 @@ from damperlab.worker.scenes import Scene
 from damperlab.worker.solver.particle import Particle
 
 if TYPE_CHECKING:
-    # what computes imports the compiler, so functions import it when they are called
+    # at run time, these modules are imported only inside functions, because they import the compiler
     from damperlab.worker.attractors import Attractors
     from damperlab.worker.point import Design, Simulation
     from damperlab.worker.steady.settle import Settings as Steadiness
 
 Columns = Annotated[dict[str, NDArray[np.float64]], Like(dict[str, Numbers])]
-"""Columns of a time history, by name."""
+"""Type of a time history: its columns by name."""
 FIELDS = {each.name: each for each in fields_of(Simulated)}
 KEYS = (*DIMENSIONS, *BEFORE, "particle", "contact", *FIELDS)
 
 STEADY_CYCLES = 4000
-"""Excitation cycles after which a response is returned even if it is not steady."""
+"""Largest number of excitation cycles in the search for a steady response."""
 HISTORY_PERIODS = 1000
-"""Largest length of a time history in natural periods, since Python computes some tens of samples per period."""
+"""Largest length of a time history in natural periods. Its samples are computed in Python, which is slow."""
 HISTORY_CYCLES = 10
 SAMPLES = 1000
 SETTLED = 0.01
-"""A response counts as settled when this share of a disturbance remains."""
+"""Fraction of a disturbance that may remain when a response counts as settled."""
 
 
 @dataclass(frozen=True)
@@ -63,17 +63,20 @@ class Asked:
     design : Design
         The design point.
     cycles : int, optional
-        Excitation cycles from rest; None for as many as the steady response needs.
+        Number of excitation cycles from rest. None to continue until the response is steady.
     history : int
-        Cycles at the end for the time history.
+        Number of excitation cycles in the time history, at the end of the simulation.
     samples : int
-        Largest number of samples of it.
+        Largest number of samples of the time history.
     method : {"event", "rk4"}
-        The solver.
-    starts, seed : int
-        Number of initial states whose responses are compared, rest first, or 0 for none; and the seed of their draw.
+        Solver.
+    starts : int
+        Number of initial states from which the response is computed in a search for attractors; 0 for no search. The
+        first initial state is rest.
+    seed : int
+        Seed of the random initial states.
     followed : bool
-        Whether to count the events of a cycle of the steady response: see `damperlab.worker.simulate.simulate`.
+        Whether to count the events in a cycle of the steady response, see `damperlab.worker.simulate.simulate`.
     """
 
     design: "Design"
@@ -92,18 +95,17 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     Parameters
     ----------
     document : object
-        As read from JSON: the ratios by name, ``particle``, ``contact``, ``excitation``, ``cycles``, ``history``, ``samples``,
-        ``method``, ``starts``, ``seed``.
+        Request as read from JSON. Its keys are the names of the ratios, ``particle``, ``contact``, ``excitation``,
+        ``cycles``, ``history``, ``samples``, ``method``, ``starts`` and ``seed``.
     cycles_limit : int
-        Largest number of excitation cycles, for r ≥ 1. The cycles of a slower excitation cost more, so its limit is in
-        natural periods.
+        Largest number of excitation cycles or, if r < 1, of natural periods.
     samples_limit : int
         Largest number of samples of the time history.
 
     Raises
     ------
     StudyFaults
-        With every fault of the request.
+        If the request is invalid. The exception contains all faults.
     """
     if not isinstance(document, dict):
         advice = 'write keys and values, at least {"frequency_ratio": 1, "clearance_ratio": 10}'
@@ -220,7 +222,6 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
 
 
 def _measured(variable: Variable) -> dict[str, Any]:
-    """Describe a result as JSON schema."""
     return {
         "type": ["number", "null"] if variable.flags is None else "integer",
         "description": f"{variable.long_name} [{variable.units}]",
@@ -228,7 +229,7 @@ def _measured(variable: Variable) -> dict[str, Any]:
 
 
 class Met(TypedDict):
-    """The responses that many starts lead to."""
+    """Responses that are reached from several initial states."""
 
     starts: Count
     failed: Count
@@ -238,7 +239,7 @@ class Met(TypedDict):
 
 
 class SimulatedDocument(TypedDict):
-    """A computed design point."""
+    """Result of a simulation of one design point."""
 
     metrics: Annotated[
         dict[str, float | int],
@@ -256,8 +257,8 @@ class SimulatedDocument(TypedDict):
             Columns,
             Says(
                 propertyNames={"enum": list(FORCES)},
-                description="Forces on the structure over k·Z, at the samples of the history; without those "
-                "of instantaneous impacts.",
+                description="Forces on the structure, divided by k·Z, at the samples of the history. Forces of "
+                "instantaneous impacts are not included.",
             ),
         ]
     ]
@@ -266,8 +267,8 @@ class SimulatedDocument(TypedDict):
             Columns,
             Says(
                 propertyNames={"enum": ["multiple", "amplitude"]},
-                description="Amplitudes of u over Z at multiples of the excitation's frequency, over its "
-                "complete cycles.",
+                description="Amplitudes of u, divided by Z, at multiples of the excitation frequency, computed "
+                "from all complete cycles.",
             ),
         ]
     ]
@@ -277,22 +278,22 @@ class SimulatedDocument(TypedDict):
 
 
 def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
-    """Compute a request.
+    """Compute a requested simulation.
 
     Parameters
     ----------
     asked : Asked
         The request.
     cycles_limit : int
-        As for `read_simulation`; they also limit the search for a steady response.
+        Largest number of excitation cycles, also in the search for a steady response, see `read_simulation`.
 
     Returns
     -------
     dict
-        ``metrics`` (the cube's variables), ``state``, ``events``, ``cycles``, ``history`` (columns by name),
-        ``status`` and ``response_class`` in words. ``settles_after_cycles`` if the response repeats, and
-        ``attractors`` if starts were requested. ``wall``, for a compliant one, with its ``stiffness`` over k and its
-        ``damping`` over k/ω_n.
+        ``metrics`` has the same variables as a cube. ``status`` and ``response_class`` are sentences. ``history``
+        contains the columns of the time history by name. The other keys are ``state``, ``events`` and ``cycles``.
+        ``settles_after_cycles`` is present if the response repeats, and ``attractors`` if `starts` is above 0.
+        ``wall`` is present for compliant walls: ``stiffness`` is divided by k, and ``damping`` by k/ω_n.
     """
     from damperlab.worker.attractors import find_attractors
     from damperlab.worker.simulate import simulate
@@ -318,7 +319,7 @@ def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
 
 
 def scenes_asked(asked: Asked, cycles_limit: int) -> list[Scene]:
-    """Scenes that `compute` needs for the same arguments."""
+    """Return the scenes whose kernels `compute` needs."""
     from damperlab.worker.simulate import scenes_of
 
     followed = asked.followed or asked.history > 0
@@ -333,7 +334,7 @@ def _settings(asked: Asked, cycles_limit: int) -> "Steadiness":
 
 
 def simulation_document(answer: "Simulation", samples: int) -> SimulatedDocument:
-    """Convert a simulation into a document with at most `samples` samples of its time history."""
+    """Return the document of a simulation, with at most `samples` samples of the time history."""
     metrics = answer.metrics
     after = settles_after(metrics)
     found: SimulatedDocument = {
@@ -351,9 +352,17 @@ def simulation_document(answer: "Simulation", samples: int) -> SimulatedDocument
 
 
 def settles_after(metrics: Mapping[str, float]) -> float | None:
-    """Give the cycles in which a small disturbance falls to `SETTLED`, from the Floquet multiplier.
+    """Compute the number of cycles in which a small disturbance decays to the fraction `SETTLED`.
 
-    None if the multiplier is missing or at least 1, or if it is 0, since a disturbance then vanishes after a period.
+    Parameters
+    ----------
+    metrics : mapping
+        Results, including the period and the Floquet multiplier.
+
+    Returns
+    -------
+    float or None
+        Number of cycles; None if the multiplier is missing, 0, or at least 1.
     """
     multiplier = metrics.get("floquet_multiplier", math.nan)
     if not 0.0 < multiplier < 1.0:
@@ -362,7 +371,15 @@ def settles_after(metrics: Mapping[str, float]) -> float | None:
 
 
 def attractors_document(found: "Attractors", rubbing: bool) -> Met:
-    """Convert the responses to many starts into a document; `rubbing` means friction of the particle."""
+    """Return the document of a search for attractors.
+
+    Parameters
+    ----------
+    found : Attractors
+        Result of the search.
+    rubbing : bool
+        Whether the particle slides with friction. If not, the variables of this friction are left out.
+    """
     from damperlab.worker.steady.response.measures import Response
 
     return {
@@ -387,19 +404,20 @@ def attractors_document(found: "Attractors", rubbing: bool) -> Met:
 
 
 def decimated(history: Mapping[str, NDArray[np.float64]], samples: int) -> dict[str, NDArray[np.float64]]:
-    """Thin out a time history but keep the extrema of u, since every n-th sample would miss the peaks.
+    """Reduce the number of samples of a time history, but keep the peaks of u.
 
     Parameters
     ----------
     history : mapping of ndarray
-        Columns of one length, including ``u``.
+        Columns of equal length, including ``u``.
     samples : int
         Largest number of samples to keep, 2 or more.
 
     Returns
     -------
     dict of ndarray
-        The columns at the smallest and the largest u of each of samples/2 equal stretches, in order of time.
+        The columns at selected samples, in the order of time. The history is divided into samples/2 equal parts, and
+        the samples with the smallest and the largest u of each part are selected.
     """
     if not history:
         return {}
@@ -416,13 +434,13 @@ def decimated(history: Mapping[str, NDArray[np.float64]], samples: int) -> dict[
 
 
 def _read_count(raw: object, name: str) -> int:
-    """Read a whole number within the limits of its field."""
+    """Read an integer within the limits of the field `name` of `Simulated`."""
     limits = FIELDS[name]
     return read_count(raw, int(limits.least or 0), int(limits.most or 0), name)
 
 
 def _caught(faults: list[Fault], read: Any, raw: object, field: str, instead: Any) -> Any:
-    """Read a value, and collect its faults, so that every fault of the document is reported."""
+    """Return a value that `read` accepts. For an invalid value, extend `faults` and return `instead`."""
     try:
         return read(raw, field)
     except StudyFaults as error:

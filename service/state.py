@@ -1,4 +1,4 @@
-"""State that all requests of a running service share."""
+"""State that all requests of a running service share, and FastAPI dependencies that pass this state to routes."""
 
 import threading
 from dataclasses import dataclass, field
@@ -34,27 +34,27 @@ class Service:
     Parameters
     ----------
     settings : Settings
-        Settings.
+        Settings of the service.
     store : Store
-        Studies and cubes.
+        Store of studies and cubes.
     dispatcher : Dispatcher
-        Runs the queued studies.
+        Object that runs the queued studies.
     work : Work
-        Computes for requests in separate processes.
+        Processes that compute answers to requests.
     exports : Work
-        Writes exports, without delaying questions.
+        Processes that write exports. They are separate, so that exports do not delay other requests.
     compiling : CapacityLimiter
-        Limits the requests that wait for kernels, so that threads remain for the queries.
+        Limit of the number of requests that wait for kernels, so that threads remain for other requests.
     submissions : CapacityLimiter
-        Limits the requests that wait for the write lock, for the same reason.
+        Limit of the number of requests that wait for the write lock, so that threads remain for other requests.
     kernels : Kernels
-        Compiles kernels that requests need.
+        Object that compiles kernels for requests.
     designer : Designer
-        Runs the searches of the designs.
+        Object that runs the searches for designs.
     scrub : Scrub
-        Checks stored data for damage.
+        Object that checks stored data for damage.
     closing : Event
-        Set at the shutdown of the service, which ends streams.
+        Event that is set at the shutdown of the service. Event streams then end.
     """
 
     settings: Settings
@@ -71,17 +71,17 @@ class Service:
 
     @property
     def backgrounds(self) -> tuple[Background, ...]:
-        """The threads of the service as a whole."""
+        """Background threads of the service."""
         return *self.dispatcher.backgrounds, self.designer.background, self.scrub.background
 
     @cached_property
     def readiness(self) -> Readiness:
-        """Whether the service can serve."""
+        """Checks of whether the service can use its data."""
         return Readiness(self.store, self.backgrounds)
 
     @cached_property
     def looks(self) -> Shared[Record]:
-        """Reads records in threads that wait for nothing else."""
+        """Reader of study records. Simultaneous requests for the same record share one access to the catalogue."""
         return Shared(self.store.find)
 
 
@@ -92,17 +92,17 @@ async def _service(request: Request) -> Service:
 
 
 TheService = Annotated[Service, Depends(_service)]
-"""The running service, as a parameter of a route."""
+"""Type of a route parameter: the running service."""
 
 
 StudyId = Annotated[
     str, Path(description="Id of a study, its name, or at least the first four digits of its id.")
 ]
-"""Name of a study in an address."""
+"""Type of a route parameter: the id or the name of a study in the path."""
 
 
 async def _study(request: Request, service: TheService, study_id: StudyId) -> Record:
-    known: Record | None = request.scope.get("study")  # already looked up by the dependency
+    known: Record | None = request.scope.get("study")  # set if the middleware `Kept` has read the record
     return known or await service.looks.ask(study_id)
 
 
@@ -113,7 +113,7 @@ def _exact_study(
 ) -> Record:
     record = service.store.find(study_id)
     if record.id != study_id:
-        # For reading, the beginning of an id or a name suffices; but a typing error must not delete a study.
+        # Only routes that read accept a name or the beginning of an id. A typing error must not delete another study.
         advice = f"write {record.id} if you mean {record.name}"
         told = f"To change a study, its complete id is required, and {printable(study_id)} is not one."
         raise StudyNotFound(Fault("study", describe(study_id), "a whole id", advice, told))
@@ -122,10 +122,10 @@ def _exact_study(
 
 
 TheStudy = Annotated[Record, Depends(_study)]
-"""The record of the study in the path, as a parameter of a route; 404 if there is none."""
+"""Type of a route parameter: the record of the study in the path. The status is 404 if there is no such study."""
 
 TheExactStudy = Annotated[Record, Depends(_exact_study)]
-"""The record of the study, for routes that change it. They require the complete id, and the owner or an admin."""
+"""Type of a route parameter: the record of a study that the caller may change. The path must contain the full id."""
 
 
 DesignId = Annotated[
@@ -134,7 +134,7 @@ DesignId = Annotated[
         max_length=200, description="Id of a design, its name, or at least the first four digits of its id."
     ),
 ]
-"""Name of a design in an address."""
+"""Type of a route parameter: the id or the name of a design in the path."""
 
 
 def _design(service: TheService, design_id: DesignId) -> Kept:
@@ -156,7 +156,7 @@ def _exact_design(
 
 
 TheDesign = Annotated[Kept, Depends(_design)]
-"""The design in the path, as a parameter of a route; 404 if there is none."""
+"""Type of a route parameter: the design in the path. The status is 404 if there is no such design."""
 
 TheExactDesign = Annotated[Kept, Depends(_exact_design)]
-"""The design, for routes that change it. They require the complete id, and the owner or an admin."""
+"""Type of a route parameter: a design that the caller may change. The path must contain the full id."""

@@ -1,6 +1,4 @@
-"""A study as one document to keep or to print: maps, designs, comparison with a tuned mass damper, accuracy, cost,
-versions.
-"""
+"""The report of a study, a page of HTML to store or to print."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -33,21 +31,23 @@ if TYPE_CHECKING:
 
 TOP = 5
 MAPS = 3
-"""Largest number of maps: those of the first three axes, in pairs."""
+"""Largest number of maps. Three axes give three maps, one for each pair of axes."""
 
 
 def study_report(record: Record, cube: "xr.Dataset") -> str:
-    """Write a study as one self-contained page of HTML.
+    """Return the report of a study as a self-contained page of HTML.
 
     Parameters
     ----------
-    record, cube : Record, Dataset
-        The study, and its present results.
+    record : Record
+        Record of the study.
+    cube : Dataset
+        Present results of the study.
 
     Returns
     -------
     str
-        HTML with figures as SVG. A study in SI units is described in these.
+        HTML with embedded SVG figures. If the study is given in SI units, the report uses SI units.
     """
     title = escape(record.name or record.id)
     worst_case = kind_of(cube.sizes) is not HARMONIC
@@ -108,7 +108,7 @@ def _row(
     row: Mapping[str, Any],
     columns: Iterable[tuple[str, str]],
 ) -> list[str]:
-    """Write one design as a row; an error that is only rounding is replaced by a word."""
+    """Return the table row of one design. A word replaces the number of an error that is only due to rounding."""
     return [
         ROUNDING_WORD
         if column == "error" and is_rounding(row["value"], row["error"])
@@ -122,7 +122,7 @@ def _unit(ranked: "xr.Dataset", units: Mapping[str, InUnits], name: str, column:
 
 
 def _head(ranked: "xr.Dataset", units: Mapping[str, InUnits], name: str, column: str) -> str:
-    """Name a column; lengths are in mm, as on a drawing."""
+    """Return the heading of a column with the unit, which is mm for lengths."""
     unit = _unit(ranked, units, name, column)
     label = without_unit(units[name].name if name in units else name)
     return label + ("" if unit in ("1", "") else f" [{'mm' if unit == 'm' else unit}]")
@@ -142,7 +142,7 @@ def _units(cube: "xr.Dataset") -> dict[str, InUnits]:
 
 
 def _maps(cube: "xr.Dataset", best: Mapping[str, Any] | None) -> Iterable[str]:
-    """Draw maps through the leading design of the ranking."""
+    """Draw a map for each pair of axes. All other parameters have the values of the best design."""
     from damperlab.service.figures.resonance_map import draw_map
 
     kind = kind_of(cube.sizes)
@@ -190,12 +190,12 @@ def _best(cube: "xr.Dataset", ranked: "xr.Dataset") -> Iterable[str]:
 
 
 def _captioned(cube: "xr.Dataset", answer: "xr.Dataset", shown: str) -> str:
-    """Name the quantity of a figure, with its unit."""
+    """Return the name of the quantity that a figure shows, with the unit."""
     return Phrases.of(cube).as_named(shown).shown(shown, answer[shown])
 
 
 def _over_hertz(answer: "xr.Dataset", units: Mapping[str, InUnits]) -> "xr.Dataset":
-    """Give a curve over the frequency in Hz, if the study is given in units."""
+    """Convert the frequencies of a curve to Hz if the study is given in SI units."""
     if "frequency_ratio" not in units:
         return answer
     each = units["frequency_ratio"]

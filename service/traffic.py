@@ -1,4 +1,4 @@
-"""Number, status and duration of requests, counted by the access log for the metrics."""
+"""Counts requests by status and duration, for the metrics of the service."""
 
 import threading
 from bisect import bisect_left
@@ -7,23 +7,23 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 METHODS = frozenset(("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"))
-"""Methods counted by name; others, since a client may send any word, are counted together."""
+"""Methods that are counted separately. All other methods, which may be any words, are counted together."""
 BOUNDS = (0.005, 0.025, 0.1, 0.5, 2.5, 10.0, 60.0)
-"""Upper bounds of the classes of durations [s]; the last class has none."""
+"""Upper bounds of the classes of durations [s]. A further class contains all longer durations."""
 NO_ROUTE = "none"
-"""Name for requests without a route."""
+"""Name under which requests without a route are counted."""
 
 
 @dataclass(frozen=True)
 class Durations:
-    """Durations of one method on one route.
+    """Durations of the requests with one method and one route.
 
     Parameters
     ----------
     within : tuple of int
-        Number of durations up to each of `BOUNDS`, and the total number.
+        Number of requests with a duration up to each value in `BOUNDS`, and total number of requests.
     seconds : float
-        Total duration.
+        Sum of the durations [s].
     """
 
     within: tuple[int, ...]
@@ -31,7 +31,7 @@ class Durations:
 
 
 class Traffic:
-    """Requests answered since the start: by method and status, and their durations by method and route."""
+    """Counts the requests since the start by method and status, and their durations by method and route."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -45,13 +45,13 @@ class Traffic:
         Parameters
         ----------
         method : str
-            As sent.
+            Method of the request, as the client sent it.
         status : int
-            Status; 0 if the client left before the answer.
+            Status of the response; 0 if the client closed the connection before the response.
         seconds : float
-            Time until the answer was complete.
+            Time from the beginning of the request to the end of the response [s].
         route : str
-            The path with placeholders for its parameters, so that the number of routes is finite.
+            Path of the route, in which parameters are placeholders.
         """
         method = method if method in METHODS else "other"
         with self._lock:
@@ -61,7 +61,7 @@ class Traffic:
             self._seconds[method, route] += seconds
 
     def read(self) -> tuple[dict[tuple[str, int], int], dict[tuple[str, str], Durations]]:
-        """Give the counts by method and status, and the durations by method and route."""
+        """Return the numbers of requests by method and status, and the durations by method and route."""
         with self._lock:
             durations = {
                 key: Durations(tuple(accumulate(classes)), self._seconds[key])

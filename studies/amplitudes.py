@@ -1,4 +1,4 @@
-"""Studies over base amplitudes: the damper keeps its force and clearance while the amplitude of the base varies."""
+"""Studies over base amplitudes: friction force and clearance are constant while the amplitude of the base varies."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,19 +6,17 @@ from typing import Any
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 AMPLITUDE = "base_amplitude_m"
-"""The additional dimension of such a study: the base amplitude."""
+"""Dimension of the base amplitude, which only studies over base amplitudes have."""
 
 RATIOS_OF: dict[str, str] = {"clearance_m": "clearance_ratio", "friction_force_n": "friction_ratio"}
-"""The quantity that a damper keeps, and the ratio that falls as the base amplitude grows."""
+"""Ratio of each quantity that is constant over base amplitudes. The ratio falls as the base amplitude grows."""
 
 CONSTANT: dict[str, int] = {"velocity": 1, "acceleration": 2}
-"""Derivatives of the base motion that may be constant over the frequency instead of its displacement, and their
-order.
-"""
+"""Orders of the time derivatives of the base displacement that may have a constant amplitude over the frequency."""
 
 AT_NATURAL = "base amplitude Z at the natural frequency"
 STATIC = "static displacement Z of the force"
-"""Meaning of the dimension if a velocity or an acceleration is constant, and under a force."""
+"""Long names of the dimension `AMPLITUDE` for a constant velocity or acceleration of the base, and for a force."""
 
 DIMENSIONS: dict[str, tuple[str, str]] = {
     "damping_ratio": ("1", DIMENSION_LONG_NAMES["damping_ratio"]),
@@ -32,26 +30,26 @@ DIMENSIONS: dict[str, tuple[str, str]] = {
 """Unit and meaning of every dimension, in the cube's order."""
 
 DAMPER = ("restitution", "mass_ratio", "clearance_m", "friction_force_n")
-"""The dimensions that a designer chooses; the others are conditions that a damper must withstand."""
+"""Dimensions that a designer chooses. The other dimensions are conditions that the damper must withstand."""
 
 
 def is_axis(raw: object) -> bool:
-    """Whether an entry of a physical block is an axis, written as a list or a range, and not one number."""
+    """Return whether an entry of a physical block is a list or a range, and not a single number."""
     return raw is not None and not isinstance(raw, int | float | str)
 
 
 def over_amplitudes(physical: object, particle: bool) -> bool:
-    """Whether a physical block describes dampers over base amplitudes, and not an axis of one ratio.
+    """Return whether a physical block describes a study over base amplitudes.
 
-    This is so if the base amplitude is an axis that changes both ratios of a damper, or crosses an axis of its force
-    or clearance. An axis that changes one ratio alone is an axis of that ratio.
+    The base amplitude must be an axis. In addition, the block must give both the friction force and the clearance, or
+    give one of them as an axis. Otherwise the base amplitude changes only one ratio, and is an axis of that ratio.
 
     Parameters
     ----------
     physical : mapping or None
-        As written in a document, or as stored with a study.
+        The block as written in a document, or as stored with a study.
     particle : bool
-        Whether the scene has a particle; without one there is no clearance.
+        Whether the scene has a particle. Without a particle there is no clearance.
     """
     if not isinstance(physical, Mapping) or not is_axis(physical.get(AMPLITUDE)):
         return False
@@ -60,20 +58,21 @@ def over_amplitudes(physical: object, particle: bool) -> bool:
 
 
 def base_amplitudes(amplitude_m: Any, frequency_ratio: Any, constant: str | None) -> Any:
-    """Give the base amplitudes Z [m] at frequency ratios; arrays that broadcast.
+    """Return the base amplitudes Z [m] at frequency ratios.
 
     Parameters
     ----------
     amplitude_m, frequency_ratio : float or array
-        Amplitude at the natural frequency [m], and excitation frequency over the natural frequency.
+        Amplitude at the natural frequency [m], and excitation frequency over the natural frequency. Arrays must
+        broadcast together.
     constant : str or None
-        A key of `CONSTANT`: a constant velocity V gives Z = V/ω, a constant acceleration A gives Z = A/ω². None for a
-        constant displacement.
+        A key of `CONSTANT`, or None for a constant displacement. A constant velocity V gives Z = V/ω. A constant
+        acceleration A gives Z = A/ω².
     """
     return amplitude_m if constant is None else amplitude_m / frequency_ratio ** CONSTANT[constant]
 
 
 def kept_by_damper(physical: Mapping[str, Any], particle: bool) -> dict[str, Any]:
-    """Give the entries of a physical block that stay constant while the base amplitude changes."""
+    """Return the entries of a physical block that stay constant while the base amplitude changes."""
     names = [name for name in RATIOS_OF if particle or name != "clearance_m"]
     return {name: physical[name] for name in names if physical.get(name) is not None}

@@ -30,10 +30,10 @@ MAX_AXIS_VALUES = 1_000_000
 """Largest number of values on one axis."""
 
 LARGEST = 1e15
-"""The number of values is inferred from a step only if start, stop and step are below this size."""
+"""Advice states the number of values for a step only if start, stop and step are smaller than this."""
 
 MAX_FAULTS_PER_AXIS = 20
-"""Largest number of faulty values listed for one axis, so that one bad axis does not hide the faults of the others."""
+"""Largest number of faulty values listed for one axis. The limit leaves room for the faults of other axes."""
 
 
 class Range(BaseModel):
@@ -47,10 +47,10 @@ class Range(BaseModel):
     spacing: Literal["linear", "log"] = "linear"
 
     def values(self) -> NDArray[np.float64]:
-        """Return the values, float64 of shape (num,), each the double nearest to the exact one.
+        """Return the values, float64 of shape (num,). Each value is the double nearest to the exact value.
 
-        The ends count as the shortest decimals that parse to them, so equal steps give equal doubles in any range and
-        on any machine.
+        Each end is read as the shortest decimal number that gives the same double. Ranges with equal exact values
+        therefore give equal doubles on any machine.
         """
         if self.spacing == "log":
             return log_spaced(self.start, self.stop, self.num)
@@ -62,14 +62,14 @@ AxisSpec = float | tuple[float, ...] | Range
 
 
 def axis_values(spec: AxisSpec) -> NDArray[np.float64]:
-    """Expand an axis: float64, one dimension, strictly increasing."""
+    """Return the values of an axis as a 1-D float64 array, strictly increasing."""
     if isinstance(spec, Range):
         return spec.values()
     return np.atleast_1d(np.asarray(spec, dtype=np.float64))
 
 
 class Coordinates(dict[str, NDArray[Any]]):
-    """The values along every dimension, read-only; two are equal if all their values are."""
+    """The values along every dimension, read-only. Two instances are equal if their dimensions and values are equal."""
 
     def __init__(self, values: dict[str, NDArray[Any]]) -> None:
         super().__init__(values)
@@ -77,7 +77,7 @@ class Coordinates(dict[str, NDArray[Any]]):
             axis.flags.writeable = False
 
     def __eq__(self, other: object) -> bool:
-        """Compare value by value, because an array has no truth value."""
+        """Return whether all dimensions and values are equal."""
         if not isinstance(other, Coordinates) or self.keys() != other.keys():
             return NotImplemented if not isinstance(other, Coordinates) else False
         return all(np.array_equal(values, other[name]) for name, values in self.items())
@@ -98,8 +98,8 @@ def read_axis(raw: object, quantity: Quantity, field: str = "") -> AxisSpec:
     Parameters
     ----------
     raw : object
-        A number; a list of numbers in any order (an axis is a set of values: it is sorted here); or a mapping
-        ``{start, stop, num, spacing}``.
+        A number, a list of numbers, or a mapping ``{start, stop, num, spacing}``. The numbers of a list may have any
+        order; the returned axis is sorted.
     quantity : Quantity
         The quantity along the axis.
     field : str
@@ -108,7 +108,7 @@ def read_axis(raw: object, quantity: Quantity, field: str = "") -> AxisSpec:
     Raises
     ------
     StudyFaults
-        With every fault of the axis.
+        If the axis has faults; the error lists every fault.
     """
     if isinstance(raw, Range):
         raw = raw.model_dump()
@@ -217,16 +217,16 @@ def _read_range(raw: dict[Any, Any], quantity: Quantity, field: str) -> Range:
 
 
 _COUNTS = ("step", "steps", "n", "count", "points", "number", "nums")
-"""Keys that other programs use for the number of values of a range or for its step."""
+"""Keys that other programs use for the number of values or the step of a range."""
 
 
 def _unknown_of_range(field: str, key: object, raw: dict[Any, Any]) -> Fault:
-    """Return the fault of an unknown key of a range; a step is converted to the number of values."""
+    """Return the fault of an unknown key of a range. If the key is a step, advise the equivalent `num`."""
     known = tuple(Range.model_fields)
     fault = unknown_key(field, key, known, raw)
     if key not in _COUNTS:
         return fault
-    fault = replace(fault, meant="num")  # not the key of the nearest spelling, which may be missing too
+    fault = replace(fault, meant="num")  # not `stop`, whose spelling is close to `step`
     if "num" in raw:
         return replace(fault, advice="remove it: `num` is the number of values, both ends included")
     advice = "write `num`, the number of values, both ends included, in its place"
@@ -250,7 +250,7 @@ def _distinct(span: Range) -> bool:
     width = (
         math.log(span.stop / span.start) if span.spacing == "log" else (span.stop - span.start) / span.stop
     )
-    # Values are rounded by at most 1.2e-16; only steps near that need a check of the values.
+    # Rounding changes a value by at most 1.2e-16 of itself. Only steps near that size need a comparison of all values.
     return width / (span.num - 1) > 1e-12 or bool(np.all(np.diff(span.values()) > 0.0))
 
 
@@ -299,7 +299,7 @@ def axis_schema(quantity: Quantity, default: float | None = None) -> dict[str, A
 
 
 def along(quantity: Quantity, default: float | None = None) -> Reads:
-    """Return the annotation that makes a model's field an axis of `quantity`."""
+    """Return the annotation of a pydantic field that is an axis of `quantity`."""
     return Reads(lambda raw: read_axis(raw, quantity), axis_schema(quantity, default))
 
 

@@ -9,13 +9,11 @@ from damperlab.studies.amplitudes import AMPLITUDE, CONSTANT, RATIOS_OF
 from damperlab.studies.faults import NOTHING, Fault, describe
 
 KEYS = {"base_velocity_m_per_s": "velocity", "base_acceleration_m_per_s2": "acceleration"}
-"""The keys, and the entry of `constant` that each one means."""
+"""Value of `constant` in a study, by the equivalent key of a specification."""
 
 
 def named_after_motion(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Advise how a study writes a constant velocity or acceleration of the base; drop the faults that follow from this
-    key.
-    """
+    """Add advice to the faults of the keys in `KEYS`, and drop faults that only follow from these keys."""
     physical = raw.get("physical")
     written = [key for key in KEYS if isinstance(physical, dict) and key in physical]
     if not isinstance(physical, dict) or not written:
@@ -60,9 +58,7 @@ def _as_constant(fault: Fault, key: str, physical: Mapping[str, Any], particle: 
 
 
 def _amplitude(level: object, frequency_hz: object, power: int) -> str | None:
-    """Give the amplitudes at the natural frequency as a document writes them; None if the two numbers do not determine
-    them.
-    """
+    """Return base amplitudes at the natural frequency as text for a list, or None if an input is no positive number."""
     levels = level if isinstance(level, list | tuple) else [level]
     numbers = [
         each

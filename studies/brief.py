@@ -1,4 +1,4 @@
-"""The short answer to a question: what to do, what comes second, and one next step. Everything else is detail."""
+"""The short answer to a question: the recommendation, the second best, and one next step."""
 
 import shlex
 from collections.abc import Iterable, Mapping
@@ -12,23 +12,21 @@ from damperlab.studies.shapes import Says, Sentences, Table
 Damper = Literal["hybrid", "friction_alone", "particle_alone", "tuned_mass_damper", "no_damper"]
 """The dampers that a verdict may recommend."""
 Severity = Literal["danger", "caution", "hint"]
-"""Effect of a note: it changes what to build, changes the stated number, or says where to look further."""
+"""Severity of a note. A danger changes the decision, a caution changes a number, and a hint suggests further work."""
 DoubtKind = Literal[
     "one_frequency", "hidden_peak", "cut_off", "end_of_range", "neighbourhood_unknown", "rugged", "error"
 ]
-"""Kinds of doubt, the gravest first. Those after `hidden_peak` concern only the optimum, not the best design with
-impacts.
-"""
+"""Kinds of doubt about an optimum, the gravest first. Only the first two can concern the best design with impacts."""
 DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 MOST_SENTENCES, MOST_ROWS = 3, 6
 PLACES = ("best", "second", "third", "fourth")
 """Names of the rows of a ranking."""
 EQUAL = "equal"
-"""Name of a further row with the value of the best."""
+"""Name of a row whose value equals the value of the row `best`."""
 
 
 def damper_of(acts: bool, rubs: bool) -> Damper:
-    """Name a damper by whether its particle acts and whether it has friction."""
+    """Return the name of a damper with an acting particle, with friction, with both, or with neither."""
     if acts:
         return "hybrid" if rubs else "particle_alone"
     return "friction_alone" if rubs else "no_damper"
@@ -50,16 +48,16 @@ Notes = Annotated[
 
 @dataclass(frozen=True)
 class Note:
-    """A remark on an answer, as data; its sentence is formed where it is displayed.
+    """A remark on an answer, as data from which an interface forms a sentence.
 
     Parameters
     ----------
     kind : str
-        Its kind, for example ``end_of_range``.
+        Kind of the note, for example ``end_of_range``.
     severity : str
         See `Severity`.
     values : mapping
-        Its numbers, in the units of the document that holds it.
+        Numbers of the note, in the units of the document that holds the note.
     """
 
     kind: str
@@ -89,13 +87,13 @@ class Brief:
     Parameters
     ----------
     damper : str or None
-        The recommended damper; None if there is none.
+        The recommended damper; None if the answer recommends no damper.
     sentences : tuple of str
-        The decision first, then its conditions; the first `MOST_SENTENCES` are shown.
+        The decision, followed by its conditions. Only the first `MOST_SENTENCES` sentences are kept.
     rows : tuple of tuple of str
-        The other candidates: name, value, description; the first `MOST_ROWS` are shown.
+        Name, value and description of each candidate. Only the first `MOST_ROWS` rows are kept.
     next : str
-        One next step.
+        The suggested next step.
     """
 
     damper: Damper | None
@@ -110,7 +108,7 @@ class Brief:
         object.__setattr__(self, "rows", self.rows[:MOST_ROWS])
 
     def document(self) -> BriefDocument:
-        """Give it as plain data."""
+        """Return the short answer as plain data."""
         return {
             "damper": self.damper,
             "sentences": list(self.sentences),
@@ -120,7 +118,7 @@ class Brief:
 
 
 def command(verb: str, name: str, options: str = "") -> str:
-    """Write a command about a study with shell quoting; `STUDY` stands for one without a name."""
+    """Return a command about a study, with shell quoting. A study without a name is written as ``STUDY``."""
     return f"damperlab {verb} {shlex.quote(name) if name else 'STUDY'} {options}".rstrip()
 
 
@@ -131,7 +129,7 @@ def listed(words: Iterable[str]) -> str:
 
 
 def notes_document(notes: list[Note]) -> list[NoteDocument]:
-    """Give notes as plain data, the gravest first."""
+    """Return notes as plain data, the gravest first."""
     order: list[Severity] = ["danger", "caution", "hint"]
     return [
         {"kind": each.kind, "severity": each.severity, "values": dict(each.values)}
@@ -140,7 +138,7 @@ def notes_document(notes: list[Note]) -> list[NoteDocument]:
 
 
 def lines_of(brief: Mapping[str, Any]) -> list[str]:
-    """Lay out the document of a `Brief` for a terminal: its sentences, its rows in columns, its next step."""
+    """Return the lines of a short answer on a terminal: the sentences, the rows in columns, and the next step."""
     rows = brief["rows"]
     widths = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
     table = [f"  {name:<{widths[0]}}  {value:<{widths[1]}}  {what}".rstrip() for name, value, what in rows]

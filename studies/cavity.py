@@ -1,4 +1,4 @@
-"""The cavity of a particle, its tilt and friction: the forces on the particle between impacts."""
+"""The cavity of a particle. Tilt and friction of the cavity cause forces on the particle between impacts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ class Cavity:
     Parameters
     ----------
     particle_friction_coefficient : float
-        μ_i of sliding friction between particle and cavity.
+        Coefficient μ_i of sliding friction between particle and cavity.
     tilt_deg : float
-        α: 0 lies, 90 stands.
+        Tilt α [°] of the cavity: 0 for a horizontal cavity, 90 for a vertical one.
     """
 
     particle_friction_coefficient: float = 0.0
@@ -28,12 +28,12 @@ class Cavity:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The numbers of a document by name, in the order of `BEFORE`."""
+        """Friction coefficient and tilt by field name, in the order of `BEFORE`."""
         return {name: getattr(self, name) for name in MADE_BY.values()}
 
     @property
     def words(self) -> str:
-        """Its tilt and friction in words."""
+        """Tilt and friction of the cavity in words."""
         lies = f"tilted by {self.tilt_deg:.3g}°" if self.tilt_deg else "lying"
         coefficient = self.particle_friction_coefficient
         return f"{lies}, {f'μ_i = {coefficient:.3g}' if coefficient else 'frictionless'}"
@@ -44,32 +44,32 @@ class Cavity:
         return any(self.numbers.values())
 
     def ratio(self, name: str, case: Mapping[str, float]) -> float:
-        """Give one ratio of `BEFORE` in a physical case.
+        """Return one ratio of `BEFORE` for a physical case.
 
         Parameters
         ----------
         name : str
-            The ratio.
+            Name of the ratio.
         case : mapping of float
-            The quantities of a physical block, apart from those of the cavity, that determine it together with the
-            cavity; `base_amplitude_m` may be a static displacement.
+            Quantities of a physical block that, together with the cavity, determine the ratio. `base_amplitude_m` may
+            be a static displacement.
         """
         of = {quantity: np.array([value]) for quantity, value in {**case, **self.numbers}.items()}
         return float(DERIVATIONS[name].values(of)[0])
 
     def ratios(self, case: Mapping[str, float]) -> tuple[float, ...]:
-        """Give every ratio of `BEFORE`, in this order, in a physical case, see `ratio`."""
+        """Return the ratios of `BEFORE`, in this order, for a physical case; see `ratio`."""
         return tuple(self.ratio(name, case) for name in BEFORE)
 
 
 FRICTIONLESS = "frictionless"
 _ASSUMED = {GRAVITY: "lying", PARTICLE_FRICTION: FRICTIONLESS}
 LEVEL = Cavity()
-"""The default: level, and without friction."""
+"""The default cavity: horizontal, and without friction."""
 
 
 def left_open(definition: Mapping[str, Any]) -> list[str]:
-    """Describe the properties of the cavity that a definition leaves at their defaults."""
+    """Describe the properties of the cavity that a definition does not give."""
     given = {**definition, **(definition.get("axes") or {})}
     physical = definition.get("physical") or {}
     return [
@@ -80,8 +80,8 @@ def left_open(definition: Mapping[str, Any]) -> list[str]:
 
 
 def cavity_of(values: Mapping[str, float | None]) -> Cavity:
-    """Give the cavity of a document's numbers.
+    """Return the cavity with the friction coefficient and the tilt that a document gives.
 
-    A missing number is 0. A number that exceeds its bound only because a tolerance was rounded is set to the bound.
+    A missing number is taken as 0. A number above the bound, as after rounding of a tolerance, is set to the bound.
     """
     return Cavity(*(min(values.get(each.name) or 0.0, each.highest) for each in OF_CAVITY))

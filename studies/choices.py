@@ -1,4 +1,4 @@
-"""The choices of a study that are not axes: contact, steady state, solver, start."""
+"""Settings of a study that are not axes: contact, steady state, solver and start."""
 
 from typing import Annotated, Any, Literal
 
@@ -26,13 +26,13 @@ from damperlab.studies.vocabulary import CONTACT_MODELS, EXCITATIONS, METHODS, S
 
 
 def real(quantity: Quantity) -> Reads:
-    """Return the annotation that makes a model's field a number within bounds."""
+    """Return the annotation of a pydantic field that is a number within bounds."""
     bounds = {"type": "number", "minimum": quantity.lowest, "maximum": quantity.highest}
     return Reads(quantity.read, bounds | {"description": quantity.meaning})
 
 
 def whole(lowest: int, highest: int, meaning: str) -> Reads:
-    """Return the annotation that makes a model's field a whole number within bounds."""
+    """Return the annotation of a pydantic field that is a whole number within bounds."""
     bounds = {"type": "integer", "minimum": lowest, "maximum": highest, "description": meaning}
     return Reads(lambda raw: read_count(raw, lowest, highest), bounds)
 
@@ -44,7 +44,7 @@ CONTACT_TIME = Quantity(
 
 
 def _read_contact_time(raw: object) -> float:
-    """Read a contact time: a number, or the name of one in `damperlab.studies.presets`."""
+    """Read a contact time, which is a number or a name in `CONTACT_TIMES`."""
     if isinstance(raw, str) and raw in CONTACT_TIMES:
         return CONTACT_TIMES[raw].contact_time
     if isinstance(raw, str):
@@ -54,13 +54,14 @@ def _read_contact_time(raw: object) -> float:
 
 
 def _contact_time() -> Reads:
-    """Return the annotation of a contact time."""
+    """Return the annotation of a pydantic field that is a contact time, as a number or a name."""
     number = {"type": "number", "minimum": CONTACT_TIME.lowest, "maximum": CONTACT_TIME.highest}
     named = {"type": "string", "enum": list(CONTACT_TIMES)}
     return Reads(_read_contact_time, {"anyOf": [number, named], "description": CONTACT_TIME.meaning})
 
 
-# A standard error falls only as N^-½; rounding alone leaves a periodic response about 1e-14 from its period.
+# A standard error falls as N^-½ with the number N of cycles. Rounding makes two periods of a periodic response differ
+# by about 1e-14.
 TOLERANCE = Quantity(
     "tolerance", "relative standard error at which the mean of a modulated response is accepted", 1e-8, 0.5,
     "the default is 0.02, one standard error of 2 %; the cycles needed grow as its inverse square",
@@ -73,13 +74,13 @@ PERIODIC_TOLERANCE = Quantity(
 
 
 class Choice(BaseModel):
-    """Common base of the parts of a study: immutable, without unknown keys."""
+    """Base class of the pydantic models in a study. Instances are immutable, and unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 def read_excitation(raw: object) -> Literal["force"] | None:
-    """Read the excitation of the structure; None for a shaken base, which is the default."""
+    """Read the excitation of the structure. Return None for a shaken base, which is the default."""
     if raw is None or raw == "base":
         return None
     if raw == "force":
@@ -103,7 +104,7 @@ ExcitationField = Annotated[
 
 
 class InstantContact(Choice):
-    """Impacts take no time: the rebound law (7), (8) of the paper."""
+    """Impacts take no time, and follow the rebound law in equations (7) and (8) of the paper."""
 
     model: Literal["instant"] = "instant"
 
@@ -116,9 +117,10 @@ class DwellContact(Choice):
 
 
 class CompliantContact(Choice):
-    """A wall of a spring and a dashpot that push but never pull, with this e and contact time in free space.
+    """The wall is a spring and a dashpot that push but never pull.
 
-    As the contact time goes to 0 it tends to `instant`. Its e must not be 0, which would take infinite damping.
+    An impact in free space has the coefficient of restitution e of the study and this contact time. As the contact time
+    goes to 0, this model tends to `instant`. e must not be 0, because that would require infinite damping.
     """
 
     model: Literal["compliant"]
@@ -126,7 +128,7 @@ class CompliantContact(Choice):
 
 
 class Steady(Choice):
-    """When the response of a design point counts as steady."""
+    """Criteria by which the response of a design point is accepted as steady."""
 
     max_cycles: Annotated[int, whole(1, 1_000_000, "excitation cycles after which a point stops")] = 4000
     tolerance: Annotated[float, real(TOLERANCE)] = 0.02
@@ -140,8 +142,8 @@ class EventSolver(Choice):
 
 
 class Rk4Solver(Choice):
-    """The paper's method, for comparison: classical Runge-Kutta with a fixed step; impacts are detected at the ends
-    of steps.
+    """The paper's method, for comparison: the classical Runge-Kutta method with a fixed step. Impacts are detected at
+    the ends of steps.
     """
 
     method: Literal["rk4"]
@@ -149,9 +151,10 @@ class Rk4Solver(Choice):
 
 
 class Ensemble(Choice):
-    """Start from rest and from `n` − 1 random states; store the response that most of them lead to.
+    """Start from rest and from `n` − 1 random states, and store the response that most starts lead to.
 
-    The draw depends only on the seed and on the point's own coordinates; see `damperlab.worker.steady.ensemble`.
+    The random states depend only on the seed and on the coordinates of the design point; see
+    `damperlab.worker.steady.ensemble`.
     """
 
     kind: Literal["ensemble"]
@@ -160,8 +163,8 @@ class Ensemble(Choice):
 
 
 class Continuation(Choice):
-    """Start each frequency from the final state of the response at the next lower (`up`) or higher (`down`) one; the
-    first starts from rest.
+    """Start each frequency from the final state of the response at the previous frequency. The frequencies rise (`up`)
+    or fall (`down`), and the first frequency starts from rest.
     """
 
     kind: Literal["continuation"]
@@ -171,10 +174,10 @@ class Continuation(Choice):
 def _choice(
     key: str, tags: tuple[str, ...], settings: tuple[str, ...] = ()
 ) -> tuple[Discriminator, BeforeValidator]:
-    """Return the two annotations that select one of several models by the text under `key`.
+    """Return the two annotations that select one of several pydantic models by the text under `key`.
 
-    The first of `tags` is the default. A choice is written as a mapping. One without settings may also be written as
-    its bare name, if `settings` lists the keys of the others.
+    The first of `tags` is the default. A choice is written as a mapping. If `settings` is given, the default is written
+    as a name instead, and `settings` lists the keys of the mappings.
     """
     plain = bool(settings)
 
@@ -185,7 +188,7 @@ def _choice(
 
     def check(raw: Any) -> Any:
         if plain and raw == {key: tags[0]}:
-            return tags[0]  # written like those with settings
+            return tags[0]  # the default may be written as a mapping too
         written = isinstance(raw, dict | BaseModel) or (plain and isinstance(raw, str))
         if not written:
             allowed = tags[0] if plain else f"a mapping, such as {{{key}: {tags[0]}}}"
@@ -208,7 +211,7 @@ def _choice(
 def _without_key(
     raw: dict[Any, Any], key: str, tags: tuple[str, ...], settings: tuple[str, ...]
 ) -> list[Fault]:
-    """Report that a mapping does not name its choice, and report its keys that belong to no choice."""
+    """Return the faults of a mapping without `key`: the missing key, and all unknown keys."""
     meant = next((tag for tag in tags if tag in raw), None)
     advice = f"write `{key}: {meant}`, with its settings beside it" if meant else f"add `{key}`"
     unknown = [one for one in raw if one not in settings]

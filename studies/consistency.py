@@ -1,4 +1,4 @@
-"""Rules between the fields of a study, checked on the raw document, so that no fault hides another."""
+"""Rules between the fields of a study, checked on the raw document, so that all faults are found together."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -25,19 +25,17 @@ from damperlab.studies.variables import (
 from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 
 BESIDE_AXES = ("damping_ratio", *BEFORE)
-"""Dimensions that a study states at its top level, not under `axes`."""
+"""Dimensions that a study gives at the top level instead of under `axes`."""
 
 MAX_POINTS = 1_000_000_000
 """Largest number of design points of one study."""
 
 LEAST_COMPLIANT = 1e-6
-"""Smallest e of a compliant wall. Below it the two decay rates of the contact differ by more than double precision
-resolves.
-"""
+"""Smallest e of a compliant wall. For smaller e, double precision does not resolve both decay rates of a contact."""
 
 
 def compliant_fault(restitution: float, field: str) -> Fault | None:
-    """Find the fault of an e that is too small for compliant walls; e = 0 would require infinite damping."""
+    """Return a fault if e is too small for compliant walls, else None. e = 0 would require infinite damping."""
     if restitution >= LEAST_COMPLIANT:
         return None
     allowed = f"a number from {LEAST_COMPLIANT:g} to 1 with compliant contact"
@@ -56,16 +54,16 @@ NOT_WITH_RUBBING = {
     "amplitudes": ("several base amplitudes", "give each quantity of the cavity as one number in `physical`"),
     "ratios": ("a specification in ratios", "give the structure and its excitation in units"),
 }
-"""Features that cannot be combined with friction of a particle or gravity along its cavity, and the advice for each."""
+"""Features that cannot be combined with friction of a particle or gravity along a cavity, and advice for each."""
 
 
 def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterator[Fault]:
-    """Refuse features that cannot be combined with friction of the particle or gravity.
+    """Yield a fault for each feature that cannot be combined with friction of the particle or gravity.
 
     Parameters
     ----------
     field, found : str
-        The field that gives the friction or the tilt, and its value.
+        The field that gives the friction or the tilt, and the value found in that field.
     beside : mapping of bool
         For each name in `NOT_WITH_RUBBING`, whether the document has that feature.
     """
@@ -78,7 +76,7 @@ def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterat
 def cavity_faults(
     document: Mapping[str, Any], numbers: Mapping[str, float], contact: Contact
 ) -> Iterator[Fault]:
-    """Refuse friction of a particle, or a tilt of its cavity, with a contact that takes time.
+    """Yield a fault if contacts that take time are combined with particle friction or a tilted cavity.
 
     Parameters
     ----------
@@ -96,7 +94,7 @@ def cavity_faults(
 
 
 def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
-    """Name the dimensions of the scene that a document neither gives nor derives from physical quantities."""
+    """Return the names of the dimensions whose defaults apply, because the document does not determine a value."""
     axes, physical = document.get("axes") or {}, document.get("physical") or {}
     particle = document.get("particle", True) is not False
     made = {each.ratio for each in derivations(physical, particle=True)}
@@ -105,9 +103,7 @@ def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document with defaults for metrics and for ratios that it neither gives nor derives from physical
-    quantities.
-    """
+    """Return the document with defaults for missing metrics, and for ratios that the document does not determine."""
     physical = document.get("physical")
     made = {d.ratio for d in derivations(physical, particle=True)} if isinstance(physical, dict) else set()
     filled = dict(document)
@@ -132,7 +128,7 @@ def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def faults_between(document: Mapping[str, Any]) -> list[Fault]:
-    """Find violated rules between the fields of a document whose fields may themselves be faulty."""
+    """Return a fault for each violated rule between fields. Single fields may be invalid as well."""
     axes, physical = document.get("axes", {}), document.get("physical")
     physical = {} if physical is None else physical
     particle = document.get("particle", True) is not False
@@ -208,7 +204,7 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find features that friction or gravity of the particle excludes, and metrics that need a friction not given."""
+    """Find features that exclude particle friction or gravity, and metrics without the required particle friction."""
     before, metrics = before_of({**document, "particle": True}), document.get("metrics")
     for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
         needs = isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing
@@ -255,9 +251,7 @@ def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[F
 
 
 def _kept_as_ratio(given: Mapping[str, Any], physical: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
-    """Refuse a constant ratio over base amplitudes. A damper keeps its force and its clearance, so a constant ratio
-    would mean a different damper at each amplitude.
-    """
+    """Refuse ratios in place of a friction force or a clearance, if the base amplitude is an axis."""
     for source, ratio in RATIOS_OF.items():
         if source in physical or (ratio in OF_PARTICLE and not particle):
             continue
@@ -283,7 +277,7 @@ def _required(name: str) -> Fault:
 
 
 def _size(raw: object) -> int:
-    """Return the number of values of an axis as written; 1 if a faulty axis does not determine it."""
+    """Return the number of values of an axis as written, or 1 if the number is unknown because of a fault."""
     if isinstance(raw, list | tuple):
         return max(len(raw), 1)
     num = raw.get("num") if isinstance(raw, dict) else None

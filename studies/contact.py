@@ -1,4 +1,4 @@
-"""Reads a contact model alone, for documents that are not studies."""
+"""Read a contact model alone, for documents that are not studies."""
 
 from pydantic import ValidationError
 
@@ -11,7 +11,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "contact.dwell": tuple(DwellContact.model_fields),
     "contact.compliant": tuple(CompliantContact.model_fields),
 }
-"""The keys of each model."""
+"""Allowed keys of each contact model."""
 
 
 class _ContactAlone(Choice):
@@ -19,12 +19,12 @@ class _ContactAlone(Choice):
 
 
 def parse_contact(raw: object) -> Contact:
-    """Read a contact model as a study's ``contact``.
+    """Read a contact model in the form of the field ``contact`` of a study.
 
     Raises
     ------
     StudyFaults
-        With every fault, under the field ``contact``.
+        If the contact model has faults; the error lists every fault, under the field ``contact``.
     """
     try:
         return _ContactAlone.model_validate({"contact": raw}).contact

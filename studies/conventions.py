@@ -1,4 +1,4 @@
-"""Attributes that the conventions CF-1.11 require of a cube, apart from names and units.
+"""Attributes of a cube according to the CF-1.11 conventions, in addition to names and units.
 
 https://cfconventions.org: ancillary variables (3.4), cell methods (7.3), attributes of a file (2.6.2).
 """
@@ -29,18 +29,18 @@ _METHODS = {
 }
 _PREFIXES = {"peak_": "time: maximum", "impact_speed_max_": "time: maximum", "rms_": "time: root_mean_square"}
 _OVER_STARTS = {"lowest": "minimum", "highest": "maximum", "mean": "mean", "std": "standard_deviation"}
-"""Parts of the name of a result over perturbed starts."""
+"""CF cell method of each statistic over perturbed starts, by the word in the name of a result."""
 
 
 def of_file(version: str, created: str) -> dict[str, str]:
-    """Give the attributes of a complete cube: its conventions, its history, and references for the model.
+    """Return the global attributes of a cube: the conventions, the source, the history, and references for the model.
 
     Parameters
     ----------
     version : str
         Version of damperlab.
     created : str
-        When the study was submitted, as ISO 8601.
+        Time at which the study was submitted, in ISO 8601.
     """
     return {
         "Conventions": CONVENTIONS,
@@ -51,7 +51,7 @@ def of_file(version: str, created: str) -> dict[str, str]:
 
 
 def of_variable(name: str, stored: Collection[str]) -> dict[str, str]:
-    """Give the attributes of one result of a cube with the variables `stored`."""
+    """Return the CF attributes of one result. `stored` contains the names of all variables of the cube."""
     beside = [each for each in (_ERROR.get(name), "status") if each in stored and each != name]
     by_prefix = (method for prefix, method in _PREFIXES.items() if name.startswith(prefix))
     method = _METHODS.get(name) or next(by_prefix, "")
@@ -61,7 +61,7 @@ def of_variable(name: str, stored: Collection[str]) -> dict[str, str]:
 
 
 def of_variable_in_units(attributes: Mapping[str, Any]) -> dict[str, str]:
-    """Give the attributes of a result in units, from those of the same result in ratios."""
+    """Return the CF attributes of a result in SI units, from the attributes of the same result as a ratio."""
     kept = {
         name: str(attributes[name]) for name in ("ancillary_variables", "cell_methods") if name in attributes
     }

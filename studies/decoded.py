@@ -1,4 +1,4 @@
-"""The lines of a file in any of the encodings of spreadsheets and old programs."""
+"""Read the lines of a file in any encoding that spreadsheets and old programs use."""
 
 import re
 from collections.abc import Sequence
@@ -6,23 +6,29 @@ from collections.abc import Sequence
 from damperlab.studies.faults import Fault, StudyFaults, printable
 
 _PACKED = (b"PK\x03\x04", b"\x1f\x8b", b"BZh", b"\xfd7zXZ")
-"""First bytes of compressed files; workbooks are compressed too."""
+"""First bytes of compressed files, which include workbooks."""
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
 _WORKBOOKS = (b"[Content_Types].xml", b"opendocument")
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
 _FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
 _ENOUGH = 10
-"""Only a table with more numbers than this shows that all of them have equally many digits."""
+"""The digits of the last number are checked only in a table with more numbers than this."""
 
 
 def lines_in(text: bytes | str, field: str) -> list[str]:
-    """Split a text into lines. Bytes are UTF-16, UTF-8 or Latin-1; raise StudyFaults for `field` if they are binary."""
-    # Only these end a line: splitlines() would also split at odd characters and miscount.
+    """Split a text into lines. Bytes may be UTF-16, UTF-8 or Latin-1.
+
+    Raises
+    ------
+    StudyFaults
+        If the bytes are binary; `field` is the field of the fault.
+    """
+    # splitlines() would also split at other control characters, so that line numbers would be wrong
     return _decoded(text, field).replace("\r\n", "\n").replace("\r", "\n").replace("−", "-").split("\n")
 
 
 def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
-    """Raise StudyFaults if a file ends within a line, and its last number has fewer digits than all others have."""
+    """Raise StudyFaults if a file ends within a line, and its last number has fewer digits than all other numbers."""
     digits = [len(number.partition(".")[2]) for number in numbers]
     alike = len(numbers) > _ENOUGH and len(set(digits[:-1])) == 1
     if lines[-1] and numbers[-1] and alike and digits[-1] < digits[0]:
@@ -34,11 +40,11 @@ def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
 
 
 def check_factors(lines: Sequence[tuple[int, str]]) -> None:
-    """Raise StudyFaults if a line of text states a factor of the numbers; each line comes with its number."""
+    """Raise StudyFaults if a line states a factor for the samples. `lines` holds number and text of each line."""
     for number, line in lines:
         if _FACTORS.search(line):
             told = f"Line {number} names a factor: {printable(line)}. The samples must be in their unit."
-            advice = "multiply the numbers by it and remove the line; if they contain it already, only remove the line"
+            advice = "multiply the samples by the factor and remove the line; if they include it already, only remove the line"
             raise StudyFaults([Fault(f"line {number}", "a factor", "samples in their unit", advice, told)])
 
 

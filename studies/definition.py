@@ -101,7 +101,7 @@ def _read_metrics(raw: object) -> tuple[str, ...]:
 
 
 class Axes(Choice):
-    """The varied quantities: each a number, a list of numbers, or ``{start, stop, num, spacing}``."""
+    """The varied quantities. Each is a number, a list of numbers, or ``{start, stop, num, spacing}``."""
 
     restitution: Restitution = None
     mass_ratio: MassRatio = None
@@ -113,9 +113,9 @@ class Axes(Choice):
 class Study(Choice):
     """A study: a grid of design points, the method of computing each, and the results to store.
 
-    ``Study(name=…, axes={…})`` checks everything and raises `StudyFaults` with every fault, as `parse_study` does; an
-    instance is always valid. A ratio is None if the physical block gives it, or if it belongs to an absent particle.
-    `coordinates` has the values of every dimension.
+    ``Study(name=…, axes={…})`` checks the definition like `parse_study`, and raises `StudyFaults` with every fault. An
+    instance is therefore always valid. A ratio is None if the physical block determines the ratio, or if there is no
+    particle.
     """
 
     model_config = ConfigDict(
@@ -172,7 +172,7 @@ class Study(Choice):
         except ValidationError as error:
             raise StudyFaults(faults_of(error, KEYS, document)) from None
 
-    # otherwise pydantic would validate through this method, and check documents twice
+    # without this flag pydantic would validate through this method, and check documents twice
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
     @model_validator(mode="wrap")
@@ -200,20 +200,20 @@ class Study(Choice):
             faults.extend([fault] if fault else [])
         if study is None or faults:
             raise StudyFaults(faults)
-        # stored like a cached property, since it is not part of the definition: equal studies may differ in it
+        # stored like a cached property, and not as a field, because equal studies may have different `assumed`
         study.__dict__["assumed"] = assumed(given)
         return study
 
     @cached_property
     def assumed(self) -> tuple[str, ...]:
-        """The dimensions that the document leaves out; they have their default values."""
+        """Dimensions that the document leaves out, and that therefore have default values."""
         return ()
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """The dimensions in the cube's order: float64, 1-D, increasing, length 1 if fixed; read-only.
+        """The values of the dimensions in the cube's order: read-only, float64, 1-D and increasing.
 
-        Cached: an axis may hold a million values, and every block takes a slice of it.
+        A fixed dimension has length 1. The arrays are cached, because an axis may hold a million values.
         """
         given = self.physical.values() if self.physical is not None else {}
         made = {d.ratio: d for d in derivations(given, self.particle)}
@@ -232,11 +232,11 @@ class Study(Choice):
 
     @cached_property
     def over_amplitudes(self) -> bool:
-        """Whether base amplitudes are a dimension, see `damperlab.studies.amplitudes`."""
+        """Whether the base amplitude is a dimension; see `damperlab.studies.amplitudes`."""
         return self.physical is not None and self.physical.over_amplitudes(self.particle)
 
     def ratios(self, points: Mapping[str, NDArray[Any]]) -> Mapping[str, NDArray[Any]]:
-        """Return points given along the dimensions, with all six ratios; arrays of one shape."""
+        """Return the coordinates of points together with all six ratios. All arrays have the same shape."""
         if not self.over_amplitudes or self.physical is None:
             return points
         return {**points, **self.physical.ratios_at(points, self.particle)}
@@ -255,12 +255,12 @@ class Study(Choice):
 
     @property
     def forced(self) -> bool:
-        """Whether a force on the structure excites it, instead of a shaken base."""
+        """Whether the excitation is a force on the structure, and not a shaken base."""
         return self.excitation == "force"
 
     @property
     def identities(self) -> Coordinates:
-        """The coordinates; points with equal ratios are equal."""
+        """The coordinates, which identify a point also across studies."""
         return self.coordinates
 
     @property
@@ -270,9 +270,7 @@ class Study(Choice):
 
     @property
     def whole_rows(self) -> bool:
-        """Whether each response continues from that at the previous frequency, so that a block must hold all
-        frequencies.
-        """
+        """Whether a block must hold all frequencies, because each response starts from the previous response."""
         return isinstance(self.start, Continuation)
 
     @property
@@ -287,13 +285,11 @@ class Study(Choice):
 
     @cached_property
     def digest(self) -> str:
-        """Digest of the study's content, 64 hexadecimal digits; see `damperlab.studies.digest`."""
+        """SHA-256 hash of the content of the study, 64 hexadecimal digits; see `damperlab.studies.digest`."""
         return study_digest(self)
 
     def settings(self) -> dict[str, Any] | None:
-        """Return everything that a point's values depend on except its coordinates; None if they depend on its
-        neighbours.
-        """
+        """Return all settings that affect the results at given coordinates, or None if `start` is not rest."""
         if self.start != "rest":
             return None
         settings: dict[str, Any] = self.model_dump(
@@ -304,9 +300,9 @@ class Study(Choice):
         if self.forced:
             settings["excitation"] = self.excitation
         if before := [name for name in BEFORE if name in self.coordinates]:
-            settings["before"] = before  # points of other dimensions are other points
+            settings["before"] = before  # points with different dimensions are different points
         if self.over_amplitudes and self.physical is not None:
-            # the ratios of force, clearance and base amplitude
+            # the ratios also depend on the structure and on the cavity
             given = self.physical.values()
             structure = {name: given.get(name) for name in ("mass_kg", "natural_frequency_hz")}
             structure |= {name: given[name] for name in MADE_BY.values() if name in given}
@@ -317,11 +313,11 @@ class Study(Choice):
 
     @property
     def attached(self) -> dict[str, str]:
-        """No files: the definition is complete."""
+        """An empty mapping: workers need no files besides the definition."""
         return {}
 
     def attachments(self) -> dict[str, bytes]:
-        """Return no files: the definition is complete."""
+        """Return an empty mapping: workers need no files besides the definition."""
         return {}
 
     def _repr_html_(self) -> str:
@@ -335,7 +331,7 @@ class Study(Choice):
         return dumped
 
     def _spec(self, name: str) -> AxisSpec:
-        # Validation leaves a ratio empty only if the physical block gives it or it belongs to an absent particle.
+        # a ratio is None only if the physical block determines the ratio, or if the particle is missing
         spec: AxisSpec = getattr(self.axes if name in Axes.model_fields else self, name)
         return spec
 
@@ -347,24 +343,24 @@ def _spelled(values: NDArray[np.float64]) -> str:
 
 
 def parse_study(document: object, shelf: Shelf | None = None) -> Study | Suite:
-    """Validate a study of either kind: one with `records` is a suite.
+    """Validate a study. A document with the key `records` is a ground-motion suite.
 
     Parameters
     ----------
     document : object
         The study as read from JSON or YAML.
     shelf : Shelf, optional
-        Source of a suite's records. A stored definition needs none.
+        Store of the records of a suite; not needed for a definition that was stored before.
 
     Returns
     -------
     Study or Suite
-        Valid, with all defaults.
+        The valid study, with all defaults.
 
     Raises
     ------
     StudyFaults
-        With every fault of the document.
+        If the document has faults; the error lists every fault.
     """
     if isinstance(document, Suite):
         return document
@@ -375,7 +371,7 @@ def parse_study(document: object, shelf: Shelf | None = None) -> Study | Suite:
 
 
 def parse_harmonic(document: object) -> Study:
-    """Validate a study of steady responses to a harmonic excitation; raises as `parse_study` does."""
+    """Validate a study of steady responses to a harmonic excitation. Faults are raised as by `parse_study`."""
     try:
         return Study.model_validate(document)
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""The digest of a study: equal studies have equal digests, however they are written."""
+"""The digest of a study, which does not depend on how the study is written."""
 
 import hashlib
 import json
@@ -14,16 +14,15 @@ if TYPE_CHECKING:
     from damperlab.studies.definition import Study
 
 _SCHEME = b"damperlab study 1"
-"""Change it when the same study is computed or stored differently, so that old answers are not taken for new ones."""
+"""Version of the digest. A change of computation or storage needs a new version, so that no old result is reused."""
 
 
 def study_digest(study: "Study") -> str:
-    """Return SHA-256 over the canonical content of a study, in hexadecimal.
+    """Return the SHA-256 hash of the canonical content of a study, in hexadecimal.
 
-    Axes count by their expanded values (float64, little endian), so a range and the equal list are one study. Key
-    order, the spelling of numbers and the name do not count. Nor does anything that the scene ignores: without a
-    particle its dimensions, its contact and its physical quantities. The physical block counts, because it is stored
-    with the answer and gives the coordinates their units.
+    The hash covers the expanded values of each axis (float64, little endian), so a range and an equal list have one
+    hash. The order of keys, the spelling of numbers, the name, and quantities that the scene ignores have no effect.
+    The physical block is part of the hash, because the block gives the coordinates units.
     """
     content = hashlib.sha256(_SCHEME)
     for name, values in study.coordinates.items():
@@ -47,10 +46,10 @@ def study_digest(study: "Study") -> str:
 
 
 def family_digest(study: AnyStudy, provenance: dict[str, str]) -> str:
-    """Return SHA-256 over everything that a point's values depend on except its coordinates, in hexadecimal.
+    """Return the SHA-256 hash of the settings and versions that determine the results at given coordinates.
 
-    Studies of one family differ only in their grids and metrics: a common point has the same bits. The digest is
-    empty, so that the study has no family, if a point depends on its neighbours or if the solver is unknown.
+    Studies with equal hashes form a family. At a common point, all studies of a family have bitwise equal results. The
+    hash is an empty string if the solver is unknown or if the `settings` of the study are None.
     """
     identity = provenance.get("identity")
     settings = study.settings()
@@ -68,7 +67,7 @@ def _bytes(values: NDArray[np.float64]) -> bytes:
 
 
 def feed(content: "hashlib._Hash", label: str, data: bytes) -> None:
-    """Add a labelled piece to a digest."""
-    # The length goes first: otherwise the end of one axis could be read as the start of the next.
+    """Add labelled data to a hash."""
+    # The length is hashed before the data. Otherwise the end of one axis could be read as the start of another axis.
     content.update(f"{label}:{len(data)}:".encode())
     content.update(data)

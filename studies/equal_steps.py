@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNEVEN = 0.02
-"""Largest allowed difference of a time from equal steps, over the step. Times with few digits may differ by more."""
+"""Largest deviation of a time from equal steps, as a fraction of the step. Times with few digits may deviate more."""
 TOO_FEW_DIGITS = "The times have too few digits: the step between the samples cannot be determined."
-"""The sentence for a step that is NaN."""
+"""Message for a step that cannot be determined, which `equal_step` returns as NaN."""
 KNOWN = 1e-3
-"""Largest relative uncertainty of a step at which whole numbers of samples in ten seconds, or of ms, are tried."""
+"""Largest relative uncertainty of a step at which whole samples in ten seconds and whole milliseconds are tried."""
 MOST_LIKELY = 3.0
-"""Whole numbers of samples per second are tried only within a range narrower than this [1/s]."""
+"""Whole samples per second are tried if the possible sampling rates span less than this [1/s]."""
 LEAST_ROUNDED = 3
-"""Fewest unequal steps that are attributed to rounding; fewer could equally be missing samples."""
+"""Smallest number of unequal steps that is attributed to rounding. Fewer unequal steps may be missing samples."""
 
 
 def resolution_of(written: Iterable[str]) -> float:
-    """Give the last digit of numbers as written: 0.01 for 0.25; 0 if one has an exponent."""
+    """Return the value of the last digit of numbers as written: 0.01 for 0.25. Return 0 if a number has an exponent."""
     decimals = 0
     for text in written:
         if re.search(r"[eEdD]", text):
@@ -30,16 +30,16 @@ def resolution_of(written: Iterable[str]) -> float:
 
 
 def wrong_step(line: int, before: float, at: float, usual: float) -> tuple[str, str]:
-    """Say what is wrong with a time [s] that breaks equal steps, and what to do.
+    """Return a message about a time [s] that breaks equal steps, and an advice.
 
     Parameters
     ----------
     line : int
-        Number of its line.
+        Number of the line with the time.
     before, at : float
-        The time before it, and the time.
+        Time in the previous line, and time in this line.
     usual : float
-        The step before it.
+        The median step.
     """
     if at <= before:
         told = (
@@ -61,17 +61,17 @@ def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int
     time : ndarray, shape (samples,)
         Times as written.
     resolution : float
-        In the unit of the times.
+        Value of the last digit of the times, in the unit of the times.
 
     Returns
     -------
     step : float
-        In the unit of the times. Rounding may make the steps unequal. Then the step is that of the only whole number of
-        samples per second (or per unit) that agrees with all times. Otherwise it is that of a whole number of samples
-        in ten seconds, or a whole number of milliseconds. It is NaN if none agrees, or several do. If a sample breaks
-        the steps, it is the usual step before that sample.
+        Step in the unit of the times. If rounding made the steps unequal, three kinds of steps are tried in this order:
+        whole samples per unit, whole samples in ten units, and whole thousandths of the unit. The step must agree with
+        all times. The result is NaN if no step agrees, or if several steps of one kind agree. If a sample breaks the
+        equal steps, the result is the median step.
     wrong : int or None
-        First sample that breaks the equal steps; None if there is none.
+        Index of the first sample that breaks the equal steps; None if the steps are equal.
     """
     counts = np.arange(time.size)
     steps = np.diff(time)

@@ -1,4 +1,4 @@
-"""A fault: an error in a study, its place, and the remedy."""
+"""A fault: an error in a study, with the place and the remedy."""
 
 import difflib
 import json
@@ -16,7 +16,7 @@ T = TypeVar("T")
 U = TypeVar("U")
 
 MAX_FAULTS = 100
-"""Largest number of faults listed in one answer; the rest is counted. This keeps the answer to a hostile document small."""
+"""Largest number of faults listed in one answer; further faults are only counted, which keeps the answer small."""
 
 WHOLE = "document"
 """Field name for an error of the document as a whole."""
@@ -34,24 +34,24 @@ _PLAIN_KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}\Z")
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong with a study.
+    """One error in a study.
 
     Parameters
     ----------
     field : str
-        Where, as a path into the document: ``axes.clearance_ratio[3]``; `WHOLE` for all of it.
+        Path of the faulty value in the document, as in ``axes.clearance_ratio[3]``; `WHOLE` for the whole document.
     found : str
-        The value found there.
+        The value found at this path.
     allowed : str
-        The values allowed there.
+        The values allowed at this path.
     advice : str
         The remedy.
     message : str
-        The error and the allowed values as a sentence; if empty, formed from the three before. ``{field}`` stands for
-        the field, since a larger document may contain this one later.
+        The error and the allowed values as a sentence. If empty, the sentence is formed from `field`, `found` and
+        `allowed`. ``{field}`` stands for the field, whose path changes if a larger document contains this document.
     meant : str
-        Of an unknown key, the key that it probably stands for; of a missing one, another that would give it. Empty
-        if there is none.
+        For an unknown key, the known key that was probably meant. For a missing key, another key that would give the
+        value. Empty if there is no such key.
     """
 
     field: str
@@ -62,7 +62,7 @@ class Fault:
     meant: str = ""
 
     def __post_init__(self) -> None:
-        """Shorten a name from the document, which may have keys of megabytes."""
+        """Shorten the field, because a key of a document may have megabytes."""
         if len(self.field) > _FIELD_SHOWN:
             object.__setattr__(self, "field", f"{self.field[:_FIELD_SHOWN]}…")
 
@@ -72,7 +72,7 @@ class Fault:
 
     @property
     def sentence(self) -> str:
-        """The error and the allowed values."""
+        """The error and the allowed values, as a sentence."""
         field = f"`{self.field}`" if self.field else "The value"
         if self.message:
             return self.message.replace("{field}", field)
@@ -81,11 +81,11 @@ class Fault:
         return f"{field} must be {self.allowed}, not {self.found}."
 
     def document(self) -> dict[str, str]:
-        """Give the fault as in problem documents; `message` is its sentence."""
+        """Return the fault as an entry of a problem document, with the property `sentence` as `message`."""
         return {name: getattr(self, name) for name in PARTS} | {"message": self.sentence}
 
     def under(self, parent: str) -> "Fault":
-        """Return the same fault, as seen from a document that contains this one at ``parent``."""
+        """Return the same fault for a larger document, which contains this document at the path ``parent``."""
         return replace(self, field=parent if parent and self.field == WHOLE else join(parent, self.field))
 
 
@@ -95,7 +95,7 @@ class StudyFaults(UserError, ValueError):
     Parameters
     ----------
     faults : iterable of Fault
-        At least one; beyond `MAX_FAULTS` they are counted, not listed.
+        At least one fault. The first `MAX_FAULTS` are listed, and the others are only counted.
     """
 
     def __init__(self, faults: Iterable[Fault]) -> None:
@@ -121,7 +121,7 @@ class StudyFaults(UserError, ValueError):
 
 
 def _once(faults: list[Fault]) -> list[Fault]:
-    """Leave out a missing key if an unknown key probably stands for it, because this is one mistake."""
+    """Omit the fault of a missing key if an unknown key was probably written in its place."""
     meant = {fault.meant for fault in faults if fault.meant and fault.found != NOTHING}
     return [
         fault
@@ -131,7 +131,7 @@ def _once(faults: list[Fault]) -> list[Fault]:
 
 
 def attempt(reading: Callable[[], T], otherwise: U, faults: list[Fault]) -> T | U:
-    """Read something; if it is refused, append its faults to `faults` and return a substitute."""
+    """Return the result of `reading`. If `reading` raises StudyFaults, append the faults and return `otherwise`."""
     try:
         return reading()
     except StudyFaults as refused:
@@ -140,14 +140,14 @@ def attempt(reading: Callable[[], T], otherwise: U, faults: list[Fault]) -> T | 
 
 
 def join(parent: str, child: str) -> str:
-    """Join two paths, as in ``axes.clearance_ratio`` or ``metrics[3]``; an empty part vanishes."""
+    """Join two paths, as in ``axes.clearance_ratio`` or ``metrics[3]``; an empty path is left out."""
     if not parent or not child:
         return parent or child
     return parent + child if child.startswith("[") else f"{parent}.{child}"
 
 
 def path(parts: Iterable[object]) -> str:
-    """Write a location in a document as text; an odd key is quoted and shortened."""
+    """Return the path of a location in a document. A key that is no identifier is quoted and shortened."""
     joined = ""
     for part in parts:
         if isinstance(part, int):
@@ -160,13 +160,13 @@ def path(parts: Iterable[object]) -> str:
 
 
 def printable(text: str) -> str:
-    """Return text that every encoder and terminal accepts: quoted, shortened, odd characters escaped."""
+    """Quote and shorten a text, and escape characters if the text is not printable."""
     shown = json.dumps(text[:_TEXT_SHOWN], ensure_ascii=not text[:_TEXT_SHOWN].isprintable())
     return shown if len(text) <= _TEXT_SHOWN else f"{shown}… ({len(text)} characters)"
 
 
 def describe(value: object) -> str:
-    """Describe a found value in a few words; never fails and never grows with the value."""
+    """Describe any value in a few words."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -187,7 +187,7 @@ def describe(value: object) -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """Write ``1 value``, ``2 values``, ``10,000 values``."""
+    """Return a number with a noun: ``1 value``, ``2 values``, ``10,000 values``."""
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
@@ -196,7 +196,7 @@ MEANT: dict[str, tuple[str, ...]] = {
     "excitation_frequency_hz": ("frequency_hz", "frequency_ratio"),
     **{ratio: (quantity,) for ratio, quantity in MADE_BY.items()},
 }
-"""Keys of one kind of document and their equivalents in another; the nearest spelling would be wrong."""
+"""Equivalent keys in another kind of document. For these keys, a suggestion by spelling would be wrong."""
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -209,7 +209,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def write_nearest(word: object, known: Iterable[str], otherwise: str = "choose one of these") -> str:
-    """Advise a known word with similar spelling; give `otherwise` if there is none."""
+    """Return the advice to write a known word with similar spelling, or `otherwise` if no known word is similar."""
     near = nearest(word, known) if isinstance(word, str) else None
     return f"write {near}" if near else otherwise
 
@@ -234,9 +234,9 @@ def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Contain
     key : object
         The key.
     known : tuple of str
-        The keys that are allowed there.
+        The allowed keys.
     beside : container
-        The keys that are present there, which are not suggested.
+        Other keys of the same mapping, which are not suggested.
     """
     left = [name for name in known if name not in beside]
     near = nearest(key, left) if isinstance(key, str) else None

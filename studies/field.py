@@ -1,7 +1,4 @@
-"""A field of a question: defined once, with the question, and offered by every interface.
-
-The HTTP query, the command line and the client derive their names, types, defaults, limits and help from it.
-"""
+"""The fields of questions about a study, from which every interface derives names, types, defaults, limits and help."""
 
 import math
 from collections.abc import Mapping
@@ -14,16 +11,16 @@ Range = tuple[float, float]
 """Lowest and highest value."""
 
 Ranges = Mapping[str, Range]
-"""Ranges by the name of a dimension or of a result."""
+"""Ranges. The keys are names of dimensions or results."""
 
 At = Mapping[str, float | str]
-"""Values of dimensions by name; the value of a record is its name."""
+"""Values of dimensions by name; the value of the dimension `record` is a name."""
 
 Door = Literal["http", "command", "client"]
 DOORS: tuple[Door, ...] = get_args(Door)
 
 NONE: Mapping[str, Any] = MappingProxyType({})
-"""Empty mapping; read-only."""
+"""A read-only empty mapping."""
 
 _T = TypeVar("_T")
 
@@ -35,29 +32,29 @@ class Field:
     Parameters
     ----------
     help : str
-        Its meaning, in sentences. They name the unit and the default if the type does not show them.
+        Meaning of the field, with unit and default if the type does not show them.
     least, above, most : float, optional
-        Limits of a number; `above` itself is excluded.
+        Limits of a number; the value `above` itself is excluded.
     allowed : tuple of str
         Allowed names; empty if every name is allowed.
     meanings : mapping of str
-        Meaning of each name.
+        Meaning of each allowed name.
     form : str
-        How the command line writes a value, as in ``LO,HI``.
+        Form of a value on the command line, as in ``LO,HI``.
     example : str
-        A value for the HTTP reference.
+        Example of a value, shown in the HTTP reference.
     key : str
-        Its name in a query.
+        Name of the field in an HTTP query.
     options : tuple of str
-        Its spellings on the command line; a list repeats the option.
+        Names of the option on the command line.
     doors : tuple of str
-        The interfaces that offer the field; an interface that handles the value itself is left out.
+        Interfaces that offer the field. An interface that sets the field by itself is left out.
     studies : bool
-        Whether it names other studies, whose results are part of the answer.
+        Whether the values of the field are names of other studies, whose results the answer contains.
     default : object
-        Its default; `MISSING` for none.
+        Default of the field; `MISSING` if the field is required.
     name, type
-        Name of the dataclass field; filled in by `fields_of`.
+        Name and type of the dataclass field, filled in by `fields_of`.
     """
 
     help: str
@@ -78,7 +75,7 @@ class Field:
 
     @property
     def core(self) -> Any:
-        """The type without None."""
+        """The type of the field, without None."""
         if get_origin(self.type) in (Union, UnionType):
             (core,) = (each for each in get_args(self.type) if each is not type(None))
             return core
@@ -86,27 +83,27 @@ class Field:
 
     @property
     def needed(self) -> bool:
-        """Whether it has no default."""
+        """Whether the field is required, because it has no default."""
         return self.default is MISSING
 
     @property
     def is_named(self) -> bool:
-        """Whether it holds values, or ranges of values, by the names of dimensions."""
+        """Whether the field maps names of dimensions to values or ranges."""
         return get_origin(self.core) is get_origin(Ranges)
 
     @property
     def is_list(self) -> bool:
-        """Whether it holds any number of names."""
+        """Whether the field holds a list of names."""
         return get_args(self.core)[1:] == (Ellipsis,)
 
     @property
     def is_repeated(self) -> bool:
-        """Whether the option is repeated for each value; else one text lists the values, as in ``A,B``."""
+        """Whether the option of a list is repeated for each value. Otherwise a text lists all values: ``A,B``."""
         return self.is_list and "," not in self.form
 
     @property
     def is_range(self) -> bool:
-        """Whether it is a pair of lowest and highest value."""
+        """Whether the field is a range: a pair of lowest and highest value."""
         return bool(self.core == Range)
 
 
@@ -116,9 +113,9 @@ def asked(default: Any, help: str, **more: Any) -> Any:
     Parameters
     ----------
     default : object
-        Its default; `MISSING` for none.
+        Default of the field; `MISSING` if the field is required.
     help, **more
-        As in `Field`.
+        The parameters of `Field`.
     """
     about = {"field": Field(help, default=default, **more)}
     if isinstance(default, Mapping):  # a dataclass cannot take a mutable default directly
@@ -127,13 +124,13 @@ def asked(default: Any, help: str, **more: Any) -> Any:
 
 
 def asked_at() -> Any:
-    """Define the field that fixes a design or another point of a study; it is the same in every question."""
+    """Define the field `at`, which fixes values of dimensions."""
     return asked(NONE, "Fix a dimension at the grid point nearest to a value.", form="DIMENSION=VALUE")
 
 
 @cache
 def fields_of(question: type) -> tuple[Field, ...]:
-    """Give the fields of a question in order, with the types and defaults of the dataclass."""
+    """Return the fields of a question in order, with the types and defaults of the dataclass."""
     hints = get_type_hints(question)
     found = []
     for each in fields(question):
@@ -147,7 +144,7 @@ def fields_of(question: type) -> tuple[Field, ...]:
 
 
 def words_of(limited: Field) -> str:
-    """Describe the limits of a number in words; empty without limits."""
+    """Describe the limits of a number in words. Return an empty text if there are no limits."""
     below = "" if limited.most is None else f"at most {limited.most:g}"
     if limited.above is not None:
         above = f"above {limited.above:g}"
@@ -160,7 +157,7 @@ def words_of(limited: Field) -> str:
 
 
 def admits(limited: Field, value: float) -> bool:
-    """Whether a number is finite and within the limits of its field."""
+    """Return whether a number is finite and within the limits of its field."""
     low = (limited.least is None or value >= limited.least) and (
         limited.above is None or value > limited.above
     )
@@ -173,10 +170,7 @@ def option_of(name: str) -> str:
 
 
 def given(question: object) -> dict[str, Any]:
-    """Give the fields of a question that differ from their defaults, by name.
-
-    Defaults are omitted, because each kind of study refuses the fields of other kinds.
-    """
+    """Return the fields of a question whose values differ from the defaults, by name."""
     kind: Any = type(question)
     values = ((each, getattr(question, each.name)) for each in fields_of(kind))
     return {each.name: value for each, value in values if value != each.default}

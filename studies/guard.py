@@ -1,4 +1,4 @@
-"""Checks before a document is read: one that is too large, too deep or malformed is refused quickly."""
+"""Check a document before validation, and quickly refuse a document that is too large, too deep or malformed."""
 
 from typing import Any, Literal
 
@@ -22,20 +22,17 @@ OTHER: dict[Kind, tuple[Kind, str]] = {
     "study": ("specification", "damperlab design"),
     "specification": ("study", "damperlab run"),
 }
-"""For each kind of document, the other kind that may be given by mistake, and the command that takes it."""
+"""For each kind of document, the other kind that may be given by mistake, and the command for that other kind."""
 
 
 class Repeated(dict[str, Any]):
-    """A mapping that was written with a repeated key.
-
-    JSON and YAML readers silently keep the last value; this one remembers the keys so that they can be refused.
-    """
+    """A mapping that was written with repeated keys, which are stored so that they can be refused."""
 
     keys_repeated: tuple[str, ...] = ()
 
 
 def mapping(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """Build a mapping from its pairs as written, and remember repeated keys."""
+    """Return a mapping of the pairs of a document. If keys are repeated, the mapping is a `Repeated`."""
     built = dict(pairs)
     if len(built) == len(pairs):
         return built
@@ -65,13 +62,12 @@ def repeated_keys(document: object) -> list[Fault]:
 
 
 def refuse_the_other(document: object, wanted: Kind) -> None:
-    """Refuse a specification given as a study, or a study given as a specification, in one fault that names the right
-    command.
+    """Refuse a specification given as a study, or a study given as a specification. The fault names the right command.
 
     Raises
     ------
     StudyFaults
-        If its keys belong only to the other kind.
+        If the keys of the document belong only to the other kind.
     """
     keys = document.keys() if isinstance(document, dict) else ()
     is_study, is_specification = (
@@ -86,19 +82,19 @@ def refuse_the_other(document: object, wanted: Kind) -> None:
 
 
 def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
-    """Return the document, a mapping of bounded depth and size, and the faults that its text reader recorded.
+    """Check that a document is a mapping of bounded depth and size, and collect repeated keys.
 
     Returns
     -------
     document : dict
-        The document itself.
+        The document itself, unchanged.
     faults : list of Fault
-        Repeated keys.
+        A fault for each repeated key.
 
     Raises
     ------
     StudyFaults
-        If the document is no mapping, or is too deep, too large or too odd to examine.
+        If the document is no mapping, is too deep or too large, or has keys or values that are not plain data.
     """
     if not isinstance(document, dict):
         raise StudyFaults([_no_mapping(document)])
@@ -137,7 +133,7 @@ def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
 
 
 def _oddities(where: tuple[object, ...], key: object, value: object) -> list[Fault]:
-    """Find keys and values that no JSON or YAML study has, so that later code need not handle them."""
+    """Find keys that are not printable text, and values that are not plain data."""
     if not isinstance(key, str) or not key.isprintable():
         return [
             Fault(

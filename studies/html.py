@@ -1,4 +1,4 @@
-"""Notebook display of an object: a heading and a small table, escaped."""
+"""Display of an object in a notebook: a heading and a small table, as escaped HTML."""
 
 from collections.abc import Iterable
 from html import escape
@@ -12,7 +12,7 @@ def card(heading: str, rows: Iterable[tuple[str, object]]) -> str:
     heading : str
         Heading of the object.
     rows : iterable of (str, object)
-        Name and value; rows whose value is None are dropped.
+        Name and value of each row; rows whose value is None are left out.
     """
     cells = "".join(
         f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(str(value))}</td></tr>'

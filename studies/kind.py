@@ -13,7 +13,7 @@ class AnyStudy(Protocol):
 
     @property
     def name(self) -> str:
-        """Free text."""
+        """Name of the study, any text."""
 
     @property
     def coordinates(self) -> Mapping[str, NDArray[Any]]:
@@ -25,7 +25,7 @@ class AnyStudy(Protocol):
 
     @property
     def identities(self) -> Mapping[str, NDArray[Any]]:
-        """The coordinates that distinguish points of different studies, in the same order."""
+        """Coordinates by which points of different studies are compared, in the order of `coordinates`."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -45,31 +45,27 @@ class AnyStudy(Protocol):
 
     @property
     def whole_rows(self) -> bool:
-        """Whether a block must contain the complete last dimension, because each point there starts from the previous
-        one.
-        """
+        """Whether a block must hold all of the last dimension, because each point starts from the previous point."""
 
     @property
     def digest(self) -> str:
-        """Digest of the study's content, 64 hexadecimal digits."""
+        """SHA-256 hash of the content of the study, 64 hexadecimal digits."""
 
     def settings(self) -> dict[str, Any] | None:
-        """Give everything that a point's values depend on except its coordinates; None if they depend on its
-        neighbours.
-        """
+        """Return all settings that determine the results at given coordinates, or None if results cannot be shared."""
 
     @property
     def attached(self) -> Mapping[str, str]:
-        """The files that workers need as well as the definition: their keys in the cube, and the SHA-256 of each."""
+        """SHA-256 hash of each file that workers need besides the definition, by the key of the file in the cube."""
 
     def attachments(self) -> dict[str, bytes]:
-        """Give these files by their keys.
+        """Return the attached files by their keys in the cube.
 
         Raises
         ------
         StudyFaults
-            If their sources are not available.
+            If the sources of the files are not available.
         """
 
     def document(self) -> dict[str, Any]:
-        """Give the study as JSON-able data that parses back to an equal study."""
+        """Return the study as JSON-able data that parses back to an equal study."""

@@ -1,7 +1,4 @@
-"""The kinds of study: one table of their differences in questions and storage.
-
-The worker decides how a point is computed, by the class of the definition.
-"""
+"""The kinds of study, and how these kinds differ in questions and storage."""
 
 from collections.abc import Collection, Container, Mapping
 from dataclasses import dataclass
@@ -25,28 +22,29 @@ class Kind:
     Parameters
     ----------
     words : str
-        Its name in a sentence.
+        Name of the kind in a sentence.
     dimensions : tuple of str
-        The dimensions of its cube, in order.
+        Dimensions of the cube, in order.
     variables : mapping of Variable
-        Every result variable that it may store, by name.
+        Every result variable that a study may store, by name.
     metric : str
         The result that a question uses by default.
     designs : tuple of str
-        The dimensions that a designer chooses; the others are conditions.
+        Dimensions that a designer chooses. The other dimensions are conditions.
     uncontrolled : str
-        The dimension that no designer controls; if a question does not fix it, the answer is the worst over it.
+        Dimension that no designer controls. If a question leaves the dimension free, the answer is the worst value
+        along the dimension.
     worst : str
-        The sentence that describes such a worst value. ``{count}`` stands for the number of values of the uncontrolled
-        dimension, ``{band}`` for the range of frequencies.
+        Sentence that describes the worst value along the uncontrolled dimension. ``{count}`` stands for the number of
+        values of this dimension, ``{band}`` for the range of frequencies.
     also : tuple of str
-        Further dimensions that no designer controls; by default a map shows the worst over them too.
+        Further dimensions that no designer controls. A map shows the worst value along these dimensions by default.
     axes : tuple of str
-        Dimensions in the order in which a map takes its axes by default; those with only one value come last.
+        Dimensions that become axes of a map by default, in order of preference. Dimensions with one value come last.
     ranking : frozenset of str
-        Fields of `Judging` and `Ranking` that apply to it.
+        Fields of `Judging` and `Ranking` that apply to studies of this kind.
     instead : str
-        Advice for questions that it cannot answer.
+        Advice if a question has a field that does not apply to this kind.
     """
 
     words: str
@@ -136,14 +134,14 @@ EVERY_VARIABLE: tuple[str, ...] = tuple(dict.fromkeys(name for kind in KINDS for
 
 
 def kind_of(dimensions: Container[Any]) -> Kind:
-    """Give the kind of a study by the dimensions of its cube: only a ground-motion suite has records."""
+    """Return the kind of a study from the dimensions of its cube. Only a ground-motion suite has records."""
     if RECORD in dimensions:
         return SUITE
     return AMPLITUDES if AMPLITUDE in dimensions else HARMONIC
 
 
 def kind_of_definition(definition: Mapping[str, Any]) -> Kind:
-    """Give the kind of a study by its definition: a ground-motion suite names its records."""
+    """Return the kind of a study from its definition. Only a ground-motion suite has the key `records`."""
     if "records" in definition:
         return SUITE
     crossed = over_amplitudes(definition.get("physical"), definition.get("particle", True) is not False)
@@ -151,7 +149,7 @@ def kind_of_definition(definition: Mapping[str, Any]) -> Kind:
 
 
 def before_of(definition: Mapping[str, Any]) -> tuple[str, ...]:
-    """Name the additional leading dimensions of the cube of a harmonic study, from its definition."""
+    """Return the optional dimensions that come first in the cube of a harmonic study, from its definition."""
     physical = definition.get("physical")
     given = physical if isinstance(physical, Mapping) else {}
     if definition.get("particle", True) is False:
@@ -162,7 +160,7 @@ def before_of(definition: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def dimensions_of_definition(definition: Mapping[str, Any]) -> tuple[str, ...]:
-    """Give the dimensions of a study's cube by its definition."""
+    """Return the dimensions of the cube of a study, from its definition."""
     kind = kind_of_definition(definition)
     return (*before_of(definition), *kind.dimensions) if kind is HARMONIC else kind.dimensions
 
@@ -170,16 +168,16 @@ def dimensions_of_definition(definition: Mapping[str, Any]) -> tuple[str, ...]:
 def shown_axes(
     sizes: Mapping[str, int], x: str | None, y: str | None, taken: Collection[str | None]
 ) -> tuple[str, str]:
-    """Complete the unnamed axes with dimensions that vary and are not used otherwise.
+    """Return the two axes of a map. An axis that is not given is chosen among the dimensions without another use.
 
     Parameters
     ----------
     sizes : mapping of int
         Points along each dimension.
     x, y : str, optional
-        The named axes, as ratios or in units.
+        Axes that the question names: names of ratios, or of quantities in units.
     taken : collection of str
-        Dimensions that the question uses for another purpose, as ratios or in units.
+        Dimensions that the question uses for another purpose: names of ratios, or of quantities in units.
     """
     favourites = [name for name in kind_of(sizes).axes if name in sizes]
     used = {
@@ -188,6 +186,6 @@ def shown_axes(
     }
     free = [name for name in favourites if name not in used]
     free.sort(key=lambda name: sizes[name] == 1)
-    # if none is left, the question is refused because it names a dimension twice
+    # if no dimension is left, both axes have the same dimension, and the question is refused
     free += favourites
     return x or free.pop(0), y or free.pop(0)

@@ -1,4 +1,4 @@
-"""Which result variables a study stores."""
+"""Read the list of result variables that a study stores."""
 
 from collections.abc import Collection
 
@@ -20,12 +20,12 @@ def read_metrics(raw: object, variables: Collection[str], field: str = "") -> tu
     Returns
     -------
     tuple of str
-        In the cube's order, always with `status`: without it no value can be judged.
+        Names in the cube's order. `status` is always included, because it shows whether the other values are valid.
 
     Raises
     ------
     StudyFaults
-        With every fault.
+        If the list has faults; the error lists every fault.
     """
     if not isinstance(raw, list | tuple) or not raw:
         allowed = "a list of at least one name of a result variable"

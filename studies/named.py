@@ -1,4 +1,4 @@
-"""The named studies and specifications of the package, in their original text: YAML in UTF-8 with comments."""
+"""The named studies and specifications of the package, as YAML text in UTF-8 with comments."""
 
 from functools import cache
 from importlib.resources import files
@@ -6,13 +6,13 @@ from importlib.resources import files
 
 @cache
 def named_texts() -> dict[str, bytes]:
-    """Give the named studies, by name."""
+    """Return the text of each named study, by its name."""
     return _texts("catalog")
 
 
 @cache
 def named_specifications() -> dict[str, bytes]:
-    """Give the named specifications of designs, by name."""
+    """Return the text of each named specification, by its name."""
     return _texts("specification/catalog")
 
 

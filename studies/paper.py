@@ -9,14 +9,14 @@ import yaml
 
 @dataclass(frozen=True)
 class PaperNumber:
-    """A number as printed.
+    """A number as the paper prints it.
 
     Parameters
     ----------
     value : float
-        In the unit with which the name ends; a ratio if it ends with none.
+        Value in the unit at the end of the name; a ratio if the name ends without a unit.
     place : str
-        Where the paper prints it.
+        Table or section of the paper that prints the number.
     """
 
     value: float

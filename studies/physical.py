@@ -1,4 +1,4 @@
-"""A physical case: masses, forces and lengths in SI units, and the ratios that follow."""
+"""A physical case: masses, forces and lengths in SI units, and the ratios derived from these quantities."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -82,13 +82,14 @@ def _read_constant(raw: object) -> str | None:
 
 
 class Physical(Choice):
-    """A physical case; each entry is a number or an axis.
+    """A physical case. Each entry is a number or an axis, except `constant`.
 
-    A ratio is derived if its own quantity is given: `clearance_m` gives the clearance ratio, and needs
-    `base_amplitude_m`. If the base amplitude is an axis of a damper with fixed force and clearance, the study is one
-    over base amplitudes (`damperlab.studies.amplitudes`). There `constant` may keep the velocity or the acceleration
-    of the base the same at every frequency; `base_amplitude_m` is then the amplitude at the natural frequency. Under
-    a force on the structure the static displacement F₀/k replaces the base amplitude; `force_n` determines it.
+    A ratio is derived if the block gives the quantity that belongs to the ratio. For example, `clearance_m` gives the
+    clearance ratio, and requires `base_amplitude_m`. If the base amplitude is an axis while friction force and
+    clearance of the damper are fixed, the study is over base amplitudes (see `damperlab.studies.amplitudes`). In such a
+    study `constant` may keep the velocity or the acceleration of the base the same at every frequency;
+    `base_amplitude_m` is then the amplitude at the natural frequency. Under a force on the structure the static
+    displacement F₀/k replaces the base amplitude, and `force_n` determines this displacement.
     """
 
     mass_kg: Annotated[AxisSpec | None, along(MASS)] = None
@@ -117,12 +118,12 @@ class Physical(Choice):
     ] = None
 
     def values(self) -> dict[str, NDArray[np.float64]]:
-        """Return the given quantities, expanded."""
+        """Return the values of the given quantities, by name."""
         given = {quantity.name: getattr(self, quantity.name) for quantity in QUANTITIES}
         return {name: axis_values(spec) for name, spec in given.items() if spec is not None}
 
     def over_amplitudes(self, particle: bool) -> bool:
-        """Whether it describes dampers over base amplitudes."""
+        """Return whether the block describes a study over base amplitudes."""
         return over_amplitudes(dict(self), particle)
 
     def ratios_at(self, points: Values, particle: bool) -> dict[str, NDArray[np.float64]]:
@@ -131,16 +132,17 @@ class Physical(Choice):
         Parameters
         ----------
         points : mapping of ndarray
-            `clearance_m`, `friction_force_n`, `base_amplitude_m`, and `frequency_ratio` if `constant` is given; arrays
-            that broadcast.
+            Arrays of `clearance_m`, `friction_force_n` and `base_amplitude_m`, and of `frequency_ratio` if `constant`
+            is given. The arrays must broadcast together.
         particle : bool
             Whether the scene has a particle.
 
         Returns
         -------
         dict of ndarray
-            `clearance_ratio` and `friction_ratio`, with the same bits as in a study of that point alone; 0 if the
-            damper has no particle or no friction. Also those of `BEFORE`, if the block determines them.
+            `clearance_ratio` and `friction_ratio`, bitwise equal to those of a single point. `clearance_ratio` is 0
+            without a particle, and `friction_ratio` is 0 without friction. The ratios of `BEFORE` are added if the
+            block determines these ratios.
         """
         given = {**self.values(), **points}
         given[AMPLITUDE] = base_amplitudes(given[AMPLITUDE], points.get(_FREQUENCY), self.constant)
@@ -164,11 +166,11 @@ class Derivation:
     source : str
         The quantity whose presence triggers the derivation.
     partners : tuple of str
-        The other quantities that it needs.
+        The other quantities that the derivation needs.
     law : callable
-        Function from the expanded quantities to the ratio.
+        Function that computes the ratio from arrays of the quantities.
     of_particle : bool
-        Whether a scene without a particle ignores it.
+        Whether a scene without a particle ignores the ratio.
     proportional : bool
         Whether the ratio is proportional to the source.
     """
@@ -181,10 +183,7 @@ class Derivation:
     proportional: bool = True
 
     def values(self, given: Values) -> NDArray[np.float64]:
-        """Return the ratio's values in increasing order, float64 of one dimension.
-
-        At most one of the quantities may be an axis; the ratio may fall while that quantity grows.
-        """
+        """Return the ratio as a sorted 1-D float64 array. At most one of the quantities may be an axis."""
         return np.sort(self.law(given)) + 0.0
 
 
@@ -197,12 +196,12 @@ def _critical(of: Values) -> NDArray[np.float64]:
 
 
 def _weight(of: Values) -> NDArray[np.float64]:
-    """Give g over Z·ω_n²."""
+    """Return g/(Z·ω_n²), the acceleration of gravity as a ratio."""
     return STANDARD_GRAVITY / ((2.0 * math.pi * of["natural_frequency_hz"]) ** 2 * of["base_amplitude_m"])
 
 
 def lying(of: Values) -> float | NDArray[np.float64]:
-    """Give the share of the particle's weight that presses on the floor of its cavity."""
+    """Return the share of the particle's weight that presses on the floor of the cavity."""
     if "tilt_deg" not in of:
         return 1.0
     return np.where(of["tilt_deg"] == 90.0, 0.0, cos(RADIAN * of["tilt_deg"]))
@@ -241,7 +240,7 @@ DERIVATIONS: dict[str, Derivation] = {
         ),
     )
 }  # fmt: skip
-"""The derivation of each ratio from physical quantities; k = M·ω_n²."""
+"""Derivation of each ratio from physical quantities, with the stiffness k = M·ω_n²."""
 
 
 def derivations(given: Mapping[str, object], particle: bool) -> list[Derivation]:
@@ -250,7 +249,7 @@ def derivations(given: Mapping[str, object], particle: bool) -> list[Derivation]
 
 
 def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
-    """Find faults between the entries of a physical block; raw entries may be faulty on their own."""
+    """Return a fault for each violated rule between entries of a physical block. Single entries may be invalid too."""
     faults: list[Fault] = []
     made = derivations(raw, particle)
     crossed = over_amplitudes(raw, particle)
@@ -298,7 +297,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
 
 
 def _constant_alone(raw: Mapping[str, Any], particle: bool) -> Fault:
-    """Advise how to write a study over base amplitudes: even a single amplitude is a list."""
+    """Return the fault of `constant` outside a study over base amplitudes, and advise how to write such a study."""
     constant = raw["constant"]
     amplitude = raw.get(AMPLITUDE)
     one = isinstance(amplitude, int | float) and not isinstance(amplitude, bool)
@@ -315,12 +314,12 @@ def _constant_alone(raw: Mapping[str, Any], particle: bool) -> Fault:
 
 
 def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]) -> list[Fault]:
-    """Find derived ratios that exceed their bounds, of a physical block that is valid in itself.
+    """Find derived ratios that are out of bounds or not distinct. The physical block itself must be valid.
 
     Parameters
     ----------
     physical : Physical
-        The block.
+        The physical block.
     particle : bool
         Whether the scene has a particle.
     band : ndarray
@@ -348,9 +347,7 @@ def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]
 
 
 def _corners(physical: Physical, source: str, band: NDArray[np.float64]) -> Values:
-    """Return the quantities at all 8 combinations of the ends of a damper's axis, of the base amplitudes and of the
-    band.
-    """
+    """Return the quantities at the 8 corners of the ranges of `source`, base amplitude and frequency ratio."""
     given = physical.values()
     own, amplitude, r = (
         ends.ravel()

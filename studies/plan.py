@@ -1,4 +1,4 @@
-"""A plan: the grid of a study divided into blocks, lazily, as a function of the study alone."""
+"""The division of the grid of a study into blocks, which are created on demand."""
 
 import math
 from collections.abc import Callable
@@ -12,24 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 from damperlab.studies.kind import AnyStudy
 
 Cost = Callable[[AnyStudy, dict[str, NDArray[Any]]], NDArray[np.float64]]
-"""Function from a study and the coordinates of N points, each of shape (N,), to the positive seconds per point, (N,).
-"""
+"""Function from a study and the coordinates of N points to the expected seconds of each point, shape (N,), above 0."""
 
 BLOCK_SECONDS = 2.0
-"""Expected time of a block of a long study: long compared with scheduling and storing, short for a person."""
+"""Expected time of a block of a long study. Scheduling and storing a block take much less time."""
 
 SHORTEST_BLOCK_SECONDS = 0.125
-"""Below this time a block is mostly overhead, so a small study gets few blocks."""
+"""Shortest time for which a block is planned. A shorter block would be mostly overhead."""
 
 SLOWEST_BLOCK_SECONDS = 10.0
 """Expected time of a block in the slowest part of a study."""
 
 BALANCED_BLOCKS = 32
-"""Fewest blocks of a study of a few seconds or more; with so many, the last block leaves few workers idle."""
+"""Smallest number of blocks of a study that takes a few seconds or more, so that few workers are idle at the end."""
 
 MAX_BLOCK_POINTS = 65_536
 MAX_BLOCKS = 50_000
-"""More blocks would arrive faster than one scheduler distributes them; see docs/scheduling.md."""
+"""Largest number of blocks of a study, limited by the speed of one scheduler; see docs/scheduling.md."""
 
 _SAMPLES = {
     "clearance_ratio": 7,
@@ -38,20 +37,18 @@ _SAMPLES = {
     "record": 16,
     "base_amplitude_m": 7,
 }
-"""Values along a dimension at which the cost is sampled."""
+"""Number of values along each dimension at which the cost is sampled."""
 _FEWEST_SAMPLES = 3
 _SAMPLED = 16
-"""Number of points of a block at which the cost is sampled; its middle alone may be at the resonance."""
+"""Largest number of points at which the cost of a block is sampled."""
 _MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 2
-"""Largest number of points at which the cost of a plan is computed, and smallest number in each block. The second limit
-takes precedence.
-"""
+"""Largest number of sampled points in a plan, and smallest number in a block. The limit in a block takes precedence."""
 _BLOCKS_AT_ONCE = 1024
 
 
 @dataclass(frozen=True)
 class Block:
-    """A box of the grid, one chunk of the cube.
+    """A box of the grid, stored as one chunk of the cube.
 
     Parameters
     ----------
@@ -67,7 +64,7 @@ class Block:
 
     @classmethod
     def whole(cls, shape: tuple[int, ...]) -> "Block":
-        """Make the block that holds a whole grid of this shape."""
+        """Return one block that covers a whole grid of this shape."""
         return cls(0, (0,) * len(shape), shape)
 
     @property
@@ -77,14 +74,12 @@ class Block:
 
     @property
     def points(self) -> int:
-        """Design points in the box."""
+        """Number of design points in the box."""
         return math.prod(self.shape)
 
 
 class Plan:
-    """The blocks of a study: equal boxes, smaller at the upper edges if the shape does not divide.
-
-    It stores no list of points or blocks; its only arrays have one number per block.
+    """The blocks of a study. All blocks have the same shape, except for smaller blocks at the upper edges of the grid.
 
     Parameters
     ----------
@@ -112,7 +107,7 @@ class Plan:
         Raises
         ------
         IndexError
-            If there is no block of that number.
+            If there is no block with this number.
         """
         if not 0 <= index < self.count:
             raise IndexError(f"block {index} of a plan of {self.count} blocks")
@@ -127,11 +122,11 @@ class Plan:
 
     @cached_property
     def block_seconds(self) -> NDArray[np.float64]:
-        """Expected seconds of each block, from the cost at points spread over it: shape (count,)."""
+        """Expected seconds of each block, from the cost at points spread over the block; shape (count,)."""
         return self.seconds_of(np.arange(self.count))
 
     def seconds_of(self, blocks: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Expected seconds of some blocks, (N,)."""
+        """Return the expected seconds of some blocks, shape (N,)."""
         seconds = np.empty(len(blocks))
         samples = min(_SAMPLED, math.prod(self.chunk), max(_FEWEST_SAMPLED, _MOST_SAMPLED // self.count))
         places = _lattice(samples, len(self.shape))
@@ -142,7 +137,7 @@ class Plan:
         return seconds
 
     def _within(self, indices: NDArray[np.int64], places: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        """Return the coordinates of points at the same relative positions of each block, one block after the other."""
+        """Return the coordinates of points at equal relative positions in each block, one block after the other."""
         points: dict[str, NDArray[Any]] = {}
         for (name, values), position, size, place in zip(
             self._coordinates.items(), np.unravel_index(indices, self.grid), self.chunk, places.T, strict=True
@@ -168,12 +163,12 @@ class Plan:
         return float(self.block_seconds.sum())
 
     def order(self, indices: ArrayLike | None = None) -> NDArray[np.int64]:
-        """Return block indices, the longest expected first; equal ones in the order of their numbers.
+        """Return block indices by decreasing expected time. Blocks of equal time keep the order of their numbers.
 
         Parameters
         ----------
         indices : array of int, optional
-            The blocks to order, each once; all of them by default.
+            The blocks to order, each once; all blocks by default.
         """
         chosen = np.arange(self.count) if indices is None else np.sort(np.asarray(indices, dtype=np.int64))
         ordered: NDArray[np.int64] = chosen[np.argsort(-self.block_seconds[chosen], kind="stable")]
@@ -183,9 +178,9 @@ class Plan:
 def make_plan(study: AnyStudy, cost: Cost) -> Plan:
     """Cut a study into blocks of about two seconds.
 
-    A short study gets shorter blocks, to keep `BALANCED_BLOCKS` of them. No block has more than
-    `MAX_BLOCK_POINTS` points, and there are no more than `MAX_BLOCKS` blocks, which then take longer. Rows that must
-    not be divided (`AnyStudy.whole_rows`) stay complete, however long.
+    A short study gets shorter blocks, so that it has `BALANCED_BLOCKS` blocks. These blocks still take
+    `SHORTEST_BLOCK_SECONDS` or more. A very long study gets longer blocks, so that it has at most `MAX_BLOCKS` blocks.
+    A block has at most `MAX_BLOCK_POINTS` points. Rows that must stay complete (`AnyStudy.whole_rows`) may have more.
     """
     mean, most = _sampled_cost(study, cost)
     shape = study.shape
@@ -197,7 +192,7 @@ def make_plan(study: AnyStudy, cost: Cost) -> Plan:
         rows = chunk_of(shape[:-1], max(1, size // shape[-1]))
         return plan_with_chunk(study, (*rows, shape[-1]), cost)
     chunk = chunk_of(shape, size)
-    # Complete rows are preferred to exact sizes, which may make more blocks than requested.
+    # `chunk_of` prefers complete rows to the exact size, so there may be more blocks than requested.
     while math.prod(-(-n // c) for n, c in zip(shape, chunk, strict=True)) > MAX_BLOCKS:
         size += -(-size // 4)
         chunk = chunk_of(shape, size)
@@ -210,7 +205,7 @@ def plan_with_chunk(study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> Plan
     Raises
     ------
     ValueError
-        If `chunk` is no shape of a block of this study, or divides rows that must not be divided.
+        If blocks of this study cannot have the shape `chunk`, or if `chunk` divides rows that must stay complete.
     """
     shape = study.shape
     if study.whole_rows and chunk[-1] != shape[-1]:
@@ -223,8 +218,7 @@ def plan_with_chunk(study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> Plan
 def chunk_of(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
     """Return the shape of boxes of at most `size` points that divide a grid evenly.
 
-    The first dimensions are divided first, so that the last ones stay complete if possible. The very last is the
-    frequency: a response curve is then read from few chunks.
+    The first dimensions are divided first, so that response curves along the last dimension are read from few chunks.
     """
     chunk = []
     for length in reversed(shape):
@@ -240,7 +234,7 @@ def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
     picked = []
     for name, values in study.coordinates.items():
         count = min(len(values), _SAMPLES.get(name, _FEWEST_SAMPLES))
-        # The centres of equal parts are sampled, because the ends of an axis represent a smaller part of it.
+        # the centres of equal parts are sampled, because each end of an axis represents fewer points
         picked.append(values[((np.arange(count) + 0.5) * len(values) / count).astype(np.int64)])
     mesh = np.meshgrid(*picked, indexing="ij")
     points = {name: axis.ravel() for name, axis in zip(study.coordinates, mesh, strict=True)}
@@ -249,11 +243,10 @@ def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
 
 
 def _lattice(count: int, dimensions: int) -> NDArray[np.float64]:
-    """Return points in a unit box, (count, dimensions): equally spaced along the last dimension, spread over all
-    others.
+    """Return points that are spread over a unit box, shape (count, dimensions).
 
-    The others are multiples of powers of the number g with g^d = g + 1, whose fractions fill a box of d dimensions evenly
-    (the generalised golden ratio).
+    The points are equally spaced along the last dimension. The other coordinates are the fractional parts of multiples
+    of 1/g, 1/g² and so on. The generalised golden ratio g is the solution of g^d = g + 1 with d = `dimensions`.
     """
     golden = 2.0
     for _ in range(64):

@@ -1,9 +1,9 @@
-"""Arithmetic that has the same bits on every processor.
+"""Functions whose results have the same bits on every processor.
 
-On processors with AVX-512 numpy uses its own code for exponentials, logarithms, sines and powers. It passes products of
-matrices to OpenBLAS, which has different code for each family of processors. The last bits differ. Records generated
-from a seed would differ too, and so would a fit, whose search through chaotic responses amplifies them. Here the C
-library computes each value, and the products of every row are summed in the same order.
+On processors with AVX-512, numpy has separate code for exponentials, logarithms, sines and powers. Matrix products are
+passed to OpenBLAS, which has different code for each family of processors. The last bits of results would depend on the
+processor, and so would records generated from a seed and fits of chaotic responses. In this module the C library
+computes each value, and the products of every row are summed in the same order.
 """
 
 import math
@@ -18,53 +18,61 @@ _POWER = np.frompyfunc(math.pow, 2, 1)
 
 
 def exp(x: ArrayLike) -> Floats:
-    """Exponential of each element; an OverflowError if it exceeds the largest number."""
+    """Return the exponential of each element. Raise OverflowError if a result exceeds the largest number."""
     return _each(math.exp, x)
 
 
 def expm1(x: ArrayLike) -> Floats:
-    """Exponential minus 1 of each element; an OverflowError if it exceeds the largest number."""
+    """Return the exponential minus 1 of each element. Raise OverflowError if a result exceeds the largest number."""
     return _each(math.expm1, x)
 
 
 def log(x: ArrayLike) -> Floats:
-    """Logarithm of each element: -inf of 0, NaN of negative numbers and NaN."""
+    """Return the logarithm of each element: -inf for 0, and NaN for negative numbers and NaN."""
     values = np.asarray(x, np.float64)
     return _each(math.log if (values > 0.0).all() else _log, values)
 
 
 def log1p(x: ArrayLike) -> Floats:
-    """Logarithm of 1 plus each element; a ValueError if one is -1 or less."""
+    """Return the logarithm of 1 plus each element. Raise ValueError if an element is -1 or less."""
     return _each(math.log1p, x)
 
 
 def sin(x: ArrayLike) -> Floats:
-    """Sine of each element [rad]; a ValueError if one is infinite."""
+    """Return the sine of each element [rad]. Raise ValueError if an element is infinite."""
     return _each(math.sin, x)
 
 
 def cos(x: ArrayLike) -> Floats:
-    """Cosine of each element [rad]; a ValueError if one is infinite."""
+    """Return the cosine of each element [rad]. Raise ValueError if an element is infinite."""
     return _each(math.cos, x)
 
 
 def acos(x: ArrayLike) -> Floats:
-    """Arc cosine of each element [rad]; a ValueError if one is beyond ±1."""
+    """Return the arc cosine [rad] of each element. Raise ValueError if an element is beyond ±1."""
     return _each(math.acos, x)
 
 
 def power(base: ArrayLike, exponent: ArrayLike) -> Floats:
-    """Powers, element by element; an OverflowError above the largest number, a ValueError if a power is not defined."""
+    """Return powers, element by element.
+
+    Raises
+    ------
+    OverflowError
+        If a power exceeds the largest number.
+    ValueError
+        If a power is not defined.
+    """
     return np.asarray(_POWER(base, exponent), np.float64)
 
 
 def product(a: ArrayLike, b: ArrayLike) -> Floats:
-    """Product of a matrix or vector with another, as by `a @ b`.
+    """Return the product of two matrices or vectors, as by `a @ b`.
 
     Parameters
     ----------
     a : array, shape (..., k)
-        Equal rows give equal sums, which a library that computes several rows together does not guarantee.
+        Equal rows give bitwise equal sums, which libraries for matrix products do not guarantee.
     b : array, shape (k,) or (k, m)
     """
     subscripts = "...i,i->..." if np.ndim(b) == 1 else "...i,ij->...j"

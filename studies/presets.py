@@ -1,12 +1,14 @@
-"""The contact times that the paper measured, by name. Each has two readings: as printed, or 20 times shorter if the
-paper overlooked that its film is in slow motion.
+"""The contact times that the paper measured, by name.
+
+Each contact time has two readings: the printed value, and a value that is 20 times shorter. The shorter value is
+correct if the paper read the times from a slow-motion film without conversion.
 """
 
 from dataclasses import dataclass
 from math import pi
 
 NATURAL_FREQUENCY_HZ = 2.5
-"""Natural frequency of the paper's structure, which converts its contact times into units of 1/ω_n."""
+"""Natural frequency of the paper's structure, which converts the contact times into units of 1/ω_n."""
 SLOW_MOTION = 20.0
 """Factor by which the film for the contact times was slowed down."""
 
@@ -18,9 +20,9 @@ class ContactTime:
     Parameters
     ----------
     seconds : float
-        In seconds.
+        Contact time [s].
     doc : str
-        Where it comes from.
+        Source of the contact time.
     """
 
     seconds: float
@@ -28,7 +30,7 @@ class ContactTime:
 
     @property
     def contact_time(self) -> float:
-        """In units of 1/ω_n, at the paper's 2.5 Hz."""
+        """Contact time in units of 1/ω_n, for the natural frequency of the paper, 2.5 Hz."""
         return 2.0 * pi * NATURAL_FREQUENCY_HZ * self.seconds
 
 
@@ -43,4 +45,4 @@ CONTACT_TIMES: dict[str, ContactTime] = {
     "paper_hard_real": ContactTime(_HARD_S / SLOW_MOTION, "2.3 ms, if 0.046 s was read off slow motion"),
     "paper_soft_real": ContactTime(_SOFT_S / SLOW_MOTION, "20.55 ms, if 0.411 s was read off slow motion"),
 }
-"""Contact times by the name that a study may give instead of a number; from Table 1 of the paper."""
+"""Contact times from Table 1 of the paper, by the name that a study may give instead of a number."""

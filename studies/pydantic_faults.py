@@ -1,4 +1,4 @@
-"""Errors of pydantic, as faults of the study."""
+"""Translate validation errors of pydantic into faults of a study."""
 
 import re
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, path
 from damperlab.studies.spelled_numbers import NUMBER_ALONE, number_advice
 
 _CHOICES = ("contact", "solver", "start")
-"""Fields that are a choice of models: pydantic puts the name of the choice into the location."""
+"""Fields with a choice of models. pydantic adds the name of the chosen model to the location of an error."""
 
 
 _ALLOWED = {
@@ -31,20 +31,20 @@ _ALLOWED = {
     "byte_size": "a size, such as 50GB",
     "byte_size_unit": "a size, such as 50GB",
 }
-"""Allowed values for an error of this kind."""
+"""Allowed values in words, by the type of a pydantic error."""
 _NUMBER = re.compile(r"\s*[-+]?[0-9.]{1,30}(e[-+]?[0-9]{1,3})?\s*", re.IGNORECASE)
 _CHOSEN = ("literal_error", "enum")
 
 
 def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
-    """Translate pydantic's message about one value, wherever it was written.
+    """Translate the error of pydantic about one value.
 
     Parameters
     ----------
     field : str
-        Its name for the author of the value: a key, a parameter of a request, an option.
+        Name by which a user gave the value: a key, a request parameter or an option.
     found : mapping
-        One of ``ValidationError.errors()``.
+        One entry of ``ValidationError.errors()``.
     """
     kind, context = str(found["type"]), found.get("ctx", {})
     if kind in _CHOSEN:
@@ -64,23 +64,23 @@ def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
 
 
 def _given(value: object) -> str:
-    """Describe a value. In an address or an option every value is text; a number there is described as a number."""
+    """Describe a value. A text that spells a number is shown as a number, because URLs and options hold only texts."""
     return value.strip() if isinstance(value, str) and _NUMBER.fullmatch(value) else describe(value)
 
 
 def faults_of(
     error: ValidationError, keys: Mapping[str, tuple[str, ...]], document: object = None
 ) -> list[Fault]:
-    """Translate every error that validation of a study raised.
+    """Translate all errors of a validation into faults.
 
     Parameters
     ----------
     error : ValidationError
         The exception.
     keys : mapping of str to tuple of str
-        The keys that the mapping at each path may have, for advice; ``""`` is the document.
+        Allowed keys of the mapping at each path, for advice. The path of the whole document is ``""``.
     document : object
-        The validated document: keys that it has are not suggested.
+        The validated document. Advice does not suggest keys that the document already has.
     """
     faults: list[Fault] = []
     for found in error.errors(include_url=False):

@@ -1,4 +1,4 @@
-"""A quantity: a number of a study, its bounds, and how it is read from a document."""
+"""The numeric quantities of a study, with bounds, JSON schemas, and functions that read numbers from documents."""
 
 from dataclasses import dataclass
 from math import isnan
@@ -10,14 +10,14 @@ from damperlab.studies.spelled_numbers import number_advice
 
 @dataclass(frozen=True)
 class Quantity:
-    """A real quantity and its allowed numbers.
+    """A real quantity with a range of allowed numbers.
 
     Parameters
     ----------
     name : str
         Name in documents.
     meaning : str
-        One line for the schema, with the symbol.
+        Meaning of the quantity with its symbol, one line for the schema.
     lowest, highest : float
         Bounds.
     below : bool
@@ -46,7 +46,7 @@ class Quantity:
         return self.meaning[self.meaning.rindex("[") + 1 : -1] if self.meaning.endswith("]") else ""
 
     def schema(self, default: float | None = None) -> dict[str, Any]:
-        """JSON schema of one such number. It states no default if there is none, or if it is NaN."""
+        """Return the JSON schema of the quantity. A default that is None or NaN is left out."""
         found: dict[str, Any] = {"type": "number", "description": self.meaning, "minimum": self.lowest}
         found["exclusiveMaximum" if self.below else "maximum"] = self.highest
         if default is not None and not isnan(default):
@@ -54,7 +54,7 @@ class Quantity:
         return found
 
     def admits(self, value: float) -> bool:
-        """Whether a number is within the bounds; NaN is not."""
+        """Return whether a number is within the bounds; False for NaN."""
         return self.lowest <= value <= self.highest and not (self.below and value == self.highest)
 
     def read(self, raw: object, field: str = "") -> float:
@@ -63,18 +63,18 @@ class Quantity:
         Raises
         ------
         StudyFaults
-            If `raw` is not a number (booleans and texts are not), or is out of bounds.
+            If `raw` is not a number or is out of bounds. Booleans and texts are no numbers.
         """
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise StudyFaults([Fault(field, describe(raw), self.allowed, number_advice(raw, self.unit))])
-        # An integer too large for a float is compared unchanged, and never converted.
+        # The bounds are checked before the conversion, because an integer may be too large for a float.
         if not self.admits(raw):
             raise StudyFaults([Fault(field, describe(raw), self.allowed, self.advice)])
-        return float(raw) + 0.0  # -0.0 + 0.0 is 0.0: two spellings of one number
+        return float(raw) + 0.0  # -0.0 becomes 0.0: both are the same number
 
 
 def read_count(raw: object, lowest: int, highest: int, field: str = "") -> int:
-    """Read a whole number; ``49.0`` is one, because JSON does not distinguish the two spellings.
+    """Read a whole number. ``49.0`` is accepted, because JSON does not distinguish it from ``49``.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def read_count(raw: object, lowest: int, highest: int, field: str = "") -> int:
     return int(raw)
 
 
-# The bounds keep every product finite and far from underflow, and are wider than any damper.
+# With these bounds every product is finite and far from underflow. The values of real dampers lie well inside.
 DAMPING_RATIO = Quantity(
     "damping_ratio", "structural damping ratio ζ = c/(2√(kM))", 0.0, 1.0,
     "the structure must be underdamped; the paper's has 0.0038", below=True,
@@ -110,8 +110,8 @@ CLEARANCE_RATIO = Quantity(
 FRICTION_RATIO = Quantity(
     "friction_ratio", "friction ratio γ_F = F_f/(kZ)", 0.0, 1e12, "give 0 for a scene without friction"
 )
-# Outside these bounds one period lasts more than 10^4 of the other: the response is quasi-static or isolated, and the
-# closed forms lose the accuracy of their smaller term.
+# Outside these bounds the periods of structure and excitation differ by a factor above 10^4. The response is then
+# quasi-static or isolated, and the smaller term of the closed forms is inaccurate.
 FREQUENCY_RATIO = Quantity(
     "frequency_ratio",
     "frequency ratio r = ω/ω_n",
@@ -128,12 +128,12 @@ PARTICLE_FRICTION = Quantity(
 )
 TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
 OF_CAVITY = (PARTICLE_FRICTION, TILT)
-"""The quantities of a cavity. Each determines one of the two ratios in `BEFORE`, in this order."""
+"""The quantities of a cavity, in the order of the corresponding ratios in `BEFORE`."""
 CAVITY_NAMES = {
     PARTICLE_FRICTION.name: ("friction coefficient of the particle", "μ_i", "1"),
     TILT.name: ("tilt of the cavity", "α", "degree"),
 }
-"""Words, symbol and CF unit of each quantity of a cavity; its other names are made from them."""
+"""Words, symbol and CF unit of each quantity of a cavity. Long names are made from the words and the symbol."""
 PARTICLE_FRICTION_RATIO = Quantity(
     "particle_friction_ratio",
     "friction of the particle κ = μ_i g/(ω_n²·Z)",
@@ -152,6 +152,6 @@ RATIOS: dict[str, Quantity] = {
     q.name: q
     for q in (DAMPING_RATIO, RESTITUTION, MASS_RATIO, CLEARANCE_RATIO, FRICTION_RATIO, FREQUENCY_RATIO)
 }
-"""The six dimensions of a cube as quantities, in the cube's order."""
+"""The quantity of each of the six dimensions of a cube, in the order of the cube."""
 QUANTITY_OF = RATIOS | {each.name: each for each in (PARTICLE_FRICTION_RATIO, GRAVITY_RATIO)}
-"""Every dimension that a cube may have, as a quantity."""
+"""The quantity of every dimension that a cube may have."""

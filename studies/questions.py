@@ -1,4 +1,4 @@
-"""The inputs of questions about a study, as frozen values; every interface offers their fields."""
+"""The inputs of questions about a study, as frozen dataclasses. Every interface offers the fields of these classes."""
 
 from dataclasses import MISSING, dataclass
 
@@ -22,13 +22,13 @@ from damperlab.studies.vocabulary import (
 EVERY_AXIS: tuple[str, ...] = tuple(dict.fromkeys((*EVERY_DIMENSION, *COORDINATES)))
 """All names that may locate a point: dimensions, and coordinates of studies in SI units."""
 EVERY_METRIC: tuple[str, ...] = (*EVERY_VARIABLE, *RESULTS)
-"""All results that may be shown, also in units."""
+"""All results that may be shown, as ratios or in units."""
 RANGED: tuple[str, ...] = (
     *(name for name in EVERY_AXIS if name != RECORD),
     *(name for name, variable in VARIABLES.items() if variable.flags is None),
     *RESULTS,
 )
-"""All names that may be limited to a range: dimensions, and results that are quantities."""
+"""All names that may be limited to a range: numeric dimensions, and all results except codes."""
 MOST_DESIGNS = 10_000
 """Largest number of designs in one answer."""
 FINEST = 1e-9
@@ -45,10 +45,7 @@ _WITH = ("--with",)
 
 @dataclass(frozen=True)
 class Judging:
-    """How designs are judged, and which designs.
-
-    Every ranking has these fields: of one study, of several, over base amplitudes, in a refinement.
-    """
+    """Criterion and constraints for ranking designs. All kinds of ranking have these fields."""
 
     objective: Objective | None = asked(
         None,
@@ -83,14 +80,14 @@ class Judging:
 
 @dataclass(frozen=True)
 class Listed:
-    """How much of a ranking is listed."""
+    """The number of designs that a ranking lists."""
 
     top: int = asked(10, "Number of designs to list.", least=1, most=MOST_DESIGNS)
 
 
 @dataclass(frozen=True)
 class Ranking(Listed):
-    """Further fields of a ranking, and the follow-up studies that it includes."""
+    """Further fields of a ranking, and the follow-up studies that the ranking includes."""
 
     pareto: tuple[str, ...] | None = asked(
         None,
@@ -124,7 +121,7 @@ class Ranking(Listed):
 
 @dataclass(frozen=True)
 class Selection:
-    """The result of a study that is shown, and the point or slice."""
+    """The result that is shown, and the point or slice of the study."""
 
     metric: str | None = asked(
         None,
@@ -137,7 +134,7 @@ class Selection:
 
 @dataclass(frozen=True)
 class Followed(Selection):
-    """The result that is shown over the frequency, and the design. A ground-motion suite has no such curve."""
+    """The result that is shown over the frequency, and the design."""
 
     metric: str | None = asked(
         None,
@@ -148,7 +145,7 @@ class Followed(Selection):
 
 @dataclass(frozen=True)
 class Plane:
-    """The two dimensions of a map, and the treatment of a third one."""
+    """The two dimensions of a map, and the treatment of a third dimension."""
 
     x: str | None = asked(
         None, "Dimension on the horizontal axis.", allowed=EVERY_AXIS, example="friction_ratio"
@@ -162,7 +159,7 @@ class Plane:
 
 @dataclass(frozen=True)
 class Fragile:
-    """The limit, the result that exceeds it, and the damper of a ground-motion suite."""
+    """The limit, the result that may exceed the limit, and the damper of a ground-motion suite."""
 
     threshold: float = asked(
         MISSING, "Limit that the result exceeds, in its SI unit; 0.02 for 20 mm.", above=0
@@ -211,7 +208,7 @@ class Second:
 
 @dataclass(frozen=True)
 class Subtracted:
-    """A second study whose map is subtracted from that of the first."""
+    """A second study whose map is subtracted from the map of the first study."""
 
     minus: str | None = asked(
         None,
@@ -228,7 +225,7 @@ class Tuning:
     criterion: Criterion = asked("minimax", "How the tuned mass damper is tuned.", meanings=CRITERIA)
     mass_ratio: float | None = asked(
         None,
-        "Mass ratio of both: of the tuned mass damper, and of the design, at the nearest value of the grid.",
+        "Mass ratio of the tuned mass damper and of the design; the design takes the nearest value of the grid.",
         least=0,
         most=MOST_ABSORBER_MASS,
     )
@@ -243,11 +240,11 @@ class Tuning:
     )
     excitation: Excitation | None = asked(
         None,
-        "Excitation: base motion, or a force on the structure (X over its static displacement); that of the study by default.",
+        "Excitation: base motion, or a force on the structure (X over its static displacement); by default as in the study.",
     )
     tmd_mass_ratio: float | None = asked(
         None,
-        "Mass ratio μ of the tuned mass damper alone; that of the design by default.",
+        "Mass ratio μ of the tuned mass damper alone; by default equal to that of the design.",
         above=0,
         most=MOST_ABSORBER_MASS,
     )
@@ -255,7 +252,7 @@ class Tuning:
 
 @dataclass(frozen=True)
 class FollowUps:
-    """Finished follow-up studies, and whether more are submitted."""
+    """Finished follow-up studies, and whether further studies are computed."""
 
     with_: tuple[str, ...] = asked(
         (),
@@ -263,7 +260,7 @@ class FollowUps:
         form="ID",
         options=_WITH,
         studies=True,
-        # the command computes its follow-ups itself, and finds them again
+        # the command computes the follow-up studies itself, and finds finished ones again
         doors=("http", "client"),
     )
     dry_run: bool = asked(False, "Report known results and the next points; compute nothing.")
@@ -290,14 +287,14 @@ class Search(Step):
 
 @dataclass(frozen=True)
 class Design:
-    """The design of a study that is compared, or another of its points."""
+    """The design or point of a study to compare."""
 
     at: At = asked_at()
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """The dimension along which a change of the response class is located, and the values of the others."""
+    """The dimension along which a change of the response class is located, and the values of the other dimensions."""
 
     along: str | None = asked(
         None,
@@ -311,14 +308,15 @@ class Boundary:
 
 @dataclass(frozen=True)
 class Compared:
-    """The record under which dampers are compared, and the settings; the parameters are in
-    `ground.quantities.QUANTITIES`.
+    """The record under which dampers are compared, and the settings of the comparison.
+
+    The parameters of structure and dampers are in `ground.quantities.QUANTITIES`.
     """
 
     record: str = asked(
         "loma-prieta",
         "Ground-motion record: the name of an earthquake, or the id of a record.",
-        # the command takes it as an argument, which may also be a file
+        # the command takes the record as an argument, which may also name a file
         doors=("http", "client"),
     )
     tmd_criterion: Criterion = asked("den_hartog", "How the tuned mass damper is tuned.", meanings=CRITERIA)
@@ -340,7 +338,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Simulated:
-    """Settings for computing one design point; its ratios are those of a study."""
+    """Settings for computing one design point. The ratios of the point have the same names as in a study."""
 
     cycles: int | None = asked(
         None,
@@ -357,7 +355,7 @@ class Simulated:
         None,
         "Largest number of samples of the time history.",
         least=2,
-        # a file contains all of them
+        # a file contains all samples
         doors=("http", "client"),
     )
     excitation: Excitation = asked(

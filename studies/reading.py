@@ -1,4 +1,4 @@
-"""Reading studies: from text, from files, and the named studies of the package."""
+"""Read studies from texts and files, and read the named studies of the package."""
 
 from itertools import takewhile
 
@@ -19,12 +19,12 @@ def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = No
     format : {"json", "yaml"}
         Format of the text.
     shelf : Shelf, optional
-        Where a suite's records are looked up.
+        The store in which the records of a suite are looked up.
 
     Raises
     ------
     StudyFaults
-        If the text breaks the rules of its format, or with every fault of the study.
+        If the text breaks the rules of its format, or the study has faults. The error lists all faults.
     """
     return parse_study(load_text(text, format, guarded=True), shelf)
 
@@ -37,12 +37,12 @@ def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
     path_or_name : str
         The file or the name.
     shelf : Shelf, optional
-        The store of records in which a suite's records are looked up.
+        The store in which the records of a suite are looked up.
 
     Raises
     ------
     StudyFaults
-        If neither such a file nor such a name exists, or the study has faults.
+        If there is no such file or named study, or if the study has faults.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
 
 
 def is_known(path_or_name: str) -> bool:
-    """Whether a text names a file, or a study or specification of the package."""
+    """Return whether a text is the name of a file, or of a study or specification of the package."""
     return path_or_name in named_texts() or is_file(path_or_name) or path_or_name in named_specifications()
 
 
@@ -79,7 +79,7 @@ def named_studies() -> dict[str, Study]:
 
 
 def named_descriptions() -> dict[str, str]:
-    """Return the description of each named study: the first paragraph above its definition."""
+    """Return the description of each named study: the first paragraph above the definition."""
     found = {}
     for name, text in named_texts().items():
         lines = takewhile(lambda line: line.startswith("# "), text.decode("utf-8").splitlines())

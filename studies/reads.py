@@ -1,4 +1,4 @@
-"""An annotation by which a field of a model reads its raw value with one of our functions."""
+"""An annotation for fields of pydantic models, whose raw values are read by a function of this package."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,9 +10,9 @@ from pydantic_core import CoreSchema, core_schema
 
 @dataclass(frozen=True)
 class Reads:
-    """Validation by a function alone, which raises `StudyFaults` for a refused value.
+    """Validation of a field by a single function, which raises `StudyFaults` for an invalid value.
 
-    Pydantic's own number types are not used: they read texts and booleans as numbers, or mention unions for an axis.
+    The number types of pydantic are not used, because they accept texts and booleans.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Reads:
     schema: dict[str, Any] = field(hash=False)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate by the function, serialise by the type of the value."""
+        """Return a schema that validates by the function, and serialises by the type of the value."""
         return core_schema.no_info_plain_validator_function(self.function)
 
     def __get_pydantic_json_schema__(

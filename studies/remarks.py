@@ -1,4 +1,4 @@
-"""User remarks about a study, apart from its definition: another name, tags to find it by, and a note."""
+"""Remarks of users about a study: a new name, tags and a note. Remarks are not part of the definition."""
 
 import re
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from damperlab.studies.faults import Fault, StudyFaults, describe
 
 MOST_TAGS = 20
 MOST_NOTE = 4000
-"""Characters of a note."""
+"""Largest number of characters of a note."""
 TAG = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 KNOWN = ("tags", "note", "name")
 """The remarks that a study may have; a design has only a name."""
@@ -20,16 +20,16 @@ TAG_WORDS = "up to 40 lower-case letters a to z, digits and hyphens, the first n
 
 @dataclass(frozen=True)
 class Remarks:
-    """Checked tags, note and name; None keeps the present value.
+    """Checked tags, note and name. None stands for a remark that is not changed.
 
     Parameters
     ----------
     tags : tuple of str, optional
-        Sorted, each once.
+        Tags in sorted order, each once.
     note : str, optional
-        Text of several lines.
+        A text that may have several lines.
     name : str, optional
-        The new name of the study; its definition keeps the name at submission.
+        The new name of the study. The definition keeps the name that the study had at submission.
     """
 
     tags: tuple[str, ...] | None = None
@@ -43,14 +43,14 @@ def read_remarks(document: object, known: Sequence[str] = KNOWN) -> Remarks:
     Parameters
     ----------
     document : object
-        ``tags``, a list of texts, and ``note`` and ``name``, a text each; all optional.
+        A mapping with the optional keys ``tags`` (a list of texts), ``note`` and ``name`` (texts).
     known : sequence of str
         The allowed keys.
 
     Raises
     ------
     StudyFaults
-        With every fault.
+        If the remarks have faults; the error lists every fault.
     """
     names = listed(known)
     if not isinstance(document, dict):
@@ -63,7 +63,7 @@ def read_remarks(document: object, known: Sequence[str] = KNOWN) -> Remarks:
         if name not in known
     ]
     if not document:
-        faults.append(Fault("remarks", "nothing", names, "add what is to be kept"))
+        faults.append(Fault("remarks", "nothing", names, "add a value to store"))
     tags, note, called = document.get("tags"), document.get("note"), document.get("name")
     faults += [] if tags is None else _faults_of_tags(tags)
     faults += [] if note is None else _faults_of_text("note", note, MOST_NOTE, "\n\t")
@@ -83,7 +83,7 @@ def _faults_of_tags(tags: Any) -> list[Fault]:
                 "tags",
                 found,
                 f"a list of at most {MOST_TAGS} tags",
-                "keep the tags by which you search for it",
+                "keep the tags that you use for searching",
             )
         ]
     return [fault for tag in different.values() for fault in faults_of_tag("tags", tag)]

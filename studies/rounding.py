@@ -1,33 +1,31 @@
-"""Decides which errors are only rounding, for the command line, the client and the page."""
+"""Decide which errors are only rounding, for the command line, the client and the page."""
 
 from collections.abc import Container, Hashable
 
 ROUNDING = 1e-9
-"""An error below this share of its value is floating-point rounding, and cannot be measured."""
+"""Share of a value below which the error of this value is attributed to floating-point rounding."""
 ROUNDING_WORD = "rounding"
-"""Shown in a table instead of such an error; a sentence omits it."""
+"""Word that a table shows instead of an error that is only rounding. A sentence omits such an error."""
 VALUES_OF_ERROR = {
     "error": ("value",),
     "amplitude_error": ("amplitude_ratio", "hybrid"),
     "amplitude_error_m": ("amplitude_m",),
     "other_amplitude_error": ("other",),
 }
-"""For each column of errors, the values whose errors it may hold."""
+"""For each column of errors, the columns of values to which the errors may belong."""
 
 
 def value_of_error(name: str, names: Container[Hashable]) -> str | None:
-    """Name the value among `names` whose error a column holds; None if it holds no errors, or errors of another
-    value.
-    """
+    """Return the column in `names` to which the errors in the column `name` belong, or None without such a column."""
     return next((value for value in VALUES_OF_ERROR.get(name, ()) if value in names), None)
 
 
 def is_rounding(value: float, error: float) -> bool:
-    """Tell whether an error is rounding; never if the value or the error is unknown.
+    """Return whether an error is only rounding. Return False if the value or the error is NaN.
 
     Parameters
     ----------
     value, error : float
-        In the same unit.
+        A value and its error, in the same unit.
     """
     return error <= ROUNDING * abs(value)

@@ -6,17 +6,14 @@ from damperlab.studies.definition import Study
 
 
 def study_json_schema() -> dict[str, Any]:
-    """Return the self-contained JSON schema of a study: no references, so it can be embedded in any document.
-
-    Its ``examples`` are studies that can be submitted unchanged.
-    """
+    """Return the JSON schema of a study. The schema has no references, so that any document can embed it."""
     schema = Study.model_json_schema()
     definitions: dict[str, Any] = schema.pop("$defs", {})
     return {key: _inline(value, definitions) for key, value in schema.items()}
 
 
 def _inline(part: Any, definitions: dict[str, Any]) -> Any:
-    """Replace references by their targets; the models of a study are not recursive."""
+    """Replace references by their targets. The models of a study must not be recursive."""
     if isinstance(part, list):
         return [_inline(item, definitions) for item in part]
     if not isinstance(part, dict):

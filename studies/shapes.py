@@ -1,6 +1,6 @@
-"""Types of the parts of answers: each answer composes its own type from them.
+"""Types that several kinds of answers share.
 
-They define the documents: JSON schemas are derived from them, and a number that is not finite is None.
+JSON schemas of answers are derived from these types. In a document, a number that is not finite is None.
 """
 
 from typing import Annotated, Any
@@ -11,33 +11,33 @@ from damperlab.studies.vocabulary import State
 
 
 class Says:
-    """An annotation: additions to the JSON schema of a type.
+    """An annotation that adds keys to the JSON schema of a type, without importing pydantic.
 
     Parameters
     ----------
     **schema
-        Keys of JSON schema. With this class instead of those of pydantic, a command need not load pydantic.
+        Keys of the JSON schema.
     """
 
     def __init__(self, **schema: Any) -> None:
         self.schema = schema
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """Give pydantic the schema."""
+        """Return the JSON schema of the type with the additional keys."""
         return {**handler(core), **self.schema}
 
 
 class Like:
-    """An annotation: in the document the value has the form of another type, for example of a dataclass.
+    """An annotation for a value that has the form of another type in the document, for example of a dataclass.
 
     Parameters
     ----------
     kind : type
-        The type with that form.
+        The type whose form the value has in the document.
     *without : str
         Fields that the document omits.
     **instead : type
-        Fields with another type in the document, or only there.
+        Types of fields that have another type in the document, or that exist only in the document.
     """
 
     def __init__(self, kind: Any, *without: str, **instead: type) -> None:
@@ -46,11 +46,11 @@ class Like:
         self.instead = instead
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """Give pydantic that type instead of the annotated one."""
+        """Return the schema of `kind`, instead of the schema of the annotated type."""
         return handler.generate_schema(self.kind)
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """Give pydantic the schema, under another name if fields are omitted."""
+        """Return the JSON schema of `kind`, with the omitted and replaced fields."""
         found = handler(core)
         if not (self.without or self.instead):
             return dict(found)
@@ -67,7 +67,7 @@ class Like:
 Count = Annotated[int, Says(minimum=0)]
 Number = float | None
 Measured = Annotated[float, Says(type=["number", "null"])]
-"""A number of a dataclass; NaN if it is missing."""
+"""A number in a dataclass. A missing number is NaN in the dataclass, and None in the document."""
 Numbers = list[Number]
 Plane = list[list[float | str | None]]
 """Rows of values, [y][x]."""
@@ -77,7 +77,7 @@ Sentences = list[str]
 
 
 Column = Annotated[dict[str, Any], Says(required=["dtype"], properties={"dtype": {"type": "string"}})]
-"""A column: its type and its attributes."""
+"""Type and attributes of a column."""
 
 
 class OfStudy(TypedDict):

@@ -1,8 +1,7 @@
 """Evenly and logarithmically spaced values, each rounded once from its exact value.
 
-Sums and products of doubles depend on the start of a range, on the processor and on the version of the library:
-0.7250000000000001 in one range is 0.725 in another. Rounded once from the exact value, a coordinate is the same
-double in every range that contains it.
+Sums and products of doubles depend on the start of a range, on the processor and on the version of the library. The
+same coordinate could then be 0.725 in one range and 0.7250000000000001 in another range.
 """
 
 from decimal import Context, Decimal
@@ -12,15 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 _EXACT = 2**53
-"""Below it every whole number is a double."""
+"""Bound below which every whole number is exactly representable as a double."""
 
 _BITS = 256
-"""Bits of the logarithmic factor: a million products of it are still exact to some 230 bits."""
+"""Bits of the factor between logarithmically spaced values. After a million products some 230 bits are still exact."""
 
 
 def evenly_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
-    """Give the doubles nearest to ``start + i (stop - start) / (num - 1)``; the ends count as the decimals that they
-    print as.
+    """Return the doubles nearest to ``start + i (stop - start) / (num - 1)``.
+
+    Each end is read as the decimal number that Python prints.
 
     Parameters
     ----------
@@ -39,15 +39,16 @@ def evenly_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
     below = first.denominator * step.denominator
     offset, stride = first.numerator * step.denominator, step.numerator * first.denominator
     if max(abs(offset), abs(offset + stride * num), below) < _EXACT:
-        # exact whole numbers, divided once
+        # the numerators are exact whole numbers, and each is divided once
         return (offset + stride * np.arange(num, dtype=np.float64)) / below
     # Python divides whole numbers of any size with one rounding
     return np.array([(offset + stride * place) / below for place in range(num)])
 
 
 def log_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
-    """Give the doubles nearest to ``start (stop / start)^(i / (num - 1))``; the ends count as the decimals that they
-    print as.
+    """Return the doubles nearest to ``start (stop / start)^(i / (num - 1))``.
+
+    Each end is read as the decimal number that Python prints.
 
     Parameters
     ----------
@@ -64,11 +65,11 @@ def log_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
     first, last = _decimal(start), _decimal(stop)
     precise = Context(prec=100)
     ratio = precise.divide(_rounded(last, precise), _rounded(first, precise))
-    # decimal rounds its logarithm and exponential correctly, on every machine alike
+    # the decimal module rounds logarithm and exponential correctly, so that they are equal on every machine
     factor = precise.exp(precise.divide(precise.ln(ratio), Decimal(max(1, num - 1))))
     fixed = int(precise.multiply(factor, precise.power(Decimal(2), Decimal(_BITS))).to_integral_value())
     value, below = (first.numerator << _BITS) // first.denominator, 1 << _BITS
-    # small starts keep their leading bits
+    # the shift keeps all leading bits of a small start
     shift = max(0, _BITS - value.bit_length())
     value, below = (first.numerator << (_BITS + shift)) // first.denominator, below << shift
     values = np.empty(num)

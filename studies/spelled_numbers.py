@@ -1,4 +1,4 @@
-"""Texts in the place of a number: the probable meaning, and the correct spelling."""
+"""Advice on texts where a number is expected: the probable meaning, and the correct spelling."""
 
 import math
 import re
@@ -16,15 +16,15 @@ _SPAN = re.compile(rf"\s*({_NUMBER})\s*(?:-|–|—|\.\.+|…|:|to|bis)\s*({_NUM
 NUMBER_ALONE = "write a plain number"
 QUOTED = "write a plain number, without quotation marks"
 WRITE_POINTS = (
-    "write decimal points, and nothing between thousands; a spreadsheet saves points where its numbers are set "
-    "to English"
+    "write decimal points, and no separators between thousands; a spreadsheet writes decimal points if its "
+    "number format is English"
 )
 COMMAS_FOUND = "{field} has a number with a decimal comma, or with a comma between thousands."
-"""Message about a table, given once instead of for each of its numbers."""
+"""Message about a table, given once and not for each number."""
 _THOUSANDS = 3
-"""Digits after a comma that may separate thousands."""
+"""Number of digits after a comma that may separate thousands."""
 _LONGEST = 60
-"""Characters of a text that are examined; a real number has fewer."""
+"""Largest length of a text that is examined; real numbers are shorter."""
 
 
 def number_advice(raw: object, unit: str | None = None) -> str:
@@ -60,22 +60,22 @@ def number_advice(raw: object, unit: str | None = None) -> str:
 
 
 def read_decimal(text: str) -> float:
-    """Read a plain number, also with a D for its exponent as in Fortran; NaN if it is none."""
+    """Read a plain number, or a Fortran number with a D before the exponent. Return NaN for other texts."""
     return float(text.lower().replace("d", "e")) if _FORTRAN.fullmatch(text) else math.nan
 
 
 def decimal_comma(cells: Iterable[str]) -> str | None:
-    """Return the first cell that is a number with a decimal comma."""
+    """Return the first cell that is a number with a decimal comma, or None."""
     return next((cell for cell in cells if _DECIMAL_COMMA.match(cell)), None)
 
 
 def comma_of_thousands(cells: Iterable[str]) -> str | None:
-    """Return the first cell that is a number with a decimal point, and commas between thousands."""
+    """Return the first cell that is a number with a decimal point and commas between thousands, or None."""
     return next((cell for cell in cells if _COMMA_OF_THOUSANDS.match(cell)), None)
 
 
 def range_advice(raw: object) -> str:
-    """Say how to write a range if a text looks like one; else empty."""
+    """Say how to write a range if a text looks like a range. Return an empty text otherwise."""
     if not isinstance(raw, str) or len(raw) > _LONGEST or not (span := _SPAN.match(raw)):
         return ""
     return f"write a range as {{start: {span[1]}, stop: {span[2]}, num: 11}}, with as many values as you need"

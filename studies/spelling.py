@@ -1,6 +1,4 @@
-"""How quantities in SI units are written in drawings, reports and sentences. Only this module converts to millimetres
-and grams.
-"""
+"""Write quantities in SI units for drawings, reports and sentences. Only this module converts to mm and g."""
 
 UNITS = {
     "_n_s_per_m": "N s/m",
@@ -20,7 +18,7 @@ UNITS = {
     "_s": "s",
     "_deg": "°",
 }
-"""Units by the ending of a quantity's name; an ending of several words comes first."""
+"""Units by the ending of a quantity's name. The first match is used, so endings of several words come first."""
 
 
 def spelled(value: float, unit: str, digits: int = 4) -> str:
@@ -34,12 +32,12 @@ def spelled(value: float, unit: str, digits: int = 4) -> str:
 
 
 def unit_of(name: str) -> str:
-    """Give the unit of a quantity by its name; empty for a ratio."""
+    """Return the unit at the end of a quantity's name; empty for a ratio."""
     return UNITS.get(_ending_of(name), "")
 
 
 def without_unit(name: str) -> str:
-    """Give the words of a quantity's name without its unit, as ``clearance`` for `clearance_m`."""
+    """Return the words of a quantity's name without the unit, for example ``clearance`` for `clearance_m`."""
     return name.removesuffix(_ending_of(name)).replace("_", " ")
 
 
@@ -48,5 +46,5 @@ def _ending_of(name: str) -> str:
 
 
 def quantity(name: str, value: float, digits: int = 4) -> str:
-    """Write a value of a quantity by its name, as `clearance_m`."""
+    """Write a value with the unit that the name of the quantity states, for example m for `clearance_m`."""
     return spelled(value, unit_of(name), digits)

@@ -14,8 +14,9 @@ _SAME = 1e-9
 
 
 def with_static_displacement(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a study's document with the amplitude that its force determines; unchanged if there is none, or it is
-    faulty.
+    """Return a study's document with the base amplitude that the force determines.
+
+    The document is unchanged if the force is missing or faulty, or if a base amplitude is given.
     """
     made = _made(document)
     if made is None or AMPLITUDE in document["physical"]:
@@ -24,7 +25,7 @@ def with_static_displacement(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def without_force(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document with the amplitude instead of the force."""
+    """Return a document without the force in its physical block."""
     physical = document.get("physical")
     if not isinstance(physical, dict) or FORCE not in physical:
         return dict(document)
@@ -32,7 +33,7 @@ def without_force(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Name the force in faults of the derived amplitude; drop faults that follow from another one."""
+    """Name the force in faults of the derived base amplitude. Faults that follow from another fault are dropped."""
     physical = raw.get("physical")
     force = None
     if isinstance(physical, dict) and AMPLITUDE not in physical:
@@ -45,7 +46,7 @@ def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterat
 
 
 def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find faults between a force in newtons and the rest of a study. The study's amplitude was derived from the force."""
+    """Find faults between a force and the rest of a study. `document` must come from `with_static_displacement`."""
     physical = document.get("physical")
     if not isinstance(physical, dict):
         return
@@ -73,7 +74,7 @@ def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _made(document: Mapping[str, Any]) -> Any:
-    """Give the amplitude as a document writes an axis; None if force and stiffness do not determine one."""
+    """Return the base amplitude as a number, list or range like the force, or None if force or stiffness is unknown."""
     physical = document.get("physical")
     if not isinstance(physical, dict):
         return None
@@ -102,7 +103,7 @@ def _is_number(raw: object) -> TypeGuard[int | float]:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Whether two axes are equal up to rounding."""
+    """Return whether two axes are equal up to rounding."""
     if _is_number(one) and _is_number(other):
         return math.isclose(one, other, rel_tol=_SAME)
     if isinstance(one, list) and isinstance(other, list | tuple) and len(one) == len(other):

@@ -1,4 +1,4 @@
-"""JSON and YAML text to plain data, strictly and in bounded time: no repeated keys, aliases or tags."""
+"""Read JSON and YAML as plain data, in bounded time. Repeated keys, aliases and tags are refused."""
 
 import json
 import math
@@ -18,15 +18,13 @@ FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
 """Format of a file, by its suffix."""
 
 MAX_BYTES: dict[Format, int] = {"json": 4 * 1024 * 1024, "yaml": 32 * 1024}
-"""Largest size of a document. Reading YAML takes about a hundred times longer than JSON."""
+"""Largest size of a document in bytes. Reading YAML takes about a hundred times as long as reading JSON."""
 
 MOST_STUDIES = 200
 """Largest number of studies in one list."""
 
 MAX_YAML_VALUES = 6000
-"""Largest number of texts, numbers, lists and mappings in a YAML document. Longer ones are written as JSON, which is
-read a hundred times as fast.
-"""
+"""Largest number of texts, numbers, lists and mappings in a YAML document. Longer documents must be JSON."""
 
 _NULL = re.compile(r"(?:null|Null|NULL|~|)\Z")
 _TRUE = re.compile(r"(?:true|True|TRUE)\Z")
@@ -36,32 +34,30 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\
 _INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
 _PLAIN_DIGITS = 400
-"""Largest number of digits of a whole number: no float has more before its point, and the time to read an integer grows
-as their square.
-"""
+"""Largest number of digits of an integer. Longer whole numbers are read as floats, which takes much less time."""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def is_file(path_or_name: str) -> bool:
-    """Whether a text names a file, by its ending or because the file exists."""
+    """Return whether a text has the suffix of a document, or is the path of an existing file."""
     return Path(path_or_name).suffix.lower() in FORMATS or Path(path_or_name).is_file()
 
 
 def read_file(path: Path | str, what: str) -> tuple[bytes, Format]:
-    """Read the text of a file, at most one byte more than `load_text` takes.
+    """Read the text of a file, up to one byte more than `load_text` accepts.
 
     Parameters
     ----------
     path : Path or str
         A ``.json``, ``.yaml`` or ``.yml`` file.
     what : str
-        The expected content, in one word; it is also the field of the fault.
+        The expected content in one word, which is also the field of the fault.
 
     Raises
     ------
     StudyFaults
-        If the file has another ending, cannot be read, is empty, or holds no text.
+        If the file has another suffix, cannot be read, is empty, or is binary.
     """
     shown = printable(str(path))
     written_in = FORMATS.get(Path(path).suffix.lower())
@@ -94,16 +90,16 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
     text : bytes or str
         The document; bytes are UTF-8, with or without a byte order mark.
     written_in : {"json", "yaml"}
-        Its format.
+        Format of the text.
     guarded : bool
-        Whether `damperlab.studies.guard.guard` examines the document next: the guard then reports repeated keys
-        together with other faults.
+        Whether `damperlab.studies.guard.guard` examines the document afterwards. Repeated keys are then left to the
+        guard, which reports them together with other faults.
 
     Raises
     ------
     StudyFaults
-        If the text is too large, is not UTF-8, or breaks the rules of its format (with line and column), and for every
-        repeated key.
+        If the text is too large, is not UTF-8, breaks the rules of its format, or has repeated keys. Faults of the
+        format state line and column.
     """
     document = _load(text, written_in)
     if not guarded and (faults := repeated_keys(document)):
@@ -112,13 +108,14 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
 
 
 def unknown_name(name: str, wanted: Kind, named: Iterable[str], others: Container[str]) -> StudyFaults:
-    """Report that a text names neither a file nor a built-in document. If it names a study where a specification is
-    wanted, or the reverse, name the right command.
+    """Return the fault of a text that names neither a file nor a built-in document.
+
+    If the text names a study where a specification is wanted, or the reverse, the fault names the right command.
     """
     allowed = f"a .json, .yaml or .yml file, or one of {listing(named)}"
-    told = f"{printable(name)} is neither a file nor a named {wanted}: name {allowed}."
+    told = f"{printable(name)} is neither a file nor a named {wanted}: give {allowed}."
     near = nearest(name, named)
-    stored = "; `damperlab studies` lists what is stored" if wanted == "study" else ""
+    stored = "; `damperlab studies` lists the stored studies" if wanted == "study" else ""
     advice = f"did you mean {near}?" if near else f"name the file with its ending{stored}"
     if name in others:
         other, command = OTHER[wanted]
@@ -154,7 +151,7 @@ def _refused(found: str, allowed: str, advice: str, told: str = "") -> StudyFaul
 
 
 def _load_json(text: str, studies: int) -> Any:
-    # Counting characters is cheap compared with parsing them; the guard would refuse such a document later anyway.
+    # Counting characters is much faster than parsing. The guard would refuse such a document later in any case.
     most = 2 * studies
     if text.count("{") + text.count("[") > most * MAX_CONTAINERS or text.count(",") > most * MAX_VALUES:
         told = f"The document has far more values than a study needs; at most {MAX_VALUES:,} are allowed."
@@ -194,7 +191,7 @@ def _load_yaml(text: str) -> Any:
 
 
 def _tab(text: str, line: int) -> Fault | None:
-    """Find a tab that indents a line. The parser's own message does not mention the tab, or names the next line."""
+    """Return the fault of a tab that indents a line, or None. The parser itself does not report such a tab clearly."""
     written = text.splitlines()[: line + 1][-1:]
     indent = re.match(r"\s*", written[0]) if written else None
     if indent is None or "\t" not in indent[0]:
@@ -205,7 +202,7 @@ def _tab(text: str, line: int) -> Fault | None:
 
 
 class _Level:
-    """A list or mapping that is being read: its values so far, and in a mapping also its keys."""
+    """A list or mapping that is being read. In `items` of a mapping, keys and values alternate."""
 
     def __init__(self, is_mapping: bool) -> None:
         self.is_mapping = is_mapping
@@ -218,14 +215,14 @@ class _Level:
 
 
 def _build(text: str) -> Any:
-    """Build the document from the parser's events without recursion, so that depth is checked in time."""
+    """Build the document from the events of the parser, without recursion."""
     levels = [_Level(is_mapping=False)]
     values = 0
     for event in yaml.parse(text, Loader=_LOADER):
         here = levels[-1]
         values += isinstance(event, yaml.NodeEvent)
         if values > MAX_YAML_VALUES:
-            told = f"The document has more than {MAX_YAML_VALUES:,} values, which YAML may not have here."
+            told = f"The document has more than {MAX_YAML_VALUES:,} values, the limit for YAML."
             found = f"more than {MAX_YAML_VALUES:,} values"
             raise _refused(found, f"at most {MAX_YAML_VALUES:,} values in YAML", _SHORTER, told)
         if isinstance(event, yaml.AliasEvent):

@@ -18,11 +18,9 @@ from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
 
 FEW, MANY = 0.1, 100.0
-"""Clearance over base amplitude below which the particle has no room, and friction over kZ above which nothing slides.
-Both are far from every real damper, and suggest a wrong unit.
-"""
+"""Lowest plausible clearance ratio, and highest plausible friction ratio. Ratios beyond suggest a wrong unit."""
 ROUGH = 2.0
-"""Coefficient of sliding friction above that of every dry pair of materials."""
+"""Coefficient of sliding friction that no dry pair of materials exceeds."""
 VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
 """Acceleration of a base [m/s²] above which a unit is probably wrong: 0.3 m instead of 0.3 mm at 8 Hz is 77 g."""
 
@@ -35,13 +33,13 @@ def understood(study: AnyStudy) -> list[str]:
     Parameters
     ----------
     study : AnyStudy
-        The study as read from the user's document. A stored definition no longer shows which values were left out.
+        The study as read from the user's document. A stored definition does not show which values are defaults.
 
     Returns
     -------
     list of str
-        Sentences: the assumptions; for a study in units its ratios, and which of them are certainly unusual; and a
-        remark that two frequencies are only two values. Empty for a ground-motion suite.
+        Sentences that state the assumed values, the ratios that the physical block determines, and implausible values.
+        For a list of two frequencies, a sentence explains how to write a range. Empty for a ground-motion suite.
     """
     if not isinstance(study, Study):
         return []
@@ -62,8 +60,10 @@ def understood(study: AnyStudy) -> list[str]:
 
 
 def unusual_specification(asked: Specification) -> list[str]:
-    """Name values in a specification in units that are unusual whatever is chosen in its ranges, at every amplitude.
-    Base amplitudes under ground-motion records are not checked.
+    """Return sentences about implausible values in a specification in SI units.
+
+    A value is reported only if it is implausible for all dampers within the ranges and for all amplitudes. Excitations
+    by ground-motion records are not checked.
     """
     if not asked.in_units:
         return []
@@ -97,7 +97,7 @@ def unusual_specification(asked: Specification) -> list[str]:
 
 
 def ratios(study: Study) -> dict[str, Ends]:
-    """Give the least and the largest value of every ratio that a physical block determines."""
+    """Return the smallest and the largest value of every ratio that a physical block determines."""
     if study.physical is None:
         return {}
     given = study.physical.values()
@@ -112,7 +112,7 @@ def ratios(study: Study) -> dict[str, Ends]:
 
 
 def _base_acceleration(study: Study) -> float:
-    """Give the least acceleration of the base [m/s²]; 0 if unknown."""
+    """Return the smallest acceleration of the base in a study [m/s²]; 0 if the acceleration is unknown."""
     given = {} if study.physical is None or study.forced else study.physical.values()
     if not given.keys() >= {"base_amplitude_m", "natural_frequency_hz"}:
         return 0.0
@@ -128,21 +128,21 @@ def _violent(acceleration: float, key: str) -> list[str]:
 
 
 def _rough(coefficient: float) -> list[str]:
-    """Report a friction coefficient above that of every pair of materials."""
+    """Report a friction coefficient above `ROUGH`."""
     if coefficient <= ROUGH:
         return []
     return [f"The particle rubs with μ_i = {coefficient:g} or more: check `particle_friction_coefficient`."]
 
 
 def assumed(values: Mapping[str, float], cavity: Sequence[str]) -> str:
-    """Name the values that were not given, and the values assumed for them.
+    """Return a sentence that states the values assumed for missing entries.
 
     Parameters
     ----------
     values : mapping of float
         The assumed numbers, by name.
     cavity : sequence of str
-        As `cavity.left_open` gives it; empty without a particle.
+        Words for the assumed properties of the cavity, see `cavity.left_open`; empty without a particle.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def _spelled(name: str, ends: Ends) -> str:
 
 
 def _unusual(made: Mapping[str, Ends], damping: float, forced: bool, where: str, key: str = "") -> list[str]:
-    """Name the ratios that are certainly unusual, and the fields of their quantities."""
+    """Return sentences about implausible ratios, with the fields to check."""
     found = []
     moves, exerts = "base moves {} times as far as", "base exerts"
     if forced:
@@ -178,7 +178,7 @@ def _unusual(made: Mapping[str, Ends], damping: float, forced: bool, where: str,
                 f"The {moves.format(f'more than {1.0 / FEW:g}')} the clearance ({shown}): check the units of "
                 f"`clearance_m` and {key}."
             )
-        # without other damping the structure moves Z/(2ζ) at resonance, and never more than twice that before
+        # without other damping the steady amplitude at resonance is Z/(2ζ); the transient is at most twice as large
         if damping > 0.0 and low > max(1.0 / damping, MANY):
             found.append(
                 f"The clearance is larger than any motion ({shown}), so that the particle meets no wall: check the units of "
@@ -193,7 +193,7 @@ def _unusual(made: Mapping[str, Ends], damping: float, forced: bool, where: str,
 
 
 def _two_frequencies(study: Study) -> list[str]:
-    """Remark that a list of two is only two values; users often mean a range."""
+    """Remark that a list of two frequencies has only two values, because users often mean a range."""
     in_units = study.physical is not None and study.physical.excitation_frequency_hz is not None
     spec: AxisSpec | None = study.axes.frequency_ratio
     if study.physical is not None and in_units:

@@ -1,4 +1,4 @@
-"""Coordinates and results in SI units of a study of one structure, in addition to its ratios."""
+"""Coordinates and results in SI units that a study of one structure has in addition to ratios."""
 
 import json
 import math
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
-"""The quantities that convert ratios into units; each must be a number, not an axis."""
+"""Numbers in the physical block that convert ratios to SI units."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class InUnits:
     Parameters
     ----------
     name : str
-        Name of the quantity, which ends with its unit.
+        Name of the quantity, with the unit at the end.
     source : str
         The corresponding dimension or variable in ratios.
     factor : float
@@ -47,7 +47,8 @@ class InUnits:
     units, long_name : str
         Attributes by the CF conventions.
     power : int
-        Power of the base amplitude in the factor. In studies over base amplitudes the factor is that for 1 m.
+        Power of the base amplitude in the factor. In studies over base amplitudes, `factor` holds for an amplitude of
+        1 m.
     """
 
     name: str
@@ -58,7 +59,7 @@ class InUnits:
     power: int = 1
 
     def of(self, values: NDArray[Any]) -> NDArray[np.float64]:
-        """Convert values of the source into the quantity."""
+        """Return the quantity, converted from values of the source."""
         return np.asarray(values, np.float64) * self.factor
 
     @property
@@ -68,34 +69,34 @@ class InUnits:
 
 
 def coordinates_in_units(cube: "xr.Dataset") -> list[InUnits]:
-    """Give the coordinates in units that accompany the ratios of a cube.
+    """Return the coordinates in SI units that correspond to the dimensions of a cube.
 
     Parameters
     ----------
     cube : Dataset
-        A study's cube, or a part of one; its attribute `study` is the definition.
+        The cube of a study, or a part of the cube. The attribute `study` holds the definition.
 
     Returns
     -------
     list of InUnits
-        One for each dimension of the cube for which the definition's physical block has the numbers; empty for a
-        study in ratios alone.
+        One coordinate for each dimension that the numbers of the physical block convert to units. The list is empty for
+        a study in ratios alone.
     """
     return [each for each in _quantities(cube) if each.source in cube.sizes]
 
 
 def results_in_units(cube: "xr.Dataset") -> list[InUnits]:
-    """Give the results in units that accompany the variables of a cube; see `coordinates_in_units`."""
+    """Return the results in SI units that correspond to the variables of a cube; see `coordinates_in_units`."""
     return [each for each in _quantities(cube) if each.source in cube.data_vars]
 
 
 def with_units(cube: "xr.Dataset", results: bool = True) -> "xr.Dataset":
-    """Add coordinates and results in units: lazily if the cube has arrays of Dask, else from values in memory.
+    """Add coordinates and results in units to a cube. Results are computed lazily if the cube has Dask arrays.
 
     Returns
     -------
     Dataset
-        Unchanged if the study is given in ratios alone.
+        The extended cube. A cube of a study in ratios alone is unchanged.
     """
     coordinates = {
         each.name: (each.source, each.of(cube[each.source].values), each.attributes)
@@ -115,21 +116,20 @@ def with_units(cube: "xr.Dataset", results: bool = True) -> "xr.Dataset":
 
 
 def base_of(cube: "xr.Dataset") -> "xr.DataArray":
-    """Give the base amplitude Z [m] of a cube over base amplitudes: along that dimension and, if Z changes with it,
-    along the frequency.
-    """
+    """Return Z [m] of a cube along the base amplitudes and, if Z varies over frequency, along the frequency."""
     constant = _physical(cube).get("constant")
     found: xr.DataArray = base_amplitudes(cube[AMPLITUDE], cube["frequency_ratio"], constant)
     return found
 
 
 def results_along(cube: "xr.Dataset") -> list[InUnits]:
-    """Give the results in units of a cube over base amplitudes: its factors are per metre of base amplitude.
+    """Return the results in SI units of a cube over base amplitudes, with factors for a base amplitude of 1 m.
 
     Returns
     -------
     list of InUnits
-        One for each result in ratios in the cube; empty if the cube has no dimension of base amplitudes.
+        One quantity for each result of the cube that is a ratio. The list is empty if the cube has no dimension of
+        base amplitudes.
     """
     if AMPLITUDE not in cube.sizes:
         return []
@@ -146,8 +146,10 @@ def results_along(cube: "xr.Dataset") -> list[InUnits]:
 
 
 def ratios_beside(cube: "xr.Dataset") -> "dict[str, xr.Variable]":
-    """Give the ratios that belong to a cube over base amplitudes; the cube's own dimensions are in units. A ratio
-    varies along the dimensions along which Z varies, and along that of its own quantity if it has one.
+    """Return the ratios for a cube over base amplitudes, whose dimensions are in SI units.
+
+    Each ratio has the dimensions of `base_of`. The clearance ratio also varies along the clearance, and the friction
+    ratio along the friction force.
     """
     import xarray as xr
 
@@ -173,9 +175,7 @@ def ratios_beside(cube: "xr.Dataset") -> "dict[str, xr.Variable]":
 
 
 def in_si(cube: "xr.Dataset") -> list[InUnits]:
-    """Give the dimensions and results that a cube stores in SI units: those of ground-motion suites and of studies over
-    base amplitudes.
-    """
+    """Return the dimensions and results that a cube stores in SI units. The list is empty for a cube in ratios."""
     if "natural_frequency_hz" in cube.sizes:
         every = [name for name in (*SUITE_DIMENSIONS, *SUITE_VARIABLES) if name in cube.variables]
         units = {name: str(cube[name].attrs.get("units", "1")) for name in every}
@@ -188,7 +188,7 @@ def in_si(cube: "xr.Dataset") -> list[InUnits]:
 
 
 def metric_in_units(cube: "xr.Dataset", answer: "xr.Dataset", metric: str | None) -> "xr.Dataset":
-    """Give a metric that was named in units, with its error, instead of the ratios; leave others unchanged."""
+    """Convert a metric and its error in an answer to SI units, if the question gave the metric in SI units."""
     results = {each.name: each for each in results_in_units(cube)}
     if metric not in results:
         return answer
@@ -201,14 +201,14 @@ def metric_in_units(cube: "xr.Dataset", answer: "xr.Dataset", metric: str | None
 
 
 def place_in_units(cube: "xr.Dataset", answer: "xr.Dataset") -> "xr.Dataset":
-    """Add the quantities in units at the point of an answer, so that a question in units is answered in units.
+    """Add coordinates in SI units to the point of an answer.
 
     Parameters
     ----------
     cube : Dataset
-        The study of the question.
+        The cube of the study.
     answer : Dataset
-        Its scalar coordinates give the point.
+        An answer whose scalar coordinates give the point.
     """
     beside = {
         each.name: ((), each.of(answer[each.source].values), each.attributes)
@@ -219,7 +219,7 @@ def place_in_units(cube: "xr.Dataset", answer: "xr.Dataset") -> "xr.Dataset":
 
 
 def in_ratios(cube: "xr.Dataset", names: Iterable[str]) -> tuple[str, ...]:
-    """Give the dimensions of the cube for dimensions named in units; leave others unchanged."""
+    """Replace each name of a coordinate in SI units by the name of the corresponding ratio."""
     sources = {each.name: each.source for each in coordinates_in_units(cube)}
     return tuple(sources.get(name, name) for name in names)
 
@@ -235,7 +235,7 @@ def _quantities(cube: "xr.Dataset") -> list[InUnits]:
 
 
 def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
-    """List all coordinates and results that the numbers of a definition's physical block allow."""
+    """Return all coordinates and results in SI units that the physical block of a definition determines."""
     physical = definition.get("physical") or {}
     mass, frequency, amplitude = (_number(physical, name) for name in STRUCTURE)
     speed = 2.0 * math.pi * frequency * amplitude
@@ -262,10 +262,10 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
 
 
 def _per_ratio(ratio: str, physical: Mapping[str, Any]) -> float:
-    """Give a quantity of the cavity over its ratio, by the derivation of the ratio.
+    """Return the factor from a ratio of the cavity to the quantity that determines the ratio.
 
-    It is NaN if another quantity is missing or an axis, or if the ratio is 0 for every value. It is also NaN if the
-    quantity is not proportional to its ratio and has no single value.
+    The factor is NaN if another quantity of the derivation is missing or an axis, or if the ratio is 0 for every value.
+    The factor is also NaN if the quantity is not proportional to the ratio and is not a single number.
     """
     derivation = DERIVATIONS[ratio]
     given = {name: np.array(_number(physical, name)) for name in (*STRUCTURE, *physical)}
@@ -280,6 +280,6 @@ def _physical(cube: "xr.Dataset") -> Mapping[str, Any]:
 
 
 def _number(physical: Mapping[str, Any], name: str) -> float:
-    """Give a number of the block; NaN if it is missing or an axis."""
+    """Return a number of the physical block; NaN if the entry is missing or an axis."""
     value = physical.get(name)
     return float(value) if isinstance(value, int | float) else math.nan

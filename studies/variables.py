@@ -1,6 +1,4 @@
-"""Every result variable, its unit and its meaning: the only registry, read by the cube, the queries and the
-documents.
-"""
+"""The result variables of harmonic studies, with units and meanings. Cubes, queries and documents use this registry."""
 
 from collections.abc import Container
 from dataclasses import dataclass
@@ -16,28 +14,28 @@ _DIMENSIONS: dict[str, tuple[str, str, str]] = {
     "frequency_ratio": ("frequency ratio", "r", " = ω/ω_n"),
 }
 DIMENSIONS: tuple[str, ...] = tuple(_DIMENSIONS)
-"""The dimensions of every cube, in this order, always all present."""
+"""Dimensions of the cube of a harmonic study in ratios, in this order. All dimensions are always present."""
 PARTICLE_FRICTION, GRAVITY = BEFORE = "particle_friction_ratio", "gravity_ratio"
-"""Optional dimensions before them, each present only if a study has it."""
+"""Optional dimensions, which precede `DIMENSIONS`. Each is present only if the study defines it."""
 MADE_BY = {PARTICLE_FRICTION: "particle_friction_coefficient", GRAVITY: "tilt_deg"}
-"""The quantities of a physical block that determine each of them."""
+"""Quantity of a physical block that determines each of the optional dimensions."""
 _DIMENSIONS[PARTICLE_FRICTION] = ("friction ratio of the particle", "κ", " = μ_i·g/(ω_n²·Z)")
 _DIMENSIONS[GRAVITY] = ("gravity ratio", "G", " = g·sin α/(ω_n²·Z)")
 DIMENSION_NAMES: dict[str, str] = {name: words for name, (words, _, _) in _DIMENSIONS.items()}
 SYMBOLS: dict[str, str] = {name: symbol for name, (_, symbol, _) in _DIMENSIONS.items()}
-"""The dimensions as the paper writes them."""
+"""Symbol of each dimension."""
 DIMENSION_LONG_NAMES: dict[str, str] = {
     name: f"{words} {symbol}{more}" for name, (words, symbol, more) in _DIMENSIONS.items()
 }
 
 
 def dimensions_of(names: Container[object]) -> tuple[str, ...]:
-    """Give the dimensions of a harmonic study in the order of its cube; optional ones only if they are in `names`."""
+    """Return the dimensions of a harmonic study in the order of the cube, with the optional dimensions in `names`."""
     return (*(name for name in BEFORE if name in names), *DIMENSIONS)
 
 
 class Status(IntEnum):
-    """How the computation of one design point ended; 2 and above failed."""
+    """How the computation of one design point ended. Values of 2 and above are failures."""
 
     NOT_COMPUTED = -1
     CONVERGED = 0
@@ -49,12 +47,12 @@ class Status(IntEnum):
 
     @property
     def outcome(self) -> str:
-        """What happened, in one sentence."""
+        """Sentence that states how the computation ended."""
         return _OUTCOMES[self]
 
     @property
     def sentence(self) -> str:
-        """The outcome and, if possible, a remedy."""
+        """Sentences that state the outcome and, if possible, a remedy."""
         return " ".join(filter(None, (self.outcome, _REMEDIES.get(self))))
 
 
@@ -83,7 +81,7 @@ _REMEDIES = {
 
 
 class ResponseClass(IntEnum):
-    """What kind of steady response a design point has."""
+    """Class of the steady response of a design point."""
 
     UNKNOWN = -1
     LINEAR = 0
@@ -125,21 +123,21 @@ class Variable:
     name : str
         Name in the cube, the queries and every document.
     dtype : str
-        Type in the store, as numpy spells it.
+        Data type in the store, as numpy spells it, for example ``f8``.
     units : str
-        UDUNITS spelling; "1" for ratios.
+        Unit in the spelling of UDUNITS; "1" for ratios.
     long_name : str
-        For axis titles.
+        Name for axis titles.
     doc : str
-        Its meaning in one sentence, with its normalisation.
+        Meaning of the variable in one sentence, with the normalisation.
     flags : type of IntEnum, optional
-        The meaning of the values, if they are codes.
+        Enumeration of the values, if the values are codes.
     start : str, optional
-        The only start option that gives it; "" if every option does.
+        The only start option that gives the variable; "" if every start option gives the variable.
     asked : bool
-        Whether it is stored only if a study lists it.
+        Whether the variable is stored only if a study lists the variable.
     rubbing : bool
-        Whether it is stored only if the particle has friction of its own.
+        Whether the variable is stored only if the particle has friction in the cavity.
     """
 
     name: str
@@ -154,7 +152,7 @@ class Variable:
 
     @property
     def fill(self) -> float | int:
-        """Value of a point that has not been computed."""
+        """Value that is stored for a point that has not been computed."""
         return nan if self.dtype.startswith("f") else -1
 
 
@@ -363,7 +361,7 @@ STEPPED: tuple[str, ...] = (
     "run_time",
     "status",
 )
-"""Names of the variables that the fixed-step method gives: it has samples, but no energies, orbits or classes."""
+"""Names of the variables that the fixed-step method computes."""
 
 NONE_IS_ZERO: tuple[str, ...] = (
     "impact_speed_max",
@@ -374,10 +372,7 @@ NONE_IS_ZERO: tuple[str, ...] = (
     "amplitude_ratio_second",
     "amplitude_ratio_third",
 )
-"""Variables that are zero if a response lacks the feature: no impact, no loss, no other response.
-
-Others are undefined where they are NaN, for example the Floquet multiplier of a response that does not repeat.
-"""
+"""Variables for which NaN means 0, because there is no impact, no loss, or no other response."""
 
 
 def available_variables(start: str) -> tuple[str, ...]:

@@ -1,21 +1,15 @@
-"""Vocabularies that several interfaces share. Each is defined only here, as a type for type checkers and a tuple for
-messages.
-
-It imports no other module of the package, so that the command line and the client may use it first.
-"""
+"""Names and meanings of options that several interfaces share. This module imports no other module of the package."""
 
 from typing import Literal, get_args
 
 State = Literal["queued", "running", "done", "cancelled", "failed"]
 STATES: tuple[State, ...] = get_args(State)
-"""Every state of a study; the last three are final."""
+"""Every state of a study. The last three states are final."""
 ENDED: tuple[State, ...] = STATES[2:]
 
 Scope = Literal["read", "submit", "admin"]
 SCOPES: tuple[Scope, ...] = get_args(Scope)
-"""Permissions of a key, each including the earlier ones: to ask, to submit and change your own studies, to change those
-of others.
-"""
+"""Permissions of an access key: to read, also to submit and change own studies, and also to change all studies."""
 
 PRIORITIES = -10, 10
 """Lowest and highest priority of a study; the default is 0."""
@@ -30,14 +24,14 @@ OBJECTIVES: dict[Objective, str] = {
     "band_mean": "mean amplitude ratio over the band",
     "band_rms": "rms of the amplitude ratio over the band",
 }
-"""Criteria for ranking designs, and their meanings; smaller is better."""
+"""Criteria for ranking designs, and their meanings. Smaller values are better."""
 OBJECTIVES_IN_UNITS: dict[Objective, str] = {
     "resonance": "amplitude at the frequency nearest the natural one",
     "peak": "largest amplitude in the band",
     "band_mean": "mean amplitude over the band",
     "band_rms": "rms of the amplitude over the band",
 }
-"""Meanings of these criteria for a study whose amplitudes are in units."""
+"""Meanings of the criteria in `OBJECTIVES` for a study whose amplitudes are in units."""
 
 Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
 CRITERIA: dict[Criterion, str] = {
@@ -61,7 +55,7 @@ CRITERION_NAMES: dict[Criterion, str] = {
     "h2": "H2",
     "minimax": "least peak (minimax)",
 }
-"""Short names of these tunings, for a list of choices."""
+"""Short names of the tunings in `CRITERIA`, for a list of choices."""
 
 ContactModel = Literal["instant", "dwell", "compliant"]
 CONTACT_MODELS: dict[ContactModel, str] = {
@@ -76,15 +70,15 @@ START_KINDS: dict[str, str] = {
     "ensemble": "from several drawn states",
     "continuation": "where the frequency beside it ended",
 }
-"""Initial state of each point."""
+"""Words for the initial state of each point, by the kind of start."""
 
 Excitation = Literal["base", "force"]
 EXCITATIONS: dict[Excitation, str] = {"base": "its base, shaken", "force": "a force on it"}
-"""The excitation of the structure."""
+"""Words for each kind of excitation of the structure."""
 
 Reduction = Literal["max", "min", "mean"]
 REDUCTIONS: tuple[Reduction, ...] = get_args(Reduction)
-"""Reductions of a dimension."""
+"""Ways to reduce the values along a dimension to a single value."""
 
 RESPECTS: dict[str, tuple[str, str]] = {
     "amplitude": ("value", "what the objective judges"),
@@ -95,7 +89,7 @@ RESPECTS: dict[str, tuple[str, str]] = {
     "dissipation_friction": ("dissipation_friction", "friction share of the dissipation, mean over the band"),
     "dissipation_impact": ("dissipation_impact", "impact share of the dissipation, mean over the band"),
 }
-"""Respects in which designs are compared: the source of the number, and its meaning. Smaller is better."""
+"""Variable and meaning of each quantity by which designs are compared. Smaller values are better."""
 
 ExportFormat = Literal["netcdf", "csv", "parquet"]
 EXPORT_FORMATS: dict[ExportFormat, str] = {
@@ -125,14 +119,14 @@ CASES: dict[str, str] = {
     "fd": "friction",
     "hybrid": "particle and friction",
 }
-"""The dampers of the paper's Table A1 in its order of effect."""
+"""The dampers in Table A1 of the paper."""
 
 AccelerationUnits = Literal["g", "m/s2", "cm/s2"]
 ACCELERATION_UNITS: dict[str, float] = {"g": 9.80665, "m/s2": 1.0, "cm/s2": 0.01}
-"""Units of an acceleration with their values in m/s²; that of g is its definition."""
+"""Units of an acceleration with their values in m/s². The value of g is the standard acceleration of gravity."""
 
 OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
-"""The dimensions without meaning in a scene without a particle."""
+"""Dimensions that have no meaning if the scene has no particle."""
 
 DEFAULTS: dict[str, float] = {
     "damping_ratio": 0.0038,
@@ -140,7 +134,7 @@ DEFAULTS: dict[str, float] = {
     "mass_ratio": 0.1,
     "friction_ratio": 0.0,
 }
-"""Defaults of a study: the paper's structure, particle and cushion (its Table 2), no friction."""
+"""Defaults of a study: structure, particle and cushion of the paper (Tables 1 and 2, Section 2), without friction."""
 
 DESIGN_POINT: dict[str, float] = {**DEFAULTS, "clearance_ratio": 10.0, "frequency_ratio": 1.0}
 """The default design point of `simulate` and of a form."""

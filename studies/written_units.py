@@ -14,16 +14,16 @@ ACCELERATIONS = {
     "%g": 0.01 * ACCELERATION_UNITS["g"],
     "mg": 1e-3 * ACCELERATION_UNITS["g"],
 }
-"""Units by their usual spelling, and what one of each is in SI units."""
+"""Value of each unit of acceleration in m/s², by the usual spelling."""
 
 BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
 OF_PEAK = re.compile(r"\b(?:peak|max\w*|largest|pga)\b", re.IGNORECASE)
-"""Words of a line that states the largest value, perhaps in another unit than its samples."""
+"""Words of a line that states the largest value of a record, whose unit may differ from the unit of the samples."""
 _FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
 _NO_SUFFIX = ("h", "v", "in")
-"""Units that usually mean a direction, as in `acc_h`."""
+"""Units that usually mean a direction at the end of a heading, as in `acc_h`."""
 _LONGEST = 40
-"""Characters of a text that are examined; real units have fewer."""
+"""Largest length of a text that is examined; real units are shorter."""
 _KINDS = {
     "a time": (*TIMES, "ns", "min", "minutes", "h", "hours", "samples"),
     "an acceleration": tuple(ACCELERATIONS),
@@ -57,7 +57,7 @@ _SPELLINGS = tuple(
 
 
 def usual(written: str) -> str:
-    """Give the usual spelling of a unit, in lower case; an unknown unit is only simplified."""
+    """Return the usual spelling of a unit, in lower case. An unknown unit is only simplified."""
     unit = written.lower().translate(str.maketrans("⁻−²¹", "--21")).strip(" \t.:;,'`()[]{}")
     for pattern, plain in _SPELLINGS:
         unit = pattern.sub(plain, unit)
@@ -65,7 +65,7 @@ def usual(written: str) -> str:
 
 
 def kind_of(written: str) -> str:
-    """Name the quantity of a unit, as in `a velocity`; empty if unknown."""
+    """Return the kind of quantity that a unit measures, for example `a velocity`; empty if the unit is unknown."""
     unit = usual(written) if len(written) <= _LONGEST else ""
     if unit.endswith("2/hz"):
         return "a spectral density"

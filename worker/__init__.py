@@ -1,1 +1,1 @@
-"""Computing a design point: physics, solver, steady states, and the interface to Dask."""
+"""Computation of design points: physics, solver, steady responses, and the connection to Dask."""

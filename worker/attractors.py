@@ -1,4 +1,4 @@
-"""The steady responses of one design point from many starts, and what decides between them."""
+"""Finds the steady responses of a design point from many starts, and whether rounding decides between responses."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,26 +17,24 @@ from damperlab.worker.steady.settle import Settings, at_rest, settle
 from damperlab.worker.warm import warm
 
 NUDGES = (1, -1, 2, -2)
-"""Starts next to rest: multiples of `NUDGE`, by which the velocity of the base is changed or, under a force, the
-position of the particle.
-"""
+"""Relative changes, in units of `NUDGE`, of the base velocity or, under a force, of the particle's gap at rest."""
 
 NUDGE = 2.0**-46
-"""About 64 roundings: smaller than any measurable difference of a start."""
+"""Smallest relative change of a start, about 64 rounding errors, and far below any measurable difference."""
 
 
 @dataclass(frozen=True)
 class Attractor:
-    """One response, and the number of starts that lead to it.
+    """A steady response, and the number of starts that lead to it.
 
     Attributes
     ----------
     starts : int
-        Number of drawn starts, including rest.
+        Number of drawn starts that lead to the response. Rest is one of the drawn starts.
     response : Response
-        The response, as measured from the first of these starts.
+        Response, measured from the first start that leads to it.
     from_rest, from_next_to_rest : bool
-        Whether rest leads to it, and whether a start next to rest does.
+        Whether rest leads to the response, and whether a start near rest, changed by `NUDGES`, does.
     """
 
     starts: int
@@ -47,14 +45,14 @@ class Attractor:
 
 @dataclass(frozen=True)
 class Attractors:
-    """The different responses of one design point.
+    """The different steady responses of one design point.
 
     Attributes
     ----------
     starts, failed : int
-        Number of starts drawn, and of failed runs.
+        Number of drawn starts, and number of starts whose run failed.
     met : list of Attractor
-        The most frequent first.
+        Different responses, in descending order of `starts`.
     """
 
     starts: int
@@ -63,12 +61,12 @@ class Attractors:
 
     @property
     def by_a_rounding(self) -> bool:
-        """Whether a start that differs from rest only in the last digits leads to another response."""
+        """Whether a start that differs from rest by rounding leads to another response than rest."""
         return any(one.from_next_to_rest and not one.from_rest for one in self.met)
 
     @property
     def sentence(self) -> str:
-        """Conclusions from the starts, in words."""
+        """Text that summarises the responses."""
         if not self.met:
             return f"All {self.starts} starts failed."
         drawn = self.starts - self.failed
@@ -86,21 +84,21 @@ class Attractors:
         )
         if unsettled := sum(one.response.status == Status.MAX_CYCLES for one in self.met):
             last = (
-                f" The run of {unsettled} of them had not settled when it reached its limit on cycles or "
-                "events: it may still end in another of them."
+                f" {unsettled} of these responses had not settled at the limit on cycles or events, and may still "
+                "become another response."
             )
         return f"{drawn} starts lead to {len(self.met)} responses: {shares}.{last}"
 
 
 def find_attractors(design: Design, starts: int, seed: int, settings: Settings) -> Attractors:
-    """Run one design point from rest, from drawn states, and from next to rest.
+    """Find the steady responses of one design point from rest, from drawn states, and from states near rest.
 
     Parameters
     ----------
     design : Design
-        The point.
+        The design point.
     starts, seed : int
-        Number of starts, rest first, as in an ensemble study; and the seed.
+        Number of starts, of which the first is rest, and seed for drawing the other starts, as in an ensemble study.
     settings : Settings
         Criteria for a steady response.
     """
@@ -132,7 +130,7 @@ def find_attractors(design: Design, starts: int, seed: int, settings: Settings) 
 
 def _next_to(rest: State) -> Iterator[State]:
     for times in NUDGES:
-        # under a force the base has no velocity, and without a particle no start is next to rest
+        # under a force the base does not move, so only the gap of a particle can change
         if rest.w == 0.0:
             if rest.gap > 0.0:
                 yield rest._replace(gap=rest.gap * (1.0 + times * NUDGE))
@@ -140,5 +138,5 @@ def _next_to(rest: State) -> Iterator[State]:
         w = copysign(abs(rest.w) * (1.0 + times * NUDGE), rest.w)
         p_rate = (
             rest.p_rate if rest.slide is None else rest.p_rate + (w - rest.w)
-        )  # the particle is carried along
+        )  # the particle moves with the structure
         yield rest._replace(w=w, p_rate=p_rate)

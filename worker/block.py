@@ -1,4 +1,4 @@
-"""One block of a study, solved."""
+"""Computes one block of a study."""
 
 from time import thread_time
 
@@ -34,21 +34,21 @@ Values = dict[str, NDArray[np.generic]]
 
 
 def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> dict[str, np.ndarray]:
-    """Steady response of every point of a block.
+    """Compute the steady response at every point of a block.
 
     Parameters
     ----------
     study : Study
-        The study.
+        The study that contains the block.
     block : Block
-        The part of its grid; for a continuation, complete along the frequency.
+        Part of the grid of the study. For a continuation, the part must have all frequencies.
     known : ndarray of bool, shape block.shape, optional
-        Mask of known points, which need not be computed and may stay empty.
+        Mask of points with known results. These points may be left out and then keep fill values.
 
     Returns
     -------
     dict of ndarray, shape block.shape
-        Every stored variable (`study.metrics`). A failed point has NaN and its status; nothing is raised for it.
+        Every stored variable (`study.metrics`). The values at a failed point are NaN, and the status states why.
     """
     points = block_points(study, block)
     count = points["frequency_ratio"].size
@@ -75,7 +75,7 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
         for scene in scenes(study):
             warm(scene)
     if isinstance(study.start, Continuation):
-        # the next frequency needs the state of a known point too, so nothing is left out
+        # the next frequency needs the final state of a known point, so known points are computed too
         _solve_rows(study, points, np.flatnonzero(~linear), values, block.shape[-1])
     elif isinstance(study.start, Ensemble):
         _solve_ensembles(study, study.start, points, chosen, values)
@@ -96,7 +96,7 @@ def _settings(study: Study) -> Settings:
 
 
 def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], values: Values) -> None:
-    """Solve each point from rest."""
+    """Compute each point from rest."""
     settings = _settings(study)
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
@@ -109,7 +109,7 @@ def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], val
 def _solve_stepped(
     study: Study, solver: Rk4Solver, points: Points, known: NDArray[np.bool_] | None, values: Values
 ) -> None:
-    """Compute each point from rest by fixed steps, even points with a closed form, since the study is about the method."""
+    """Compute each point from rest with fixed steps, also a point with a closed form, because the method is studied."""
     settings = _settings(study)._replace(
         energies=None
     )  # fixed steps measure no energies, so one kernel serves every study
@@ -127,8 +127,9 @@ def _solve_stepped(
 def _solve_rows(
     study: Study, points: Points, chosen: NDArray[np.intp], values: Values, frequencies: int
 ) -> None:
-    """Solve each point from the end of the response at the previous frequency; from rest at the first, and after a
-    failure.
+    """Compute each point from the final state at the previous frequency, or from rest at the first frequency of a row.
+
+    After a failure, the next point also starts from rest.
     """
     settings = _settings(study)
     if isinstance(study.start, Continuation) and study.start.direction == "down":
@@ -148,9 +149,7 @@ def _solve_rows(
 
 
 def _shrinks(study: Study, r_before: float | Forced, r: float | Forced) -> float:
-    """Ratio of base displacements at two frequencies, which differs from 1 if the velocity or acceleration of the base
-    is constant.
-    """
+    """Return the ratio of the base displacements at two frequencies, which is 1 for a constant displacement."""
     constant = study.physical.constant if study.physical is not None else None
     if constant is None or isinstance(r, Forced) or isinstance(r_before, Forced):
         return 1.0
@@ -160,7 +159,7 @@ def _shrinks(study: Study, r_before: float | Forced, r: float | Forced) -> float
 def _solve_ensembles(
     study: Study, ensemble: Ensemble, points: Points, chosen: NDArray[np.intp], values: Values
 ) -> None:
-    """Solve each point from rest and from random states."""
+    """Compute each point from rest and from random states."""
     settings = _settings(study)
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
@@ -173,7 +172,7 @@ def _solve_ensembles(
 
 
 def _one_response(amplitude: NDArray[np.float64]) -> dict[str, np.ndarray]:
-    """Variables of an ensemble whose starts all lead to the same response."""
+    """Return the variables of an ensemble whose starts all lead to the same response."""
     bounded = np.isfinite(amplitude)
     return {
         "amplitude_ratio_mean": amplitude,

@@ -5,13 +5,7 @@ import sys
 
 
 def core_count() -> int:
-    """Cores that this process may use.
-
-    Returns
-    -------
-    int
-        At least 1; limited by the process's affinity if the system has one.
-    """
+    """Return the number of cores for this process, at least 1. On Linux, the CPU affinity may reduce this number."""
     cores = os.cpu_count() or 1
     if sys.platform == "linux":
         cores = min(cores, len(os.sched_getaffinity(0)))

@@ -1,4 +1,4 @@
-"""A hash of what a compiled function depends on: its code, and the module values that the code uses."""
+"""Hashes the code of a compiled function, and the values of global names in the code."""
 
 import enum
 import hashlib
@@ -12,30 +12,28 @@ import numpy as np
 
 _PACKAGE = "damperlab."
 UNKNOWN = "unknown"
-"""Fingerprint of a function whose contents cannot be compared; it counts as equal to no fingerprint, not even to
-itself.
-"""
+"""Fingerprint of a function that cannot be hashed. Two functions with this fingerprint are treated as different."""
 
 
 class _UnknownValue(Exception):
-    """A value whose change would go unnoticed."""
+    """Raised for a value that cannot be hashed."""
 
 
 def name_of(function: Callable[..., Any]) -> str:
-    """Identification of a function: its module and its name."""
+    """Return the identifier of a function, which consists of module and qualified name."""
     return f"{function.__module__}:{function.__qualname__}"
 
 
 def fingerprint(name: str) -> str:
-    """Hash the function of a kernel, found by the name that `name_of` gives.
+    """Return the hash of the function with a given identifier (`name_of`).
 
-    Kernels that it calls enter only by name, because each has its own fingerprint.
+    Kernels that the function calls are included only by name, because each kernel has its own fingerprint.
 
     Returns
     -------
     str
-        16 hex digits, equal for equal code and values in one version of Python; `UNKNOWN` if there is no such
-        function.
+        Hash of 16 hex digits, equal for equal code and values under the same version of Python; `UNKNOWN` if the
+        function does not exist or cannot be hashed.
     """
     module, _, qualified = name.partition(":")
     try:
@@ -49,7 +47,7 @@ def fingerprint(name: str) -> str:
 
 @cache
 def of_function(function: FunctionType) -> str:
-    """Hash a plain function, 16 hex digits or `UNKNOWN`."""
+    """Return the hash of a plain Python function: 16 hex digits, or `UNKNOWN`."""
     digest = hashlib.sha256()
     try:
         for part in _described(function, set()):
@@ -74,7 +72,7 @@ def _described(function: FunctionType, seen: set[int]) -> Iterator[str]:
 
 
 def _code(code: CodeType) -> Iterator[str]:
-    """Give a function's code, without its lines and its docstring."""
+    """Yield the code of a function as text, without line numbers and docstring."""
     yield f"{code.co_code.hex()} {code.co_names} {code.co_varnames} {code.co_freevars} {code.co_argcount} {code.co_flags}"
     for number, constant in enumerate(code.co_consts):
         if isinstance(constant, CodeType):
@@ -113,7 +111,7 @@ def _value(value: Any, seen: set[int]) -> Iterator[str]:
 
 
 def _foreign(value: Any) -> str:
-    """Name an object of another package, whose version is part of every kernel's identity."""
+    """Return the name of an object of another package, whose version is part of the identity of every kernel."""
     module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     name = getattr(value, "__qualname__", getattr(value, "__name__", ""))
     if not module or f"{module}.".startswith(_PACKAGE) or not name:

@@ -1,7 +1,7 @@
-"""The jit policy: how a function becomes a kernel.
+"""Decorators that turn a function into a compiled kernel.
 
-A kernel called by another is a part of it; one called from Python is compiled separately, once per machine
-(`compiler`, `kernel_cache`). Under NUMBA_DISABLE_JIT every kernel is the plain function.
+A kernel that another kernel calls is compiled into the calling kernel. A kernel that Python calls is compiled once per
+machine (see `compiler` and `kernel_cache`). With NUMBA_DISABLE_JIT, kernels are plain Python functions.
 """
 
 from collections.abc import Callable
@@ -30,13 +30,13 @@ _OPTIONS = {"nogil": True, "error_model": "numpy"}
 
 
 class _PartType(types.Dispatcher):  # type: ignore[misc]
-    """The numba type of a part. A part is compiled once for all values of an argument.
+    """The numba type of a kernel that another kernel calls.
 
-    By default numba compiles a function again for every literal number in a call.
+    By default, numba compiles a function again for every literal number in a call. This type prevents the repetition.
     """
 
     def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
-        """Signature of a call."""
+        """Return the signature of a call, without literal types."""
         return super().get_call_type(
             context,
             tuple(map(types.unliteral, args)),
@@ -48,14 +48,16 @@ register_model(_PartType)(models.OpaqueModel)
 
 
 class Kernel:
-    """A compiled function: it is a part of the kernels that call it, and a separate kernel when Python calls it.
+    """A compiled function.
+
+    Kernels that call the function include its code. For calls from Python, the function is compiled separately.
 
     Parameters
     ----------
     function : callable
-        Its plain form.
+        Plain Python function.
     options : dict
-        numba's.
+        Options of the numba compiler.
     """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -66,7 +68,7 @@ class Kernel:
 
     @cached_property
     def whole(self) -> Any:
-        """numba's dispatcher for calls from Python; its kernels are stored on disk unless numba compiles alone."""
+        """numba's dispatcher for calls from Python. The kernels are stored on disk, unless numba compiles alone."""
         dispatcher = numba.njit(pipeline_class=WholeCompiler, **self._options)(self.py_func)
         if not ALONE:
             dispatcher._cache = KernelCache(self.py_func)
@@ -74,15 +76,15 @@ class Kernel:
 
     @property
     def _numba_type_(self) -> Any:
-        """numba's type for it when a kernel calls it."""
+        """Type that numba uses when another kernel calls this kernel."""
         return _PartType(self._part)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the compiled kernel; compile it first for the types of these arguments if needed."""
+        """Call the kernel, which is compiled first if the types of the arguments are new."""
         return self.whole(*arguments)
 
     def __reduce__(self) -> str:
-        """Pickled by name, as functions are."""
+        """Pickle the kernel by name, as Python pickles functions."""
         return self.py_func.__qualname__
 
 
@@ -93,22 +95,22 @@ def _kernel(function: F, **options: Any) -> F:
 
 
 def kernel(function: F) -> F:
-    """Compile on first call, store on disk, release the GIL.
+    """Compile a function at its first call, store the kernel on disk, and release the GIL during calls.
 
-    numba's `fastmath` is off: sums are never re-ordered. A product and a sum in one expression are rounded once
-    (`compiler`). So a point has the same bits in any block, process and order. Division by zero gives inf and NaN as
-    in C, because a numerical failure is data, not an exception.
+    numba's `fastmath` is off, so sums are not re-ordered. A product and a sum in one expression are rounded once (see
+    `compiler`). So the results at a point have the same bits in any block, process and order. Division by zero gives
+    inf or NaN as in C; kernels return a status for numerical failures and raise no exception.
 
-    The compiler decides what is inlined into its caller. By default numba lets the first compiled caller decide this.
-    The machine code, though not its results, would then depend on the kernels that a process has compiled before.
+    The compiler decides which functions are inlined. With numba's default, the first compiled caller would decide. The
+    machine code, but not the results, would then depend on the kernels that a process has compiled before.
     """
     return _kernel(function, forceinline=False)
 
 
 def inlined(function: F) -> F:
-    """Like `kernel`, but always inlined into its callers.
+    """Compile a function as `kernel` does, and inline the function into all callers.
 
-    This is for the small laws inside the integration. By default the compiler does not inline some of them, and their
-    states then pass through memory. This costs a quarter of the run time of a measured integration.
+    Use this decorator for small functions that the integration calls often. If such a function is not inlined, its
+    states pass through memory, which costs a quarter of the run time of a measured integration.
     """
     return _kernel(function, forceinline=True)

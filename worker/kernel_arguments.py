@@ -1,4 +1,4 @@
-"""Kernel arguments for the points of a study's block. Absent elements are None."""
+"""Converts the points of a block into arguments of kernels. Without friction or particle, the argument is None."""
 
 from collections.abc import Iterator, Mapping
 
@@ -15,31 +15,31 @@ from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.response.measures import ACCELERATION, INTEGRATED
 
 LEAST_REBOUND = 1e-14
-"""Restitution below which the rebound speed is lower than the rounding of the velocities."""
+"""Coefficient of restitution below which the rebound speed is less than the rounding error of the velocities."""
 
 
 def rebound_of(restitution: float) -> float:
-    """Return e for the solver. A value below rounding is replaced by 0, so that the bodies move on together."""
+    """Return the coefficient of restitution for the solver: 0 below `LEAST_REBOUND`, where the bodies stay together."""
     return restitution if restitution >= LEAST_REBOUND else 0.0
 
 
 def wants_energies(study: Study) -> bool | None:
-    """True if a study stores a measure that needs integrals over the motion; None removes them from its kernels."""
+    """Return True if a study needs integrals over the motion. Otherwise return None, which removes the integrals."""
     return True if (INTEGRATED | ACCELERATION) & set(study.metrics) else None
 
 
 def wants_acceleration(study: Study) -> bool | None:
-    """True if a study stores a measure of u''; None removes u'' from its kernels."""
+    """Return True if a study stores a measure of u''. Otherwise return None, which removes u'' from the kernels."""
     return True if ACCELERATION & set(study.metrics) else None
 
 
 def excitation_of(frequency_ratio: float, forced: bool) -> float | Forced:
-    """Return a frequency for kernels: plain for a shaken base, wrapped for a force on the structure."""
+    """Return the excitation for kernels: a float for a moving base, or `Forced` for a force on the structure."""
     return Forced(frequency_ratio) if forced else frequency_ratio
 
 
 def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:
-    """Coordinates of every point of a block.
+    """Return the ratios at every point of a block.
 
     Returns
     -------
@@ -54,34 +54,34 @@ def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:
 
 
 def has_friction(points: dict[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
-    """Mask of friction: γ_F > 0."""
+    """Return the mask of points with friction, γ_F > 0."""
     return points["friction_ratio"] > 0.0
 
 
 def has_particle(points: dict[str, NDArray[np.float64]], particle: bool) -> NDArray[np.bool_]:
-    """Mask of a particle that acts on the structure: the scene has one, and β > 0."""
+    """Return the mask of points at which a particle acts: β > 0, and the study has a `particle`."""
     return (points["mass_ratio"] > 0.0) & particle
 
 
 def contact_time_of(contact: Contact | None) -> float | None:
-    """Contact time of the contact model; None if impacts take no time."""
+    """Return the contact time of the model `dwell`, or None for another contact model."""
     return contact.contact_time if isinstance(contact, DwellContact) else None
 
 
 def wall_of(contact: Contact | None, restitution: float, mass_ratio: float) -> Wall | None:
-    """Compliant wall of the contact model; None if walls are rigid, or the particle has no mass."""
+    """Return the wall of the model `compliant`, or None for another contact model or a particle without mass."""
     if not isinstance(contact, CompliantContact) or mass_ratio == 0.0:
         return None
     return Wall(*wall_constants(float(restitution), contact.contact_time, float(mass_ratio)))
 
 
 def acting(before: Mapping[str, float]) -> tuple[float | None, float | None]:
-    """Return κ and G for the solver, None for one that does not act; but κ is 0 for a particle under gravity alone.
+    """Return κ and G for the solver. A ratio of 0 becomes None, but under gravity without friction, κ remains 0.
 
     Parameters
     ----------
     before : mapping of float
-        Ratios by the names of `BEFORE`; a missing one is 0.
+        Ratios by the names in `BEFORE`. A missing ratio is 0.
     """
     rubs, falls = (float(before.get(name, 0.0)) for name in (PARTICLE_FRICTION, GRAVITY))
     return (rubs if rubs > 0.0 or falls > 0.0 else None), (falls if falls > 0.0 else None)
@@ -90,7 +90,7 @@ def acting(before: Mapping[str, float]) -> tuple[float | None, float | None]:
 def kernel_arguments(
     study: Study, points: dict[str, NDArray[np.float64]], chosen: NDArray[np.intp]
 ) -> Iterator[tuple[int, float, float | Forced, float | None, Particle | None]]:
-    """Give index, ζ, excitation, friction and particle of each chosen point of a study; absent elements are None."""
+    """Yield index, ζ, excitation, friction and particle of each chosen point. Friction or particle may be None."""
     contact = study.contact
     contact_time = contact_time_of(contact)
     rubs = has_friction(points)

@@ -1,16 +1,12 @@
-"""Location of compiled kernels: in the package itself, read only, and in the user's cache.
+"""Loads compiled kernels from the package or from the user's cache, and stores new kernels in the user's cache.
 
-A kernel's file is found by the kernel's name and types and by everything that determines its bits (`identity`), not by
-the location or date of its sources. So a kernel compiled elsewhere for the same identity is loaded, and an edited one
-is never loaded again.
+The file of a kernel is found by the name and the types of the kernel and by everything that determines its bits
+(`identity`). Location and date of the sources do not matter, so a kernel that was compiled elsewhere can be loaded. If
+only other sources were edited, a kernel is reused, because its own functions have the same `fingerprint`.
 
-If other sources have changed, a kernel whose own functions (`fingerprint`) are unchanged is taken over.
-
-A file begins with a line of JSON: the identity of the kernel, and the hash of its bytes, so that a damaged file is
-ignored.
-
-The rest is a pickle, which can run any code when it is loaded. It is read only from folders that nobody but the
-user, or the installer of the package, can write.
+A file begins with a line of JSON, which states the identity of the kernel and the hash of its bytes. A file whose bytes
+do not match the hash is ignored. The rest of the file is a pickle, which can run any code when it is loaded. So pickles
+are read only from folders that nobody but the user, or the installer of the package, can write.
 """
 
 import hashlib
@@ -43,7 +39,7 @@ _HERE = Path(__file__).parent
 _COMPILER = ("worker/compiler", "worker/jit.py")
 _KERNELS = ("physics", "solver", "steady", "rk4.py", "accuracy/march.py")
 _SOURCES = (*_COMPILER, *(f"worker/{name}" for name in _KERNELS), "studies/variables.py")
-"""Sources of the kernels: the compiler, the kernels themselves, and the numbers of classes and statuses."""
+"""Sources that determine the kernels: compiler, solver, and the module with the codes of response class and status."""
 _OPTIONS = (
     "BOUNDSCHECK",
     "OPT",
@@ -58,20 +54,20 @@ _OPTIONS = (
 
 @cache
 def source_hash() -> str:
-    """Hash of the code of all kernel sources, 16 hex digits."""
+    """Return the hash of the code in `_SOURCES`, 16 hex digits."""
     return hash_of(_HERE.parent, _SOURCES)[:16]
 
 
 @cache
 def identity() -> dict[str, str]:
-    """Give everything that determines the bits of a kernel's results; a kernel's file is loaded only if it matches.
+    """Return everything that determines the bits of a kernel. Only kernels with an equal identity are loaded.
 
     Returns
     -------
     dict of str
-        Hashes of the kernels' `sources` (`source_hash`) and of the `compiler`, and `target`, the processor and platform
-        of the kernels. The versions of `numba`, `llvmlite` and `numpy`, of `python`, whose objects kernels take and
-        return, and numba's `options`.
+        `sources` and `compiler` are hashes of the sources of kernels (`source_hash`) and of the compiler. `target` is
+        the processor and platform for which kernels are compiled. `numba`, `llvmlite`, `numpy` and `python` are
+        versions. `options` are the settings of numba.
     """
     return {
         "sources": source_hash(),
@@ -87,19 +83,19 @@ def identity() -> dict[str, str]:
 
 @cache
 def folder_name() -> str:
-    """Name of the folder of the kernels of this identity: its sources, and a hash of everything else."""
+    """Return the name of the folder for kernels of this identity: source hash, and a hash of all other entries."""
     rest = sorted(pair for pair in identity().items() if pair[0] != "sources")
     return f"kernels-{source_hash()}-{hashlib.sha256(repr(rest).encode()).hexdigest()[:8]}"
 
 
 def shipped_folder() -> Path:
-    """Folder inside the package for kernels that are installed with it; it need not exist."""
+    """Return the folder for kernels that are installed with the package. The folder may not exist."""
     return _HERE / "kernels" / folder_name()
 
 
 def is_private(folder: Path) -> bool:
-    """Whether only this user and the superuser can write files there, or replace it or a folder above it."""
-    if not hasattr(os, "getuid"):  # not a POSIX system: the user's folders belong to the user
+    """Return whether only this user and the superuser can write in a folder, or replace the folder or its parents."""
+    if not hasattr(os, "getuid"):  # outside POSIX systems, folders are assumed to be private
         return True
     trusted = (0, os.getuid())
     try:
@@ -108,7 +104,7 @@ def is_private(folder: Path) -> bool:
         return False
     if places[0].st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         return False
-    # in a sticky folder, for example /tmp, others cannot rename files of another user
+    # in a sticky folder such as /tmp, users cannot rename files of other users
     open_modes = (place.st_mode & (stat.S_IWGRP | stat.S_IWOTH) for place in places)
     return all(
         place.st_uid in trusted and (not writable or place.st_mode & stat.S_ISVTX)
@@ -117,7 +113,7 @@ def is_private(folder: Path) -> bool:
 
 
 def is_as_safe_as_the_package(folder: Path) -> bool:
-    """Whether only users with write access to the package's sources can write there."""
+    """Return whether only users with write access to the sources of the package can write in a folder."""
     try:
         inside, package = folder.stat(), _HERE.stat()
     except OSError:
@@ -127,13 +123,14 @@ def is_as_safe_as_the_package(folder: Path) -> bool:
 
 
 def cache_folder() -> Path:
-    """Folder of the kernels compiled here: under DAMPERLAB_CACHE_DIR, the user's cache, or the temporary folder.
+    """Return the folder for kernels that are compiled on this machine.
 
     Returns
     -------
     Path
-        The first of these that only this user can write; else a new temporary folder for this process alone. It exists
-        on return.
+        A folder under DAMPERLAB_CACHE_DIR or, without this variable, under the cache folder of the user. If this folder
+        is not private or not writable, a folder under the temporary folder, or else a new temporary folder for this
+        process. The folder exists.
     """
     wanted = os.environ.get("DAMPERLAB_CACHE_DIR")
     home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
@@ -155,31 +152,30 @@ CACHE_FOLDER = cache_folder()
 
 
 class KernelCache:
-    """Kernels of one function on disk, in the interface of numba's dispatcher.
+    """Kernels of one function on disk, with the interface of numba's caches.
 
     Parameters
     ----------
     function : callable
-        The plain form of the kernel.
+        Plain Python function of the kernel.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._name = f"{function.__module__.rpartition('worker.')[2]}.{function.__qualname__}"
         source = Path(inspect.getfile(function)).resolve()
-        # the identity does not cover sources of a kernel outside the package
+        # the identity does not include the source of a kernel outside the package
         if not source.is_relative_to(_HERE.resolve()) and source.exists():
             self._name += f".{hashlib.sha256(source.read_bytes()).hexdigest()[:8]}"
 
     @property
     def cache_path(self) -> str:
-        """Folder for new kernels."""
+        """Folder in which new kernels are stored."""
         return str(CACHE_FOLDER)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Kernel for the types of a call; None if none is stored.
+        """Return the stored kernel for the types of a call, or None.
 
-        Machine code needs only numba's allocation of arrays. `context.refresh` loads the rest of the compiler, which
-        takes 0.4 s, so it is called only to compile.
+        `context.refresh` is not called, because the call takes 0.4 s and is needed only before a compilation.
         """
         file = self._file(signature)
         found = (
@@ -213,9 +209,7 @@ class KernelCache:
 
 
 def _spelled(kind: Any) -> str:
-    """Write types with the names of their fields. numba leaves them out, although a kernel finds a field by its
-    position.
-    """
+    """Return types as text with the names of their fields, which numba leaves out."""
     if isinstance(kind, types.BaseNamedTuple):
         named = kind.instance_class
         fields = (f"{name}: {_spelled(each)}" for name, each in zip(kind.fields, kind, strict=True))
@@ -226,11 +220,11 @@ def _spelled(kind: Any) -> str:
 
 
 _Stored = tuple[dict[str, Any], bytes]
-"""The description of a kernel, and its pickle."""
+"""Description and pickle of a kernel."""
 
 
 def _read(folder: Path, file: str, safe: Callable[[Path], bool]) -> _Stored | None:
-    """Read a kernel's file; None if it is missing, damaged, or writable by others."""
+    """Read the file of a kernel. Return None if the file is missing or damaged, or its folder is not safe."""
     path = folder / file
     if not path.exists() or not safe(folder):
         return None
@@ -244,9 +238,7 @@ def _read(folder: Path, file: str, safe: Callable[[Path], bool]) -> _Stored | No
 
 
 def _taken_over(file: str) -> _Stored | None:
-    """Take over a kernel compiled from other sources if its own functions are unchanged, and store it for these
-    sources too.
-    """
+    """Load a kernel of other sources whose own functions are unchanged, and store it under the present identity."""
     for folder in CACHE_FOLDER.parent.glob(f"kernels-*-{folder_name().rpartition('-')[2]}"):
         found = _read(folder, file, is_private) if folder != CACHE_FOLDER else None
         if found and all(part == fingerprint(name) != UNKNOWN for name, part in found[0]["parts"].items()):
@@ -257,11 +249,11 @@ def _taken_over(file: str) -> _Stored | None:
 
 
 def _keep(path: Path, stored: _Stored) -> None:
-    """Write a kernel's file in one step, so that no other process reads an incomplete one."""
+    """Write the file of a kernel in one step, so that no other process reads an incomplete file."""
     head, kernel = stored
     try:
         with NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as file:
             file.write(json.dumps(head).encode() + b"\n" + kernel)
         Path(file.name).replace(path)
-    except OSError:  # a full disk: the kernel still serves this process
+    except OSError:  # if the disk is full, only this process can use the kernel
         Path(file.name).unlink(missing_ok=True)

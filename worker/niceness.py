@@ -1,13 +1,13 @@
-"""Gives computing processes a lower priority than answering ones on a shared processor."""
+"""Lowers the priority of processes that compute, so that requests are answered first."""
 
 import os
 import sys
 
 NICENESS = 5
-"""The increment: an answering process then gets three times the share of a computing one, and is woken immediately."""
+"""Increment of the niceness, with which a process that answers requests gets three times as much processor time."""
 
 
 def stand_back() -> None:
-    """Lower the priority of this process from now on; call it only once in each process, since the steps add up."""
+    """Lower the priority of this process. A second call would lower the priority further."""
     if sys.platform != "win32":
         os.nice(NICENESS)

@@ -1,4 +1,4 @@
-"""Abnormal ends of a block or of a run; this module does not depend on a cluster."""
+"""Exceptions for the early end of a block or a run, and the decision on retries."""
 
 import errno
 from collections.abc import Iterator
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
     from distributed import Client
 
 RETRIES = 2
-"""Largest number of retries of a block after an exception, or after the death of its worker."""
+"""Largest number of retries of a block after an exception or the death of its worker."""
 
 
 class Interrupted(RuntimeError):
-    """The study cannot continue, for a reason outside its points; finished blocks are kept and it can be resumed."""
+    """Raised if a study cannot continue for a reason outside its points. Finished blocks are kept for resuming."""
 
 
 class Outage(Interrupted):
-    """A temporary reason prevents a study from continuing: the cluster is absent, or the disk is full."""
+    """Raised if a study cannot continue for a temporary reason, such as a missing cluster or a full disk."""
 
 
 class SchedulerLost(Outage):
-    """The connection to the Dask scheduler was lost."""
+    """Raised if the connection to the Dask scheduler is lost."""
 
     def __init__(self) -> None:
         super().__init__("the connection to the Dask scheduler was lost")
@@ -34,7 +34,7 @@ class SchedulerLost(Outage):
 
 @contextmanager
 def asking_the_cluster(client: "Client") -> Iterator[None]:
-    """Raise `SchedulerLost` if the scheduler is lost during a request, whatever error the library raises."""
+    """Raise `SchedulerLost` if the connection to the scheduler is lost during a request, whatever error Dask raises."""
     try:
         yield
     except Exception as error:
@@ -44,12 +44,12 @@ def asking_the_cluster(client: "Client") -> Iterator[None]:
 
 
 class ClusterUnusable(RuntimeError):
-    """There is no cluster to compute on; a user error.
+    """Raised if the cluster in the settings cannot be used.
 
     Parameters
     ----------
     fault : Fault
-        The setting, the value found, the allowed values, the advice.
+        Fault with the setting, the value found, the allowed values and the advice.
     """
 
     def __init__(self, fault: Fault) -> None:
@@ -58,25 +58,23 @@ class ClusterUnusable(RuntimeError):
 
 
 class Crashed(RuntimeError):
-    """A block ended the separate process that computed it, while the parent survived. The cause is the block, or lack
-    of memory.
-    """
+    """Raised if the separate process that computed a block died, because of the block or of a lack of memory."""
 
 
 class Leaving(RuntimeError):
-    """A worker was asked to leave while it computed a block. It is not at fault, and another worker gets the block."""
+    """Raised if a worker was asked to leave while it computed a block, which another worker then computes."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A block that failed as often as allowed.
+    """A block that failed in all allowed attempts.
 
     Parameters
     ----------
     index : int
-        Of the block.
+        Index of the block.
     message : str
-        The reason, in one sentence.
+        Reason of the failure as a sentence.
     """
 
     index: int
@@ -84,31 +82,31 @@ class Failure:
 
 
 def is_full(error: OSError) -> bool:
-    """Whether a disk lacks space: blocks, inodes or a quota."""
+    """Return whether an error means a full disk or an exhausted quota."""
     return error.errno in (errno.ENOSPC, errno.EDQUOT)
 
 
 def judged(error: Exception, index: int, failures: int) -> Failure | None:
-    """Decide how to continue with a block whose attempt raised an exception.
+    """Decide whether a block is tried again after an exception.
 
     Parameters
     ----------
     error : Exception
-        The exception of `damperlab.worker.worker_process.tasks.run_block`.
+        Exception from `damperlab.worker.worker_process.tasks.run_block`.
     index : int
-        Of the block.
+        Index of the block.
     failures : int
-        Number of its earlier failures.
+        Number of earlier failures of the block.
 
     Returns
     -------
     Failure or None
-        None if it is tried again.
+        Failure of the block, or None if the block is to be tried again.
 
     Raises
     ------
     Interrupted
-        If the code differs from the study's, or data cannot be read or written; the points are not at fault.
+        If the code differs from that of the study, or data cannot be read or written. The points are not the cause.
     """
     if isinstance(error, WrongCode):
         raise Interrupted(str(error)) from error
@@ -121,6 +119,6 @@ def judged(error: Exception, index: int, failures: int) -> Failure | None:
     if failures < RETRIES:
         return None
     if isinstance(error, OSError):
-        # Points are not at fault for disks and mounts, so nothing is recorded as failed.
+        # a disk error is not caused by the points, so no block is recorded as failed
         raise Interrupted(f"a worker cannot read or write the study's data ({text})") from error
     return Failure(index, text)

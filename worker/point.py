@@ -1,4 +1,4 @@
-"""One design point, computed with existing kernels: its end state, its results, its time history."""
+"""Computes the results, the final state and the time history of one design point with kernels that exist already."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -50,13 +50,13 @@ class Design:
     Parameters
     ----------
     damping_ratio, frequency_ratio : float
-        ζ in [0, 1) and r > 0.
+        Damping ratio ζ in [0, 1), and frequency ratio r > 0.
     friction_ratio : float
-        γ_F ≥ 0.
+        Friction ratio γ_F ≥ 0.
     particle : Particle, optional
-        d/Z > 0, e in [0, 1], β ≥ 0 and its contact; None for a scene without a particle.
+        Particle with d/Z > 0, e in [0, 1], β ≥ 0 and a contact model; None without a particle.
     forced : bool
-        A force on the structure instead of a shaken base; lengths are over F₀/k.
+        Whether the excitation is a force on the structure, and not a moving base. Lengths are then relative to F₀/k.
     """
 
     damping_ratio: float
@@ -66,7 +66,7 @@ class Design:
     forced: bool = False
 
     def __post_init__(self) -> None:
-        """Convert integers to floats: a kernel is compiled for one type."""
+        """Convert integers to floats, so that a kernel is compiled for only one type."""
         for name in ("damping_ratio", "frequency_ratio", "friction_ratio"):
             object.__setattr__(self, name, float(getattr(self, name)))
         if self.particle is not None:
@@ -76,27 +76,27 @@ class Design:
 
     @property
     def excitation(self) -> float | Forced:
-        """The frequency for kernels."""
+        """Frequency ratio and kind of excitation, as an argument of kernels."""
         return excitation_of(self.frequency_ratio, self.forced)
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """Result of a design point.
+    """Results for one design point.
 
     Attributes
     ----------
     metrics : dict
-        The cube's variables: of the steady response, or of the first `cycles` cycles if a number was given.
+        Variables of the cube: for the steady response, or for the first `cycles` cycles if `cycles` was given.
     state : dict
-        u, u_rate, p, p_rate at the end: absolute, over Z and Z ω_n; p is None without a particle.
+        Final u, u_rate, p and p_rate, absolute and relative to Z and Z ω_n; p and p_rate are None without a particle.
     events : dict
-        Impacts, velocity reversals (v' = 0, including stops) and attachments; empty if the steady response was not
-        followed.
+        Numbers of impacts, velocity reversals (v' = 0, including stops) and attachments; empty if no cycle along the
+        steady response was integrated.
     cycles : int
-        Excitation cycles up to that state: from rest if a number was given, else along the steady response.
+        Number of cycles up to the final state: from rest if `cycles` was given, otherwise along the steady response.
     history : dict of ndarray
-        Time history of the last cycles (`HISTORY_COLUMNS`); empty if none was requested.
+        Time history of the last cycles (`HISTORY_COLUMNS`), empty if not requested.
     """
 
     metrics: dict[str, float | int]
@@ -115,7 +115,7 @@ def simulate_ready(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> Simulation:
-    """Do the work of `simulate`, whose kernels should exist: missing ones are compiled within the measured time."""
+    """Compute as `simulate` does. The run time of the result includes the compilation of missing kernels."""
     began = thread_time()
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
@@ -147,9 +147,10 @@ def simulate_ready(
 
 
 def asked_of(response: Mapping[str, Any], settings: Settings, rubbing: bool) -> dict[str, Any]:
-    """Give the known measures of a response; those of its acceleration only on request.
+    """Return the measures of a response that are reported.
 
-    Measures of the particle's friction are given only if the particle has friction.
+    Measures of the acceleration are reported only on request, and measures of the particle's friction only if the
+    particle has friction.
     """
     return {
         name: number
@@ -163,13 +164,13 @@ def _has_friction(particle: Particle | None) -> bool:
 
 
 def is_followed(design: Design, history: int, followed: bool) -> bool:
-    """Whether to integrate further along a steady response to show it: on request, or if a particle without mass moves."""
+    """Return whether to integrate along a steady response for display: on request, or for a particle without mass."""
     massless = design.particle is not None and not design.particle.mass_ratio > 0.0
     return followed or history > 0 or massless
 
 
 def show_orbit(design: Design) -> Simulation:
-    """Integrate one cycle from rest in the same way as along a steady response: sampled, without measuring."""
+    """Integrate one cycle from rest for display, with sampling and without measuring."""
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     return _march(design, friction, 1, 1, {"status": int(Status.NOT_COMPUTED)}, thread_time())
 
@@ -177,7 +178,7 @@ def show_orbit(design: Design) -> Simulation:
 def _steady(
     design: Design, friction: float | None, acting: Particle | None, settings: Settings
 ) -> tuple[dict[str, Any], Any]:
-    """The steady response, and a state on it at phase 0; a particle without mass does not act."""
+    """Return the steady response and its state at phase 0. A particle without mass does not act on the structure."""
     z, r, particle = design.damping_ratio, design.frequency_ratio, design.particle
     rest = at_rest(design.excitation, friction, particle)
     if friction is None and acting is None:
@@ -196,8 +197,9 @@ def _steady(
 
 
 def _gap_of_one_at_rest(v: float, particle: Particle | None) -> float:
-    """Gap at the rear wall of a particle that stays at rest: in its initial position or, if the cavity has moved beyond
-    that, in the middle.
+    """Return the gap at the rear wall of a particle that stays at rest.
+
+    The particle is in its initial position or, if the cavity has moved beyond that, in the middle of the cavity.
     """
     if particle is None:
         return 0.0
@@ -217,13 +219,13 @@ def _march(
     began: float,
     start: Any = None,
 ) -> Simulation:
-    """Integrate from rest, or from a given state, for a number of cycles, with measuring and sampling."""
+    """Integrate a number of cycles from rest or from a given state, measure the motion, and sample the last cycles."""
     particle = design.particle
     scene = make_scene(design.damping_ratio, design.excitation, friction, particle, True)
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
-    meter = None if measured else Meter(sums)  # a response that is already measured is only displayed
+    meter = None if measured else Meter(sums)  # a steady response is measured already
     peaks = np.zeros((2 * cycles + 1, 2))
     state = at_rest(design.excitation, friction, particle) if start is None else start
     stored = stored_energy(state, base_rate_at_phase_zero(design.excitation), particle)
@@ -239,7 +241,7 @@ def _march(
         state, outcome = half_cycle(state, scene, meter, log)
         if (
             before is not None and log.cursor[0] > log.rows.shape[0]
-        ):  # computed once more, with room for every segment
+        ):  # the half cycle is repeated with enough rows
             log = empty_log(int(log.cursor[0]))
             state, counts[:], sums[:] = before
             state, outcome = half_cycle(state, scene, meter, log)
@@ -270,7 +272,7 @@ def _march(
 
 
 def _absolute(state: Any, design: Design, known: bool) -> dict[str, float | None]:
-    """A state at phase 0 for display; NaN if unknown."""
+    """Return a state at phase 0 in absolute coordinates, NaN if the state is unknown."""
     end: dict[str, float | None] = {
         "u": state.v if known else nan,
         "u_rate": state.w + base_rate_at_phase_zero(design.excitation) if known else nan,
@@ -294,7 +296,7 @@ def _measures(
     cycles: int,
     outcome: int,
 ) -> dict[str, float | int]:
-    """The cube's variables over a number of complete cycles of a transient."""
+    """Return the variables of the cube for complete cycles of a transient."""
     if outcome != ARRIVED or cycles == 0:
         status = outcome if outcome != ARRIVED else int(Status.NOT_COMPUTED)
         return {"cycles": cycles, "status": status}
@@ -331,9 +333,7 @@ def _measures(
 
 
 def _mean_peaks(peaks: np.ndarray) -> dict[str, float | int]:
-    """Means over cycles that begin at every half cycle, as for a steady response, from rows of half cycles; row 0 is
-    unused.
-    """
+    """Return mean peaks over windows of one cycle that begin at every half cycle. Row 0 of `peaks` is not used."""
     of_cycles = np.empty((2, len(peaks) // 2))
     cycle_peaks(peaks, len(peaks) - 1, of_cycles)
     displacement, relative = of_cycles.mean(axis=1)

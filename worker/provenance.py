@@ -1,4 +1,4 @@
-"""Identity of the computing code, so that a cube contains results of a single solver, whichever workers computed it."""
+"""Identity of the code that computes a cube, so that all blocks come from the same solver."""
 
 import hashlib
 import math
@@ -31,28 +31,26 @@ _FUNCTIONS: tuple[Callable[[float], float], ...] = (
     lambda x: math.pow(x, 1.0 / 3.0),
     lambda x: float(np.hypot(1.0, x)),
 )
-"""Functions of the C library that kernels and closed forms use."""
+"""Functions of the C library that kernels and closed forms call."""
 _ARGUMENTS = tuple(8.0 * ((k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0) for k in range(1, 1001))
-"""Arguments of these functions, spread evenly over 0 to 8. The values of two versions of the C library differ at 1 to
-10 of these 1,000 arguments.
-"""
+"""Arguments for these functions, spread evenly from 0 to 8. Versions of the library differ at 1 to 10 arguments."""
 
 
 class WrongCode(RuntimeError):
-    """Code that differs from the study's, so that its results would belong to another version."""
+    """Raised if the code differs from the code of a study, so that new results would not match."""
 
 
 @cache
 def code_hash() -> str:
-    """Hash of every Python source of `worker` and `studies`; it must be equal for a coordinator and its workers.
+    """Return the hash of all Python sources in `worker` and `studies`.
 
-    Unlike the kernels' own hash, it covers plan, cost, store and tasks too. If two sides divided or stored blocks
-    differently, they would damage a cube, as two solvers would.
+    The hash must be equal for a coordinator and its workers. The hash covers more than the kernels, because a
+    coordinator and a worker that divide or store blocks differently would damage a cube.
 
     Returns
     -------
     str
-        64 hex digits; the same on every machine with the same sources, whatever its line endings.
+        Hash of 64 hex digits, which is equal for equal sources on all machines. Line endings have no effect.
     """
     root = Path(__file__).parent.parent
     digest = hashlib.sha256()
@@ -65,12 +63,12 @@ def code_hash() -> str:
 
 @cache
 def code_version() -> str:
-    """Version of the distribution, for display; the hash decides.
+    """Return the version of the package for display. To compare code, use `code_hash`.
 
     Returns
     -------
     str
-        As in the package's metadata, or "uninstalled" if the sources run without being installed.
+        Version in the metadata of the package, or "uninstalled" if the package is not installed.
     """
     try:
         return version(DISTRIBUTION)
@@ -79,29 +77,24 @@ def code_version() -> str:
 
 
 def identity() -> dict[str, str]:
-    """The identity that a worker reports.
-
-    Returns
-    -------
-    dict of str
-        `version`, `sources` (the hash) and `host`.
-    """
+    """Return the `version`, the `sources` (hash) and the `host` that a worker reports."""
     return {"version": code_version(), "sources": code_hash(), "host": socket.gethostname()}
 
 
 @cache
 def target() -> str:
-    """Target of the kernels, and the versions of the C library's functions in use.
+    """Return the target of the kernels, with a hash of the functions of the C library that are in use.
 
-    Kernels of one target have the same machine code on every processor, and the part of a result that numpy computes
-    has the same bits everywhere (`damperlab.studies.portable`). Exponentials and sines come from the C library.
+    For one target, kernels have the same machine code on every processor, and numpy's part of a result has the same
+    bits (`damperlab.studies.portable`). But exponentials and sines come from the C library, whose results may differ
+    between processors.
 
     Returns
     -------
     str
-        As in "x86-64-v3 x86_64-unknown-linux-gnu, libm 0123abcd".
+        Text such as "x86-64-v3 x86_64-unknown-linux-gnu, libm 0123abcd".
     """
-    # imported here, because it imports the compiler
+    # imported here, because this imports the compiler
     from damperlab.worker.kernel_cache import identity as identity_of_kernels
 
     return f"{identity_of_kernels()['target']}, libm {libm()}"
@@ -109,11 +102,11 @@ def target() -> str:
 
 @cache
 def libm() -> str:
-    """Hash of values of the C library's functions, 8 hex digits.
+    """Return a hash of function values of the C library, 8 hex digits.
 
-    A C library has several versions of a function, whose last bits differ, and selects one for the processor:
-    glibc's are the same on all processors with AVX2 and FMA. The name and version of the library do not show the
-    selection.
+    A C library selects one of several versions of a function for the processor. The results of the versions differ in
+    the last bits. glibc selects the same versions on all processors with AVX2 and FMA. Name and version number of the
+    library do not show this selection.
     """
     digest = hashlib.sha256()
     for function in _FUNCTIONS:
@@ -123,13 +116,13 @@ def libm() -> str:
 
 @cache
 def computing() -> dict[str, str]:
-    """Everything that determines the bits of a result in this process, with descriptions.
+    """Return everything that determines the bits of results in this process, with descriptions.
 
     Returns
     -------
     dict of str
-        `identity` is equal for two processes whose results are equal to the last bit: `solver` (its sources and its
-        compilers), `target` and `libc`. The other values describe the same for display.
+        `identity` is a hash of `solver` (sources and compilers), `target` and `libc`. Processes with equal identities
+        compute equal bits. The other values are for display.
     """
     from damperlab.worker.kernel_cache import source_hash
 
@@ -140,29 +133,29 @@ def computing() -> dict[str, str]:
 
 
 def provenance() -> dict[str, str]:
-    """Everything that a reader of a cube needs to compute it again.
+    """Return everything that is needed to compute a cube again.
 
     Returns
     -------
     dict of str
-        The result of `damperlab.studies.store.provenance`, `sources` (a hash of all code that computes and stores),
-        and `computing` of this process.
+        Result of `damperlab.studies.store.provenance`, `sources` (a hash of all code that computes and stores), and
+        `computing` of this process.
     """
     return {**environment(), "sources": code_hash(), **computing()}
 
 
 def one_identity(answers: Mapping[str, Mapping[str, str]]) -> Mapping[str, str]:
-    """Give the common `computing` of all workers of a cluster.
+    """Return the result of `computing` for a cluster. All workers must have the same identity.
 
     Parameters
     ----------
     answers : mapping
-        `computing()` of every worker, by its address; at least one.
+        Result of `computing` on each worker. The keys are the addresses of the workers. At least one entry.
 
     Raises
     ------
     WrongCode
-        If two would not give the same bits: a cube belongs to one solver on one kind of processor.
+        If two workers have different identities.
     """
     first, *others = sorted(answers)
     for other in others:
@@ -175,17 +168,17 @@ def one_identity(answers: Mapping[str, Mapping[str, str]]) -> Mapping[str, str]:
 
 
 def require_identity(expected: str) -> None:
-    """Refuse to compute for a study whose cube was started by another solver, or on another kind of processor.
+    """Refuse to compute if the cube of a study was started by another solver, or on another kind of processor.
 
     Parameters
     ----------
     expected : str
-        The study's identity.
+        Identity of the study.
 
     Raises
     ------
     WrongCode
-        The message names this host and its solver.
+        If the identities differ. The message names this host and its solver.
     """
     if expected != computing()["identity"]:
         raise WrongCode(
@@ -196,7 +189,7 @@ def require_identity(expected: str) -> None:
 
 
 def _words(facts: Mapping[str, str]) -> str:
-    """Describe the solver, for display."""
+    """Return a description of the solver for display."""
     return (
         f"{DISTRIBUTION} {facts.get('solver_version', 'unknown')} with solver {facts.get('solver', 'unknown')} "
         f"on {facts.get('target', 'an unknown processor')}, libc {facts.get('libc', 'unknown')}"
@@ -204,38 +197,38 @@ def _words(facts: Mapping[str, str]) -> str:
 
 
 def require_solver(study_id: str, recorded: Mapping[str, str]) -> None:
-    """Refuse to recompute blocks of another solver, before they are invalidated.
+    """Refuse to recompute blocks of another solver before these blocks are marked as invalid.
 
     Parameters
     ----------
     study_id : str
-        The study.
+        Id of the study.
     recorded : mapping of str
-        Its provenance.
+        Provenance of the study.
 
     Raises
     ------
     WrongCode
-        With the solver of the cube, the one here, and the remedy.
+        If the solvers differ. The message names both solvers and the remedy.
     """
     if is_outdated(recorded):
         raise _begun_otherwise(study_id, recorded, computing())
 
 
 def require_begun_alike(study_id: str, recorded: Mapping[str, str], now: Mapping[str, str]) -> None:
-    """Refuse to continue a cube that another solver, or another kind of processor, started.
+    """Refuse to continue a cube that was started by another solver, or on another kind of processor.
 
     Parameters
     ----------
     study_id : str
-        The study.
+        Id of the study.
     recorded, now : mapping of str
-        Its provenance, and `computing()` of the available workers.
+        Provenance of the study, and `computing()` of the workers.
 
     Raises
     ------
     WrongCode
-        With the solver of the cube, the one here, and the remedy.
+        If the identities differ. The message names both solvers and the remedy.
     """
     if recorded.get("identity") != now["identity"]:
         raise _begun_otherwise(study_id, recorded, now)
@@ -249,17 +242,17 @@ def _begun_otherwise(study_id: str, recorded: Mapping[str, str], now: Mapping[st
 
 
 def require_code(expected: str) -> None:
-    """Refuse to compute for a coordinator whose sources differ.
+    """Refuse to compute for a coordinator with different sources.
 
     Parameters
     ----------
     expected : str
-        The coordinator's `code_hash()`.
+        `code_hash()` of the coordinator.
 
     Raises
     ------
     WrongCode
-        The message names this host, its sources and the expected ones.
+        If the sources differ. The message names this host and both sources.
     """
     if expected != code_hash():
         raise WrongCode(

@@ -1,8 +1,7 @@
-"""The paper's own method (its Figure 2), for comparison: fixed-step Runge–Kutta; impacts are detected at the ends of
-steps.
+"""The paper's method (Figure 2) for comparison: Runge–Kutta with fixed steps.
 
-Every event adds an error of first order in the step. A step straddles the reversal or the impact, and the particle is
-already beyond the wall when the impact is detected.
+Impacts are detected at the ends of steps, where the particle is already beyond the wall. Each impact and each reversal
+causes an error of first order in the step.
 """
 
 from math import cos, pi, sin
@@ -18,7 +17,7 @@ PHASE, DISPLACEMENT, VELOCITY, PARTICLE, PARTICLE_RATE = 0, 1, 2, 3, 4
 
 @kernel
 def _acceleration(phase, v, w, frequency_ratio, two_zeta, friction):
-    """v'' of equation (1) in relative form, with sgn(0) = 0 as in equation (2)."""
+    """Return v'' from equation (1) in relative form, with sgn(0) = 0 as in equation (2)."""
     acceleration = frequency_ratio * frequency_ratio * sin(phase) - two_zeta * w - v
     if friction is not None:
         if w > 0.0:
@@ -29,7 +28,7 @@ def _acceleration(phase, v, w, frequency_ratio, two_zeta, friction):
 
 
 class Stepped(NamedTuple):
-    """State between steps: v and v' relative to the base, p and p' absolute."""
+    """State between steps: v and v' relative to the base, p and p' in absolute coordinates."""
 
     v: float
     w: float
@@ -41,31 +40,31 @@ class Stepped(NamedTuple):
 def step_rk4(
     state, damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, first, last, counts, peaks
 ):
-    """Step through the cycles first … last − 1.
+    """Integrate the cycles from `first` to `last` − 1.
 
     Parameters
     ----------
     state : Stepped
         State at the start of a cycle.
     damping_ratio, frequency_ratio : float
-        ζ and r.
+        Damping ratio ζ and frequency ratio r.
     friction : float or None
-        γ_F.
+        Friction ratio γ_F; None without friction.
     particle : Particle or None
-        The particle.
+        Particle; None without a particle.
     steps_per_cycle : int
-        400 in the paper: 0.001 s at 2.5 Hz.
+        Number of steps per cycle. The paper uses 400, which is a step of 0.001 s at 2.5 Hz.
     first, last : int
-        Excitation cycles.
+        First cycle, and the cycle after the last.
     counts : int64 array, shape (COUNTS,)
-        Impacts and sign changes of v' are added to it.
+        Event counts, to which the impacts and the sign changes of v' are added.
     peaks : float64 array, shape (at least 2 last + 1, 2)
-        Rows 2 first + 1 … 2 last, one per half cycle, are filled with its largest sampled |u| and |v|.
+        Output array for the largest |u| and |v| at the steps of each half cycle, in rows 2 first + 1 to 2 last.
 
     Returns
     -------
     Stepped
-        At the end.
+        Final state.
     """
     r = frequency_ratio
     two_zeta = 2.0 * damping_ratio
@@ -107,7 +106,7 @@ def step_rk4(
 
 @kernel
 def march_rk4(damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, cycles, counts, peaks):
-    """Integrate from rest; parameters as of `step_rk4`.
+    """Integrate a number of cycles from rest, with parameters as in `step_rk4`.
 
     Returns
     -------
@@ -123,7 +122,7 @@ def march_rk4(damping_ratio, frequency_ratio, friction, particle, steps_per_cycl
 
 @kernel
 def _wall_accelerations(phase, v, w, p, p_rate, frequency_ratio, two_zeta, friction, particle):
-    """v'' and p'' with the force of a compliant wall."""
+    """Return v'' and p'' with the force of a compliant wall."""
     acceleration = _acceleration(phase, v, w, frequency_ratio, two_zeta, friction)
     gap = v + sin(phase) - p
     side = 1.0 if gap > 0.0 else -1.0
@@ -135,7 +134,7 @@ def _wall_accelerations(phase, v, w, p, p_rate, frequency_ratio, two_zeta, frict
 
 @kernel
 def march_rk4_wall(damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, cycles):
-    """Integrate a particle between compliant walls from rest with a fixed step; parameters as of `step_rk4`.
+    """Integrate a particle between compliant walls from rest, with parameters as in `step_rk4`.
 
     Returns
     -------

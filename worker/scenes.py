@@ -1,4 +1,4 @@
-"""Scenes for which kernels are compiled: the acting forces and the requested results."""
+"""Scenes, for each of which kernels are compiled: combinations of forces and a requested result."""
 
 from typing import Literal, NamedTuple
 
@@ -25,9 +25,12 @@ Purpose = Literal[
     "stepped",
     "rk4",
 ]
-"""The requested results. For the steady response: with energies, without them, or with energies and acceleration; its
-motion for display. A measured motion from rest; the response to a record, without or with its time history; the
-accuracy of an integration. By fixed steps: the steady response, and a motion from rest.
+"""Requested result of a scene.
+
+`steady`, `peaks` and `acceleration` are a steady response with energies, without energies, and with energies and
+acceleration; `orbit` is one cycle for display. `transient` is a measured motion from rest. `record` is a response to a
+record, and `record-history` also its time history. `accuracy` is an integration for the accuracy report. `stepped` is a
+steady response and `rk4` a motion from rest, both with fixed steps.
 """
 
 _STEADY: tuple[Purpose, ...] = ("steady", "peaks", "acceleration")
@@ -44,26 +47,24 @@ SECONDS: dict[Purpose, float] = {
     "stepped": 4.0,
     "rk4": 3.0,
 }
-"""Approximate compile time of each purpose, with friction and a particle with instantaneous contact [CPU s], for
-estimates.
-"""
+"""Approximate CPU time [s] of compilation for each result, with friction and instantaneous contact of a particle."""
 CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2, RUBBING: 1.6, FALLING: 1.7}
-"""Compile time with another contact, relative to instantaneous contact."""
+"""Compile time for each contact relative to instantaneous contact."""
 
 
 class Scene(NamedTuple):
-    """The combination for which a kernel is compiled.
+    """Combination of forces and a requested result, for which kernels are compiled.
 
     Parameters
     ----------
     purpose : str
-        The requested result.
+        Requested result.
     friction : bool
         Whether friction acts.
     contact : str
-        Model of the particle's contact, `RUBBING` or `FALLING`; empty if no particle acts.
+        Contact model of the particle, `RUBBING` or `FALLING`; empty without a particle.
     forced : bool
-        Whether a force on the structure excites it, instead of a shaken base.
+        Whether the excitation is a force on the structure, and not a moving base.
     """
 
     purpose: Purpose
@@ -73,7 +74,7 @@ class Scene(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Its name in files and on the command line."""
+        """Name of the scene in file names and on the command line."""
         parts = [
             self.purpose,
             "friction" if self.friction else "",
@@ -89,11 +90,11 @@ class Scene(NamedTuple):
 
 
 SPECTRUM = Scene("record", False, "")
-"""Scene of a response spectrum: a structure without a damper under a record."""
+"""Scene for response spectra: a structure without a damper under a record."""
 
 
 def every_scene() -> list[Scene]:
-    """Every scene, the most expensive first."""
+    """Return all scenes in descending order of compile time."""
     acting = [(True, ""), *((friction, contact) for friction in (True, False) for contact in CONTACT_MODELS)]
     found = [Scene(purpose, *what) for purpose in _STEADY for what in acting]
     others: tuple[Purpose, ...] = ("orbit", "transient", "record", "record-history")
@@ -110,13 +111,13 @@ def every_scene() -> list[Scene]:
 
 
 def accuracy_scenes() -> list[Scene]:
-    """Scenes of the report on accuracy, the most expensive first."""
+    """Return the scenes for the accuracy report in descending order of compile time."""
     needed = ("accuracy", "steady", "transient", "rk4")
     return [one for one in every_scene() if one.purpose in needed and not one.forced]
 
 
 def usual_scenes() -> list[Scene]:
-    """Scenes of a default study, point and earthquake, the most expensive first."""
+    """Return the scenes for default studies, points and earthquakes, in descending order of compile time."""
     purposes = ("steady", "orbit", "transient", "record")
     return [
         one
@@ -126,12 +127,12 @@ def usual_scenes() -> list[Scene]:
 
 
 def scene_named(name: str) -> Scene:
-    """The scene with a given name; KeyError if there is none."""
+    """Return the scene with a given name, or raise KeyError."""
     return {scene.name: scene for scene in every_scene()}[name]
 
 
 def scenes(study: AnyStudy) -> list[Scene]:
-    """Scenes of the blocks of a study; none if every point has a closed form."""
+    """Return the scenes for the blocks of a study. The list is empty if every point has a closed form."""
     if isinstance(study, Suite):
         forces, masses = (
             _signs(study.coordinates[name]) for name in ("friction_force_n", "particle_mass_kg")
@@ -161,26 +162,26 @@ def scenes(study: AnyStudy) -> list[Scene]:
 
 
 def _acting(study: Study, ratio: str) -> set[bool]:
-    """Whether a force of `BEFORE` acts: at some points, at all, or at none."""
+    """Return {True} if a force of `BEFORE` acts at all points, {False} if at no point, and {False, True} otherwise."""
     if study.over_amplitudes and study.physical is not None:
         return _signs(study.physical.values().get(MADE_BY[ratio], np.zeros(1)))
     return _signs(study.coordinates.get(ratio, np.zeros(1)))
 
 
 def _signs(values: np.ndarray) -> set[bool]:
-    """Whether some, all or none of ascending values are above 0."""
+    """Return {True} if all of ascending values are above 0, {False} if no value is, and {False, True} otherwise."""
     return {bool(value > 0.0) for value in values[[0, -1]]}
 
 
 def contact_in(cavity: Cavity, contact: Contact) -> str:
-    """Model of a particle's contact in a cavity."""
+    """Return the name of the contact of a particle in a cavity, for a scene."""
     if not cavity.acts:
         return contact.model
     return FALLING if cavity.tilt_deg > 0.0 else RUBBING
 
 
 def contact_name(particle: Particle | None) -> str:
-    """Model of a particle's contact; empty without a particle."""
+    """Return the name of the contact of a particle for a scene; empty without a particle."""
     if particle is None:
         return ""
     if particle.gravity is not None:

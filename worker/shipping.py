@@ -1,7 +1,6 @@
-"""Compiles kernels into the package's own folder, so that they need not be compiled after a wheel or an image is
-installed.
+"""Compiles kernels into the folder of the package, so that an installed wheel or image needs no compilation.
 
-Run `python -m damperlab.worker.shipping` before a wheel is built, or after one was installed into an image.
+Run `python -m damperlab.worker.shipping` before building a wheel, or after installing a wheel into an image.
 """
 
 import shutil
@@ -18,9 +17,7 @@ KILOBYTE = 1e3
 
 
 def ship() -> None:
-    """Compile the missing kernels of the package's folder, on every core, and remove kernels of other sources and
-    versions.
-    """
+    """Compile missing kernels into the folder of the package on all cores. Remove kernels of other sources first."""
     folder = shipped_folder()
     if folder.parent.exists():
         for other in folder.parent.iterdir():

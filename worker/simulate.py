@@ -1,4 +1,4 @@
-"""One design point, after its kernels are compiled."""
+"""Computes one design point, and compiles missing kernels first."""
 
 from typing import Literal
 
@@ -17,36 +17,37 @@ def simulate(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> Simulation:
-    """Compute one design point from rest.
+    """Compute a design point from rest.
 
     Parameters
     ----------
     design : Design
-        The point.
+        The design point.
     cycles : int, optional
-        Stop after exactly this many excitation cycles and measure over all of them. None: continue to the steady
-        response and measure that.
+        Number of cycles to integrate and measure. By default, the integration continues until the response is steady,
+        and the steady response is measured.
     history : int
         Number of last cycles in the time history.
     method : {"event", "rk4"}
-        The event-driven solver, or the paper's fixed-step Runge–Kutta (needs `cycles`; gives no history).
+        Event-driven solver, or the paper's fixed-step Runge–Kutta, which requires `cycles` and returns no time history.
     steps_per_cycle : int
-        Steps per excitation cycle of rk4.
+        Number of steps per cycle for rk4.
     settings : Settings, optional
-        Criteria for the steady response; by default those of a study.
+        Criteria for a steady response, by default the criteria of a study.
     followed : bool
-        Whether to follow a steady response without a time history for a cycle, and count its events. If not, the state
-        is that at phase 0, and no kernel for following is needed.
+        Whether to integrate one cycle along the steady response and count its events, even without a time history. If
+        False, the final state is the state at phase 0, and kernels for this cycle are not needed.
 
     Returns
     -------
     Simulation
-        A numerical failure is reported in its status, not raised.
+        Result of the point. The status reports numerical failures, which raise no exception.
 
     Raises
     ------
     ValueError
-        For rk4 without `cycles`, under a force, or for a particle with a contact time, compliant walls or friction.
+        If `method` is rk4 without `cycles`, under a force, or for a particle with contact time, compliant walls or
+        friction.
     """
     for scene in scenes_of(design, cycles, method, settings, followed or history > 0):
         warm(scene)
@@ -60,8 +61,9 @@ def scenes_of(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> list[Scene]:
-    """Scenes that `simulate` needs for the same arguments; `followed` must be True for a steady response with a time
-    history.
+    """Return the scenes that `simulate` needs for the given arguments.
+
+    If a time history of the steady response is requested, `followed` must be True.
     """
     friction, contact = design.friction_ratio > 0.0, contact_name(design.particle)
     if method == "rk4":

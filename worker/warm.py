@@ -1,9 +1,9 @@
-"""Compiles kernels once per machine, by one process at a time.
+"""Compiles kernels once per machine, in one process at a time.
 
-A kernel is compiled for a scene: the forces that act, and the requested results. Without this, each process that lacks
-a kernel would compile it for itself. A file lock in the cache folder lets the first process compile, and the others
-load. The kernels of a scene are found by computing its smallest task once, so that the code needs no separate list of
-kernels. A marker file means that all kernels of a scene are present.
+Kernels are compiled for a scene, which is a combination of forces and a requested result. A file lock in the cache
+folder lets one process compile the kernels of a scene, while other processes wait and load them. Kernels are compiled
+by computing the smallest task of the scene once, so no list of kernels is needed. A marker file shows that all kernels
+of a scene exist.
 """
 
 import os
@@ -28,17 +28,13 @@ from damperlab.worker.solver.particle import FALLING, RUBBING, Particle, Wall
 try:
     import fcntl
     import resource
-except (
-    ImportError
-):  # outside POSIX systems every process compiles for itself, and ends before scenes with other elements
+except ImportError:  # outside POSIX systems there are no file locks and no memory figures
     fcntl = resource = None  # type: ignore[assignment]
 
 SHARE = 1 / 3
-"""A compiling process continues with other parts only if it holds less than this share of the machine's memory per
-core.
-"""
+"""Fraction of the memory per core up to which a process continues to compile scenes with other forces."""
 LOOK_SECONDS = 1.0
-"""Interval between checks that the parent of a compiling process still exists."""
+"""Interval between checks whether the parent of a compiling process still exists [s]."""
 _LOADING = threading.RLock()
 _PARTICLE = Particle(1.0, 0.5, 0.1)
 _CONTACT_TIME = 0.1
@@ -47,17 +43,17 @@ _GRAVITY = 1.0
 
 
 def is_ready(scene: Scene) -> bool:
-    """Whether all kernels of a scene are compiled, here or in the package: loading them takes less than a second."""
+    """Return whether all kernels of a scene exist in the package or in the cache folder."""
     return any((folder / marker(scene)).exists() for folder in (shipped_folder(), CACHE_FOLDER))
 
 
 def missing(wanted: Iterable[Scene]) -> list[Scene]:
-    """The scenes whose kernels must be compiled, the most expensive first."""
+    """Return the scenes whose kernels must be compiled, in descending order of compile time."""
     return sorted((scene for scene in set(wanted) if not is_ready(scene)), key=lambda scene: -scene.seconds)
 
 
 def warm(scene: Scene) -> None:
-    """Load the kernels of a scene. Missing ones are compiled, while no other thread or process does the same."""
+    """Load the kernels of a scene, and compile missing kernels under a lock for all threads and processes."""
     with _LOADING:
         _loaded(scene)
 
@@ -70,24 +66,22 @@ def _loaded(scene: Scene) -> None:
 
 
 def warm_alike(wanted: Sequence[Scene]) -> None:
-    """Compile the first scene that no other process is compiling, then those with the same elements, then others
-    while memory is left.
+    """Compile the first scene that no other process is compiling, and then further scenes with the same forces.
 
-    The elements of a scene determine most of its code. Six scenes of a hybrid damper take 44 s of CPU time in one
-    process, and 69 s in separate ones. A process that continues with the scenes of another damper still saves a third
-    of the time for the first of them: numba compiles its own code only once, and the scenes share some parts. Compiled
-    parts stay in memory, 0.2 GB for a large scene, so a process whose parts fill much memory ends instead of compiling
-    scenes with other parts.
+    The forces in a scene determine most of its code, so scenes with the same forces are compiled in one process. For
+    example, compiling six scenes of a hybrid damper takes 44 s of CPU time in one process, and 69 s in separate
+    processes. Other scenes follow as long as the process uses little memory. Compiled parts stay in memory, 0.2 GB for
+    a large scene.
 
     Parameters
     ----------
     wanted : sequence of Scene
-        Scenes in the order in which they are compiled.
+        Scenes in the preferred order of compilation.
 
     Raises
     ------
     RuntimeError
-        With the scene's name, if one cannot be compiled.
+        If a scene cannot be compiled. The message names the scene.
     """
     left = list(wanted)
     next_ones: Iterable[Scene] = wanted
@@ -96,14 +90,12 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
         alike = [scene for scene in left if scene[1:] == made[1:]]
         others = [scene for scene in left if scene not in alike]
         next_ones = chain(alike, (scene for scene in others if _has_held() < _much()))
-    if len(left) == len(wanted):  # other processes compile all of these; wait until the first is done
+    if len(left) == len(wanted):  # other processes compile all scenes; wait until the first is done
         _made_by_name(left[0], wait=True)
 
 
 def _much() -> float:
-    """Memory above which this process ends instead of compiling scenes with other parts [bytes], from its machine or
-    container.
-    """
+    """Return the memory [bytes] above which this process compiles no scenes with other forces."""
     from dask.system import CPU_COUNT
     from distributed.system import MEMORY_LIMIT
 
@@ -112,7 +104,7 @@ def _much() -> float:
 
 
 def _has_held() -> float:
-    """The most memory that this process has held so far [bytes]; infinite if the system does not report it."""
+    """Return the peak memory of this process [bytes], or infinity if the system does not report it."""
     if resource is None:
         return float("inf")
     return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) * (
@@ -121,7 +113,7 @@ def _has_held() -> float:
 
 
 def _made_by_name(scene: Scene, wait: bool) -> bool:
-    """Do the same as `_made`; an error names the scene."""
+    """Compile a scene as `_made` does, and name the scene in the message of an error."""
     try:
         return _made(scene, wait)
     except Exception as error:
@@ -129,7 +121,7 @@ def _made_by_name(scene: Scene, wait: bool) -> bool:
 
 
 def _made(scene: Scene, wait: bool) -> bool:
-    """Compile a scene; return False immediately if another process is compiling it."""
+    """Compile a scene. If another process is compiling the scene and `wait` is False, return False immediately."""
     with _alone(scene.name, wait) as alone:
         if alone and not is_ready(scene):
             began = time.monotonic()
@@ -146,28 +138,28 @@ def compile_apart(
     Parameters
     ----------
     wanted : sequence of Scene
-        Scenes with missing kernels, in their order; see `warm_alike`.
+        Scenes with missing kernels, in the preferred order.
     at_once : int
-        Largest number of parallel processes.
+        Largest number of processes.
     cache : Path
-        Folder, as in DAMPERLAB_CACHE_DIR.
+        Cache folder, as set by DAMPERLAB_CACHE_DIR.
 
     Yields
     ------
     scene : Scene
-        A completed scene, in the order in which they end.
+        Compiled scene, as soon as its kernels exist.
     seconds : float
-        Its time [s].
+        Compile time of the scene [s].
 
     Raises
     ------
     RuntimeError
-        With the last line of a failed process; the others are ended.
+        If a process fails. The message is the last line of its output, and all other processes are ended.
     """
     left = list(wanted)
     folder = cache / CACHE_FOLDER.name
     began = time.monotonic()
-    # without file locks each process would compile all of them
+    # without file locks, each process would compile all scenes
     running = [(start_apart(left, cache), len(left)) for _ in range(min(at_once if fcntl else 1, len(left)))]
     try:
         while left:
@@ -181,7 +173,7 @@ def compile_apart(
                 require_done(process)
                 if 0 < len(left) < lacked:
                     running.append((start_apart(left, cache), len(left)))
-            if not running:  # stored in another folder, because this one cannot be written
+            if not running:  # the folder cannot be written, so the kernels are in another folder
                 yield from ((scene, time.monotonic() - began) for scene in left)
                 return
             time.sleep(0.02)
@@ -192,7 +184,7 @@ def compile_apart(
 
 
 def _seconds(file: Path) -> float | None:
-    """Read the compile time in a marker; None while the marker is missing or being written."""
+    """Return the compile time in a marker file, or None if the file is missing or incomplete."""
     try:
         return float(file.read_text())
     except (OSError, ValueError):
@@ -200,11 +192,7 @@ def _seconds(file: Path) -> float | None:
 
 
 def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "subprocess.Popen[str]":
-    """Start a process that compiles some of these scenes (`warm_alike`), by default into this process's cache
-    folder.
-
-    It ends when this process ends.
-    """
+    """Start a process that compiles some of the given scenes (`warm_alike`), and ends when this process ends."""
     command = [sys.executable, "-m", __name__, str(os.getpid()), *(scene.name for scene in wanted)]
     environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(cache)}
     return subprocess.Popen(
@@ -218,7 +206,7 @@ def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "
 
 
 def require_done(process: "subprocess.Popen[str]") -> None:
-    """Wait for a process of `start_apart`; RuntimeError with its last line, if it failed."""
+    """Wait for a process of `start_apart`. After a failure, raise RuntimeError with the last line of its output."""
     written = process.communicate()[1].strip()
     if process.returncode:
         last = written.splitlines()[-1] if written else f"it ended with status {process.returncode}"
@@ -226,15 +214,13 @@ def require_done(process: "subprocess.Popen[str]") -> None:
 
 
 def marker(scene: Scene) -> str:
-    """Name of the marker file for a scene's kernels."""
+    """Return the name of the marker file for the kernels of a scene."""
     return f"{scene.name}.ready"
 
 
 @contextmanager
 def _alone(name: str, wait: bool) -> Iterator[bool]:
-    """Hold the lock for compiling the kernels of this name, which all processes of this machine share. Gives whether it
-    is held.
-    """
+    """Hold the lock of this machine for compiling a scene, and yield whether the lock is held."""
     if fcntl is None:
         yield True
         return
@@ -248,7 +234,7 @@ def _alone(name: str, wait: bool) -> Iterator[bool]:
 
 
 def _compute_once(scene: Scene) -> None:
-    """Compute the smallest task that calls every kernel of a scene, as its users do."""
+    """Compute the smallest task that calls every kernel of a scene with the usual argument types."""
     if scene.purpose in ("record", "record-history"):
         _record(scene)
     elif scene.purpose in ("steady", "peaks", "acceleration"):
@@ -288,7 +274,7 @@ def _steady(scene: Scene) -> None:
     one = excitation_of(1.0, scene.forced)
     rest = at_rest(one, friction, particle)
     settle(0.1, one, friction, particle, settings, rest)
-    # the initial states of ensembles
+    # `moving` computes the initial states of an ensemble
     moving(0.0, 0.0, 0.0, 0.0, one, friction, particle)
 
 
@@ -345,7 +331,7 @@ def _record(scene: Scene) -> None:
 
 
 def _end_with(parent: int) -> None:
-    """End this process once its parent is gone, because nobody waits for the result and the cores are needed."""
+    """End this process when its parent has ended, because nobody needs the result."""
     while os.getppid() == parent:
         time.sleep(LOOK_SECONDS)
     os._exit(1)

@@ -1,3 +1,1 @@
-"""The command line `damperlab`, a thin interface to studies, worker and store: heavy imports wait until they are
-needed.
-"""
+"""The command line `damperlab`. Modules that take long to import are imported only when a command needs them."""

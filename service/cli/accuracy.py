@@ -1,4 +1,4 @@
-"""The command check accuracy: error against run time, and extreme cases, measured here and now."""
+"""`damperlab check accuracy` measures error against run time, and computes extreme cases."""
 
 import json
 from math import nan
@@ -61,7 +61,7 @@ def accuracy(
 
 
 def _print(report: dict[str, Any]) -> None:
-    """Print both tables in short."""
+    """Print short tables of the report."""
     rows = []
     for diagram in report["diagrams"]:
         for curve in diagram["curves"]:

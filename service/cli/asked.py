@@ -1,7 +1,7 @@
-"""Questions on the command line: the fields of their inputs give the options.
+"""Options that are made from the dataclasses in `damperlab.studies.questions`.
 
-A command has a parameter for each input of a question; `asks` replaces the parameter by an option for each field. A
-design is given in the same way everywhere: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
+A command has a parameter for each dataclass; `asks` replaces the parameter by an option for each field. All commands
+take the values of a design in the same way: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
 """
 
 import inspect
@@ -26,18 +26,16 @@ Values = dict[str, float]
 """Numbers by name."""
 
 WIDE = 14
-"""Largest width of the choices of an option in their column of the help. Wider choices are listed in the text of the
-option instead.
-"""
+"""Largest width of a list of choices in the help [characters]. A wider list is part of the help text."""
 LARGE = 1_000_000
 """A limit above this value is not shown in the help."""
 
 
 def asks(command: Command) -> Command:
-    """Give a command the options of its questions' fields.
+    """Replace each parameter whose type is a dataclass by one option for each field of the dataclass.
 
-    A field with dimensions by name becomes ``--at``. Every dimension also has a short option, unless the command has
-    another option of that name. The help does not list the short options.
+    The field that takes values of dimensions becomes ``--at NAME=VALUE``. Every dimension also gets a short option,
+    which the help does not list. The short option is left out if the command has another option with the same name.
     """
     signature = inspect.signature(command, eval_str=True)
     questions = {
@@ -67,7 +65,7 @@ def asks(command: Command) -> Command:
 
     parameters: list[inspect.Parameter] = []
     for name, each in signature.parameters.items():
-        if name in questions:  # in the help, its options appear at the position of the parameter
+        if name in questions:  # in the help, the options take the position of the parameter
             mine = [field.name for field in fields_of(questions[name]) if field.name in more]
             parameters += [parameter(field, *more.pop(field)) for field in mine]
         else:
@@ -79,21 +77,21 @@ def asks(command: Command) -> Command:
 def names_a_design(
     meanings: Mapping[str, str], quantities: Mapping[str, Quantity], listed: str = ""
 ) -> Callable[[Command], Command]:
-    """Give a command an option for each number of a design, and ``--at`` for all of them.
+    """Return a decorator that adds the option ``--at`` to a command, and an option for each number of a design.
 
     Parameters
     ----------
     meanings : mapping of str
-        Meaning of each number, with its default; empty if the help lists the numbers at ``--at``.
+        Meaning of each number, with its default. The texts are empty if the help of ``--at`` lists the numbers.
     quantities : mapping of Quantity
-        Limits of each number, if they are known before a question is read.
+        Limits of the numbers. A number without an entry is checked later.
     listed : str, optional
-        Help of ``--at`` that lists all numbers; the help then omits their own options.
+        Help of ``--at``, if it lists all numbers. The help then omits the options for single numbers.
 
     Returns
     -------
     callable
-        A decorator; the command's parameter `design` is a mapping of the given numbers.
+        The decorator. The command's parameter `design` receives a mapping of the given numbers.
     """
 
     def extend(command: Command) -> Command:
@@ -156,21 +154,21 @@ def _of_quantity(option: str, text: str, quantity: Quantity | None) -> float:
 
 
 def _has_argument(parameters: list[inspect.Parameter]) -> bool:
-    """Whether the first parameter is an argument; an argument stays first."""
+    """Return whether the first parameter is a positional argument, which must stay first."""
     about = getattr(parameters[0].annotation, "__metadata__", ())
     return any(isinstance(each, type(typer.Argument())) for each in about)
 
 
 def with_parameters(command: Any, parameters: list[inspect.Parameter]) -> Command:
-    """Give a command the parameters that typer reads."""
+    """Set the signature of a command, from which typer reads the parameters."""
     command.__signature__ = inspect.Signature(parameters)
     command.__annotations__ = {each.name: each.annotation for each in parameters}
-    del command.__wrapped__  # the signature of the wrapper differs
+    del command.__wrapped__  # the wrapped command has other parameters
     return command  # type: ignore[no-any-return]
 
 
 def sentence(text: str) -> str:
-    """Make a sentence of a meaning. str.capitalize is not used, because it would turn Z into z."""
+    """Convert a text into a sentence. `str.capitalize` is not used, because it changes Z into z."""
     return f"{text[:1].upper()}{text[1:]}."
 
 
@@ -211,12 +209,12 @@ def _default(field: Field) -> Any:
 
 
 def _whole(limit: float | None) -> int | None:
-    """Give a limit that typer checks and shows in the help; `_within_limits` checks the others."""
+    """Return a limit that typer checks and shows in the help, or None if `_within_limits` checks the limit."""
     return None if limit is None or limit > LARGE else int(limit)
 
 
 def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
-    """Read the options of one question into its value."""
+    """Return an object of the class `question` with the values of the options."""
     values: dict[str, Any] = {}
     for each in fields_of(question):
         if "command" not in each.doors:
@@ -236,7 +234,7 @@ def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
 
 
 def _within_limits(field: Field, value: Any) -> Any:
-    """Refuse a number outside the limits of its field; for whole numbers typer checks most limits."""
+    """Refuse a number outside the limits of its field. For whole numbers, typer checks most limits."""
     limited = words_of(field) if isinstance(value, int | float) else ""
     if limited and not admits(field, value):
         advice = "correct the value" + (", or leave it out" if field.default is None else "")
@@ -245,7 +243,7 @@ def _within_limits(field: Field, value: Any) -> Any:
 
 
 def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str]) -> dict[str, Any]:
-    """Read ``name=value``, and the short options, into values by name."""
+    """Read texts ``name=value`` and the short options, and return the values by name."""
     option = field.options[0]
     if field.core == Ranges:
         return {
@@ -264,8 +262,10 @@ def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str])
 def _named(
     option: str, written: Iterable[str] | None, names: tuple[str, ...], form: str
 ) -> Iterator[tuple[str, str]]:
-    """Read ``name=value`` as `read_named` does. A name from a study's block `physical` may
-    replace the name of its coordinate."""
+    """Read texts ``name=value`` with `read_named`.
+
+    A name of the block `physical` of a study may replace the name of the corresponding coordinate.
+    """
     assignments = (
         f"{ALIASES.get(name, name)}{equals}{text}"
         for name, equals, text in (each.partition("=") for each in written or ())

@@ -1,4 +1,4 @@
-"""The options of commands that compute, and the object that computes their studies."""
+"""Options for the place of a computation, and the class that computes studies for commands."""
 
 import inspect
 import shlex
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from damperlab.worker.run.progress import Progress
 
 HERE_SECONDS = 0.5
-"""Expected work below which no cluster is started, because starting its processes would take longer."""
+"""Expected run time [s] below which no cluster is started, because starting the processes would take longer."""
 WATCH_SECONDS = 0.5
 """Interval between checks of a study that another process runs."""
 OPTIONS = {"workers": Workers, "scheduler": Scheduler, "cluster": Cluster, "wait": Wait}
@@ -46,7 +46,7 @@ OPTIONS = {"workers": Workers, "scheduler": Scheduler, "cluster": Cluster, "wait
 
 @dataclass(frozen=True)
 class Means:
-    """The requested means of computing.
+    """Where a command computes: on this machine, with a Dask scheduler, or with jobs of a batch system.
 
     Parameters
     ----------
@@ -55,14 +55,14 @@ class Means:
     scheduler : str, optional
         Address of an existing Dask scheduler.
     cluster : str, optional
-        A batch system.
+        Batch system whose jobs are the workers.
     wait : float, optional
-        Seconds to wait while no worker can compute.
+        Longest wait while no worker can compute [s].
 
     Raises
     ------
     BadParameter
-        If two of them exclude each other.
+        If two options exclude each other.
     """
 
     workers: int | None = None
@@ -76,19 +76,19 @@ class Means:
 
     @property
     def elsewhere(self) -> bool:
-        """Whether the study must be computed elsewhere than on this machine."""
+        """Whether a scheduler or a batch system computes the study, and not this process."""
         return self.scheduler is not None or self.cluster is not None
 
     @property
     def wait_seconds(self) -> float:
-        """Longest wait while no worker can compute."""
+        """Longest wait while no worker can compute [s]."""
         if self.wait is not None:
             return self.wait
         return WAIT_SECONDS if self.cluster is None else QUEUE_SECONDS
 
 
 def computes(command: Command) -> Command:
-    """Give a command the options of its parameter of the type `Means`."""
+    """Replace the parameter of type `Means` of a command by one option for each field."""
     signature = inspect.signature(command, eval_str=True)
     names = [each.name for each in fields(Means)]
     parameters: list[inspect.Parameter] = []
@@ -110,14 +110,14 @@ def computes(command: Command) -> Command:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits on the computing of a study.
+    """Limits on the computation of a study. A stopped study can be resumed.
 
     Parameters
     ----------
     budget_hours : float, optional
-        Core hours in kernels after which it stops; it can be resumed.
+        Computing time in core hours after which the study is stopped.
     ends : datetime, optional
-        Time at which it stops; it can be resumed.
+        Time at which the study is stopped.
     """
 
     budget_hours: float | None = None
@@ -128,19 +128,19 @@ NO_LIMITS = Limits()
 
 
 class Computer(ExitStack):
-    """Computes studies one after the other, all on one cluster, which is opened for the first study that needs one.
+    """Computes studies one after the other. All studies share one cluster, which is started when first needed.
 
-    Use it as a context; a cluster that it started ends with the context.
+    Use the object as a context manager. A cluster that the object has started is closed at the end of the context.
 
     Parameters
     ----------
     store : Store
         The store.
     means : Means
-        The means of computing.
+        Where to compute.
     here_seconds : float, optional
-        Expected work up to which a study is computed in this process, unless the options name a cluster; by default
-        `HERE_SECONDS`.
+        Expected run time [s] up to which a study is computed in this process; by default `HERE_SECONDS`. If a scheduler
+        or a batch system is named, every study is computed there.
     """
 
     def __init__(self, store: "Store", means: Means, here_seconds: float | None = None) -> None:
@@ -160,9 +160,9 @@ class Computer(ExitStack):
         limits: Limits = NO_LIMITS,
         shown: AbstractContextManager[Shown] | None = None,
     ) -> "Record":
-        """Run a study or, while another process does, watch it.
+        """Compute a study. While another process computes the study, follow its progress.
 
-        A stop that is requested during the last block of a study applies to the next studies, which then stay
+        A stop that is requested during the last block of a study applies to later studies, which are then returned
         unchanged.
 
         Parameters
@@ -170,9 +170,9 @@ class Computer(ExitStack):
         record : Record
             The study.
         limits : Limits
-            Limits of the computing.
+            Limits on the computation.
         shown : context of Shown, optional
-            Displays its progress; by default a bar.
+            Display of the progress; by default a bar.
 
         Returns
         -------
@@ -200,7 +200,7 @@ class Computer(ExitStack):
                         self._lent,
                         _Told(progress),
                         stop,
-                        # the study is resumed from its state at this moment; a later cancel is respected
+                        # a study that was cancelled meanwhile is not resumed
                         only_from=("queued", "running", record.state),
                         here_seconds=self._here_seconds,
                         wait_seconds=self._means.wait_seconds,
@@ -209,7 +209,7 @@ class Computer(ExitStack):
                     )
                     return _told_of_the_time(self.store, ended, limits.ends) if over.is_set() else ended
                 except StudyBusy as error:
-                    note(f"{error} Following it until it ends.")
+                    note(f"{error} This command follows the study until it ends.")
                     record = self._watch(record.id, progress, stop)
                     if record.ended or stop.is_set():
                         return record
@@ -222,7 +222,7 @@ class Computer(ExitStack):
                     ) from error
 
     def compute_together(self, records: "Sequence[Record]") -> None:
-        """Compute the small ones among some studies on every core of this machine; the others are unchanged."""
+        """Compute the small studies among `records` together, on all cores of this machine."""
         from damperlab.studies.store.cube.definition import parse_stored
         from damperlab.worker.run.small_batch import compute_together
         from damperlab.worker.scenes import scenes
@@ -241,7 +241,7 @@ class Computer(ExitStack):
             compute_together(self.store, small, stop.is_set)
 
     def go_on(self, study_id: str) -> str:
-        """Give the command that continues a study."""
+        """Return the command that continues a study."""
         means = self._means
         given = {"workers": means.workers, "scheduler": means.scheduler, "cluster": means.cluster}
         words = ["damperlab", "run", study_id, "--data-dir", str(self.store.data_dir)]
@@ -257,7 +257,10 @@ class Computer(ExitStack):
             self._stopped = stop.is_set()
 
     def _watch(self, study_id: str, progress: Shown, stop: threading.Event) -> "Record":
-        """Follow a study of another process until it ends, its claim lapses, or this process is to stop."""
+        """Follow a study that another process computes.
+
+        The function returns when the study ends, when no process claims the study, or when a stop is requested.
+        """
         while True:
             record = self.store.find(study_id)
             before = preparation(record.phase, record.phase_done, record.phase_total)
@@ -267,7 +270,7 @@ class Computer(ExitStack):
 
     @contextmanager
     def _lent(self) -> "Iterator[Client]":
-        # imported only if a cluster is needed: the import takes most of the time of a tiny study
+        # without a cluster, this import would take most of the time of a tiny study
         from damperlab.service.cluster import SharedCluster
 
         if self._cluster is None:
@@ -289,7 +292,7 @@ class Computer(ExitStack):
         return opening(settings, self._left)()
 
     def _left(self) -> int:
-        """Number of remaining blocks of the present study."""
+        """Return the number of blocks of the present study that are not computed yet."""
         if self._now is None:
             return 0
         now = self.store.find(self._now)
@@ -297,14 +300,14 @@ class Computer(ExitStack):
 
 
 class _Told:
-    """Passes on the progress of a run, and prints the reason for waiting once."""
+    """Passes the progress of a run to the display. If the run waits, the reason is printed once."""
 
     def __init__(self, shown: Shown) -> None:
         self._shown = shown
         self._waits_for = ""
 
     def __call__(self, now: "Progress") -> None:
-        """Take the present progress."""
+        """Show the present progress."""
         before = preparation(now.phase, now.phase_done, now.phase_total)
         if now.phase == "waiting":
             left = duration(now.gives_up_in)
@@ -319,8 +322,9 @@ class _Told:
 
 @contextmanager
 def _stop_on_signals() -> Iterator[threading.Event]:
-    """Convert the first Ctrl-C or termination request into a stop that keeps finished blocks; a second one ends the
-    process immediately.
+    """Convert the first Ctrl-C or termination signal into a stop that keeps finished blocks.
+
+    A second signal ends the process immediately.
     """
     stop = threading.Event()
 
@@ -343,7 +347,7 @@ def _stop_on_signals() -> Iterator[threading.Event]:
 
 @contextmanager
 def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading.Event]:
-    """Stop at a given time as a signal would; the returned event is set when that happens."""
+    """Set `stop` at a given time. The yielded event says whether this has happened."""
     over = threading.Event()
 
     def end() -> None:
@@ -363,7 +367,7 @@ def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading
 
 
 def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -> "Record":
-    """Record in the events of a study that it was stopped at the given time."""
+    """Record in the events of a study that the study was stopped at a given time."""
     if record.state != "cancelled" or ends is None:
         return record
     left = record.blocks_total - record.blocks_done

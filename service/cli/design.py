@@ -1,4 +1,4 @@
-"""The command design: from a specification to a damper; every evaluation is a study in the store."""
+"""`damperlab design` finds a damper for a specification. Every evaluation is a study in the store."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -67,7 +67,7 @@ def design(
     with working("Planning"):
         budget = budget_of(asked)
         if dry_run:
-            next(designing(asked, budget))  # this also refuses a budget that does not cover the first look
+            next(designing(asked, budget))  # raises a fault if the budget does not cover the first round
     unusual = unusual_specification(asked)
     if dry_run:
         _print_size(asked, budget, unusual, as_json)
@@ -108,12 +108,12 @@ class _Evaluation:
         self._more = {DESIGNS: asked.digest}
 
     def cubes(self, ask: "Ask", progress: "DesignProgress") -> "list[xr.Dataset]":
-        """Compute the studies of a round, unless they are stored, and read their results.
+        """Return the results of the studies of a round. Studies that are not stored are computed first.
 
         Raises
         ------
         Exit
-            If one of them did not complete.
+            If a study did not complete.
         """
         from damperlab.worker.run.small_batch import AT_ONCE
 
@@ -141,7 +141,7 @@ class _Evaluation:
         return [store.cube(record.id).load() for record in records]
 
     def _entered(self, several: "Sequence[AnyStudy]") -> "list[Record]":
-        """Find studies in the store, or enter them, all together."""
+        """Return the records of studies. Studies that are not in the store are submitted together."""
         from damperlab.studies.plan import make_plan
         from damperlab.studies.store.life_cycle.entering import Submission
         from damperlab.worker.dispatch.cost_model import seconds_per_point
@@ -160,7 +160,7 @@ class _Evaluation:
 
 
 def _kept(data_dir: Path | None, found: "Found", rounds: int, started: str) -> str:
-    """Store an answer with the studies, for the page and the client, and give its report."""
+    """Store the answer of a design for the page and the client, and return the report."""
     from damperlab.service.design_report import design_report, keep_answer
     from damperlab.studies.design.shelf import DesignsFull
 
@@ -176,7 +176,7 @@ def _kept(data_dir: Path | None, found: "Found", rounds: int, started: str) -> s
 
 
 def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "tuple[Found, int]":
-    """Run the search to its end, and show its progress; also give the number of its rounds."""
+    """Search for a damper, and show the progress. Return the answer and the number of rounds."""
     from damperlab.service.cli.design_progress import DesignProgress
     from damperlab.service.documents import plain
     from damperlab.studies.design.answer import known_document

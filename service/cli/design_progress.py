@@ -1,6 +1,4 @@
-"""Progress of a design on standard error: points, time, stage and best damper so far; plain lines without a
-terminal.
-"""
+"""Progress of a design on standard error: a bar on a terminal, plain lines elsewhere."""
 
 import time
 from collections.abc import Iterable
@@ -16,10 +14,9 @@ from damperlab.service.cli.progress import BAR_WIDTH, LINE_EVERY_SECONDS
 
 
 class DesignProgress:
-    """Shows the points so far, the elapsed time, the activity and the best damper so far.
+    """Shows the number of points so far, the elapsed time, the activity and the best damper so far.
 
-    A search ends when it has found its damper, usually long before its budget is spent. So the budget says nothing
-    about the remaining time, and the bar shows no share.
+    The bar shows no percentage, because a search usually ends long before the budget is spent.
 
     Parameters
     ----------
@@ -51,22 +48,22 @@ class DesignProgress:
             self._bars.stop()
 
     def begin(self, points: int, stage: str, best: str) -> None:
-        """Take the state at the start of a round.
+        """Show the state at the start of a round of studies.
 
         Parameters
         ----------
         points : int
             Number of points known so far.
         stage : str
-            The activity.
+            Present activity.
         best : str
-            The best damper so far; empty if there is none yet.
+            Description of the best damper so far; empty if no damper is known yet.
         """
         self._stage, self._best = stage, best
         self.update(points)
 
     def update(self, points: int, preparation: str | None = None) -> None:
-        """Take the known points, and the activity before the first point of a study."""
+        """Show the number of known points. `preparation` is the activity of a study before its first block."""
         now = time.monotonic()
         figures = f"{points:,} of at most {self._budget:,} points, {duration(now - self._began)}"
         stage = f"{self._stage} ({preparation})" if preparation else self._stage
@@ -79,7 +76,7 @@ class DesignProgress:
             note(f"{figures}. Now: {stage}.{best}")
 
     def of_study(self, points: int) -> AbstractContextManager["OfStudy"]:
-        """Give a display for a study that starts with this number of known points."""
+        """Return the display of a study; `points` is the number of points known before the study."""
         return nullcontext(OfStudy(self, points))
 
 
@@ -97,12 +94,12 @@ class OfStudy:
         seconds_left: float | None,
         preparation: str | None = None,
     ) -> None:
-        """Add the points of the study to those of the design."""
+        """Show the points of the design so far, including the points of this study."""
         self._design.update(self._before + done, preparation)
 
 
 class _Bars(Progress):
-    """A bar, and lines below it."""
+    """A progress bar with lines of text below the bar."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -115,7 +112,7 @@ class _Bars(Progress):
         )
 
     def get_renderables(self) -> Iterable[RenderableType]:
-        """Give the bar and the lines."""
+        """Yield the bar, and then the lines of text."""
         yield from super().get_renderables()
         for line in filter(None, self.lines):
             yield Text(f"  {line[:1].upper()}{line[1:]}")

@@ -48,7 +48,7 @@ def rename(
     name: Annotated[str, typer.Argument(help="The new name.")],
     data_dir: DataDir = None,
 ) -> None:
-    """Rename a design; its specification keeps its own name."""
+    """Rename a design. The name in the specification is unchanged."""
     from damperlab.studies.remarks import read_remarks
 
     with in_options({"name": "NAME"}):
@@ -66,7 +66,7 @@ def delete(
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Delete without asking.")] = False,
     trash: Annotated[bool, typer.Option("--trash", help="Keep it in the trash for a week.")] = False,
 ) -> None:
-    """Delete a design and its answer permanently, or move it to the trash; its studies stay."""
+    """Delete a design and its answer permanently, or move the design to the trash. Its studies stay."""
     shelf = settings_of(data_dir).designs
     kept = shelf.find(design)
     if not (yes or trash):

@@ -1,4 +1,4 @@
-"""The command doctor: real tests of this machine."""
+"""`damperlab doctor` tests whether the program works on this machine."""
 
 import platform
 import shutil
@@ -43,11 +43,11 @@ class Check:
     Parameters
     ----------
     name : str
-        The tested item.
+        Name of the tested item.
     ok : bool
-        Whether it works.
+        Whether the item works.
     found : str
-        The finding.
+        Result of the test in words.
     """
 
     name: str
@@ -90,7 +90,7 @@ def doctor(
 def _check(name: str, attempt: Callable[[], str]) -> Check:
     try:
         return Check(name, True, attempt())
-    except Exception as error:  # every exception is a finding
+    except Exception as error:  # every exception is a result of the test
         return Check(name, False, f"{type(error).__name__}: {error}")
 
 
@@ -106,7 +106,7 @@ def _cores() -> str:
 
 
 def _closed_form() -> str:
-    """Compare one linear point with the transmissibility at resonance, √(1 + 4ζ²)/(2ζ)."""
+    """Compare the computed response without a damper at resonance with the closed form √(1 + 4ζ²)/(2ζ)."""
     from math import sqrt
 
     from damperlab.worker.point import Design
@@ -122,7 +122,7 @@ def _closed_form() -> str:
 
 
 def _kernels() -> str:
-    """Compile or load the hybrid kernel, and check its energy balance."""
+    """Compile or load the kernel with friction and a particle, and check the energy balance of a run."""
     from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
     from damperlab.worker.point import Design
     from damperlab.worker.simulate import simulate

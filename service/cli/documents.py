@@ -1,4 +1,4 @@
-"""Documents written by commands: HTML, or PDF."""
+"""HTML and PDF documents that commands write."""
 
 import os
 from pathlib import Path
@@ -10,14 +10,14 @@ DOCUMENTS = (".html", ".htm", ".pdf")
 
 
 def check_document(output: Path | None) -> None:
-    """Refuse, before computing, a document that cannot be written.
+    """Check before a computation that a document can be written.
 
     Raises
     ------
     BadParameter
-        If its suffix is no known format.
+        If the suffix of the file belongs to no known format.
     QueryFault
-        If it is a PDF, and no printer for it is installed.
+        If the file is a PDF, and the library that prints PDF is not installed.
     """
     check_file(output, DOCUMENTS)
     if output is not None and output.suffix == ".pdf":
@@ -27,7 +27,10 @@ def check_document(output: Path | None) -> None:
 
 
 def write_document(text: str, output: Path) -> None:
-    """Write a page of HTML in the format of the file's suffix; the file appears when it is complete."""
+    """Write a page of HTML to a file; the page is printed as PDF if the suffix is .pdf.
+
+    The file appears only when it is complete.
+    """
     content = text.encode()
     if output.suffix == ".pdf":
         from damperlab.service.printing import printed

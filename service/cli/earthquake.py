@@ -1,4 +1,4 @@
-"""Commands on earthquakes: ground-motion records, and dampers compared under a record."""
+"""Commands for ground-motion records, and for the comparison of dampers under a record."""
 
 from math import isnan
 from pathlib import Path
@@ -56,7 +56,7 @@ OPTIONS = (
     | RECIPE_OPTIONS
     | {"record": "RECORD"}
 )
-"""Fields of a comparison as options."""
+"""Option for each field of a comparison."""
 
 COLUMNS = (
     ("peak_relative_displacement_m", "peak x−z [mm]"),
@@ -237,7 +237,7 @@ def earthquake(
 
 
 def read_file(file: Path, units: str | None, name: str) -> Any:
-    """Read a record from a file: in PEER's format if the suffix is .at2, else as columns."""
+    """Read a record from a file, in PEER's format if the suffix is .at2, otherwise as two columns."""
     from damperlab.studies.ground.files import read_record
 
     try:
@@ -269,7 +269,7 @@ def _contact_words(contact: dict[str, Any]) -> str:
 
 
 def _printed(name: str, value: float) -> float:
-    """Convert a quantity for printing: lengths to mm, all else in SI units."""
+    """Convert a quantity for printing. Lengths are converted to mm; other quantities stay in SI units."""
     return float(value) * (1e3 if name.endswith("_m") else 1.0)
 
 

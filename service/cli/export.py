@@ -1,4 +1,4 @@
-"""The command export: a stored cube as one file for other programs."""
+"""`damperlab export` writes a stored cube to one file for other programs."""
 
 from pathlib import Path
 from typing import Annotated

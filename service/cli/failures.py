@@ -1,4 +1,4 @@
-"""Errors of the command line: a message on standard error or, with --json, a problem document, and an exit status."""
+"""Errors of the command line. Each error gives an exit status, and a message or, with --json, a problem document."""
 
 import re
 from collections.abc import Iterable
@@ -15,21 +15,21 @@ from damperlab.studies.unit_names import ALIASES, COORDINATE_SOURCES
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
 
 RATIOS = COORDINATE_SOURCES | {of: ratio for ratio, of in MADE_BY.items()}
-"""The ratio that corresponds to each quantity in units."""
+"""Ratio that corresponds to each quantity in SI units."""
 DONE = 0
 FAILED = 1
 BAD_USAGE = 2
 
 
 class CommandFailed(Exception):
-    """The command could not do its task; the text gives the reason and the remedy.
+    """Error of a command that could not do its task. The text gives the reason and the remedy.
 
     Parameters
     ----------
     kind : str
         Short name by which programs distinguish failures.
     text : str
-        One or two sentences.
+        Reason and remedy, in one or two sentences.
     """
 
     def __init__(self, kind: str, text: str) -> None:
@@ -38,12 +38,12 @@ class CommandFailed(Exception):
 
 
 class UsageFault(Exception):
-    """Options have invalid values.
+    """Error of a command whose options have invalid values.
 
     Parameters
     ----------
     *faults : Fault
-        A fault for each such option.
+        One fault for each option with an invalid value.
     """
 
     def __init__(self, *faults: Fault) -> None:
@@ -52,13 +52,13 @@ class UsageFault(Exception):
 
 
 SPELLED: dict[str, str] = {}
-"""The option of each field of a question, recorded when a command gets its options. Names of dimensions are left out,
-because they may also be fields of a study.
+"""Option for each field of a question, recorded when the options of a command are made. Names of dimensions are left
+out, because they may also be fields of a study.
 """
 
 
 def note_options(fields: Iterable[Field]) -> None:
-    """Record how fields are spelled as options, so that messages use these names."""
+    """Record the option of each field, so that messages can name the options."""
     for each in fields:
         SPELLED.update(
             {name: each.options[0] for name in (each.key, each.name) if name not in EVERY_DIMENSION}
@@ -66,7 +66,7 @@ def note_options(fields: Iterable[Field]) -> None:
 
 
 def report(error: Exception, as_json: bool) -> int:
-    """Tell the user about an error that is not a defect.
+    """Report an error to the user, unless the error is a defect of the program.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def report(error: Exception, as_json: bool) -> int:
     Raises
     ------
     Exception
-        `error` itself, if it is a defect in the program.
+        `error` itself, if an error of this type is a defect of the program.
     """
     if isinstance(error, typer.TyperException):
         return _report_usage(error, as_json)
@@ -107,7 +107,7 @@ def report(error: Exception, as_json: bool) -> int:
     if as_json:
         _print_problem(kind, status, text if isinstance(error, StudyFaults) else _spelled(text), faults)
     else:
-        # a field of the study itself may have the same name as an option
+        # names in the faults of a study are not replaced: a field of the study may have the same name as an option
         lines = [str(fault) for fault in faults] or [text]
         for line in lines if isinstance(error, StudyFaults) else map(_spelled, lines):
             note(f"damperlab: {line}")
@@ -115,7 +115,7 @@ def report(error: Exception, as_json: bool) -> int:
 
 
 def _of_system(error: OSError) -> str:
-    """Describe an error of the operating system, with its file but without its number."""
+    """Describe an error of the operating system, with the name of the file but without the error number."""
     if error.strerror is None:
         return str(error)
     return f"{error.strerror}{'' if error.filename is None else f': {error.filename}'}."
@@ -123,7 +123,7 @@ def _of_system(error: OSError) -> str:
 
 def _report_usage(error: typer.TyperException, as_json: bool) -> int:
     faults = _faults_of_value(error)
-    # the option parser puts the name of its exception before the message
+    # pydantic puts "Value error, " before the message of an exception
     text = " ".join(map(str, faults)) or _with_nearest(error.format_message().replace("Value error, ", ""))
     text = _ratio_for(error) or text
     if as_json:
@@ -136,7 +136,7 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
 
 
 def _ratio_for(error: typer.TyperException) -> str:
-    """Name the ratio that a command takes in place of a quantity in units; empty if there is none."""
+    """Write the message for a quantity in SI units if the command takes the ratio instead, otherwise an empty text."""
     option, context = getattr(error, "option_name", None), getattr(error, "ctx", None)
     if option is None or context is None:
         return ""
@@ -148,7 +148,7 @@ def _ratio_for(error: typer.TyperException) -> str:
 
 
 def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
-    """Reword an error of the option parser; empty if the message is already one of ours."""
+    """Convert an error of the option parser into faults; the tuple is empty if the message is already readable."""
     cause, param = error.__cause__, getattr(error, "param", None)
     if cause is None or param is None:
         return ()
@@ -165,7 +165,7 @@ def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
 
 
 def _bounds(option: object, allowed: str) -> str:
-    """State the limits of a numeric option; empty if there are none, or if the message states them."""
+    """Write the limits of a numeric option; the text is empty if there are none, or if the message states them."""
     low, high = getattr(option, "min", None), getattr(option, "max", None)
     if "number" not in allowed:
         return ""
@@ -175,7 +175,7 @@ def _bounds(option: object, allowed: str) -> str:
 
 
 def _with_nearest(text: str) -> str:
-    """Add the choice that was probably meant to a message that lists the choices."""
+    """If a message lists the allowed choices, add the choice that was probably meant."""
     found = re.search(r"'([^']*)' is not one of (.+)\.$", text)
     near = nearest(found[1], re.findall(r"'([^']*)'", found[2])) if found else None
     return f"{text} Did you mean {near}?" if near else text
@@ -188,7 +188,7 @@ def _spelled(text: str) -> str:
 
 
 def _with_value(name: str, value: str) -> str:
-    """Write a field, or a dimension, with its value as an option; empty for anything else."""
+    """Write a field or a dimension with its value as an option; the text is empty for any other name."""
     option = SPELLED.get(name) or (option_of(name) if name in EVERY_AXIS else "")
     return f"{option} {value}".rstrip() if option else ""
 
@@ -198,7 +198,7 @@ def _kebab(name: str) -> str:
 
 
 def _asks_for_help(error: typer.TyperException) -> bool:
-    """Distinguish `damperlab` alone, whose message is the help, from wrong usage."""
+    """Return whether a command was given no arguments. The message of this error is the help of the command."""
     return type(error).__name__ == "NoArgsIsHelpError"
 
 

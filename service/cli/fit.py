@@ -1,4 +1,4 @@
-"""The command fit: parameters of a prototype from its measured frequency response or time history."""
+"""`damperlab fit` estimates parameters of a prototype from a measured frequency response or time history."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -35,18 +35,18 @@ STUDIES = (".yaml", ".yml", ".json")
 
 
 Direction = Literal["rest", "up", "down"]
-"""Start of each response."""
+"""Start of each response: at rest, or in a frequency sweep upwards or downwards."""
 
 NAMES = (
     *(name for name in DIMENSION_LONG_NAMES if name != "frequency_ratio"),
     *("mass_kg", "natural_frequency_hz", "base_amplitude_m", "damping_n_s_per_m", "friction_force_n"),
     *("clearance_m", "particle_mass_kg", *MADE_BY.values()),
 )
-"""Values of a prototype that may be known."""
+"""Names of the parameters of a prototype that may be given or estimated."""
 OPTIONS = {name: option_of(name) for name in (*NAMES, "deviation", "confidence", "seed")} | {
     f"fit.{name}": f"--fit {name}" for name in NAMES
 }
-"""Fields of a fit as options."""
+"""Option for each field of a fit."""
 
 
 @names_a_design(
@@ -123,7 +123,7 @@ def fit(
 ) -> None:
     """Estimate parameters of a prototype from a measurement.
 
-    Every value that is neither given nor a column of the table must be estimated; nothing is assumed.
+    Every value must be given, be a column of the table, or be estimated. No value is assumed.
     """
     check_output(output)
     check_file(study, STUDIES)
@@ -161,7 +161,7 @@ def fit(
 
 
 class _Way(NamedTuple):
-    """How a table of one kind is fitted, and how its answer is written."""
+    """Functions that fit one kind of table and write the answer."""
 
     ask: Callable[..., Any]
     scenes: Callable[[Any], "list[Scene]"]
@@ -187,7 +187,7 @@ def _of_response() -> _Way:
         verdict,
         fit_document,
         write_fit,
-        # every fit of a frequency response gives a study
+        # a fit of a frequency response can always be written as a study
         lambda question: None,
         "sets of parameters",
     )
@@ -215,7 +215,7 @@ def _of_history() -> _Way:
 
 
 def _ranges(free: list[str] | None) -> dict[str, tuple[float, float] | None]:
-    """Read ``name`` and ``name=low,high``."""
+    """Read the values of --fit, each of the form ``name`` or ``name=low,high``."""
     found: dict[str, tuple[float, float] | None] = {}
     for text in free or ():
         name, equals, span = text.partition("=")
@@ -226,7 +226,7 @@ def _ranges(free: list[str] | None) -> dict[str, tuple[float, float] | None]:
 
 
 def _share(text: str | None) -> float | None:
-    """Read ``5%`` or ``0.05``."""
+    """Read the value of --deviation, for example ``5%`` or ``0.05``, as a fraction."""
     if text is None:
         return None
     if text.endswith("%"):
@@ -235,7 +235,7 @@ def _share(text: str | None) -> float | None:
 
 
 def _print(fitted: "Fitted | FittedHistory", way: _Way) -> None:
-    """Print the parameters and the verdict on them."""
+    """Print the estimated parameters, and the sentences of the verdict."""
     from damperlab.service.fit_report import COLUMNS, parameter_rows
 
     print_table(COLUMNS, parameter_rows(fitted.estimates))

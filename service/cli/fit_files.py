@@ -1,4 +1,4 @@
-"""Files of the command fit: a figure or a report, and a study."""
+"""Files that `damperlab fit` writes: a figure or a report, and a study."""
 
 import json
 from collections.abc import Callable
@@ -19,7 +19,7 @@ FIGURES = (".png", ".svg")
 
 
 def check_output(output: Path | None) -> None:
-    """Refuse, before computing, a figure or report that cannot be written; see `check_document`."""
+    """Check before a computation that a figure or a report can be written; see `check_document`."""
     check_file(output, (*FIGURES, *DOCUMENTS))
     if output is not None and output.suffix in DOCUMENTS:
         check_document(output)
@@ -55,7 +55,7 @@ def _write(output: Path, draw: "Callable[[], Figure]", report: Callable[[], str]
 
 
 def write_study(document: dict[str, Any], path: Path) -> None:
-    """Write the prototype as a study."""
+    """Write the fitted prototype as a study."""
     import yaml
 
     if path.suffix == ".json":

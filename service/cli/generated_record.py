@@ -1,4 +1,4 @@
-"""Options for generating a ground-motion record, and the resulting document."""
+"""Options that generate a ground-motion record, and the document that these options describe."""
 
 from typing import Annotated, Any
 
@@ -40,20 +40,20 @@ RECIPE_OPTIONS = {
     "kanai_tajimi.duration_s": "--duration-s",
     "kanai_tajimi.peak_g": "--peak-g",
 }
-"""Fields of a generated record as options."""
+"""Option for each field of a generated record."""
 
 
 def recipe_of(
     seed: int | None, duration_s: float | None, peak_g: float | None, written: str | None
 ) -> dict[str, Any] | None:
-    """Give the definition of a generated record in the form of a document; None if the options generate no record.
+    """Return the document that defines a generated record; None if no option generates a record.
 
     Raises
     ------
     typer.BadParameter
-        If options exclude each other, or the document generates nothing.
+        If options exclude each other, or the document does not define a record.
     StudyFaults
-        If it is not YAML.
+        If the document is not YAML.
     """
     for option, value in (("--duration-s", duration_s), ("--peak-g", peak_g)):
         if seed is None and value is not None:

@@ -39,7 +39,7 @@ def restore(
     place: StoreAddress = None,
     as_json: AsJson = False,
 ) -> None:
-    """Copy a backup into a data folder without studies, and into the configured catalogue."""
+    """Copy a backup into a data folder that has no studies, and into the configured catalogue."""
     from damperlab.studies.store.store import Store
 
     if not (folder / "catalogue.sqlite").is_file():
@@ -50,7 +50,10 @@ def restore(
 
 
 def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJson = False) -> None:
-    """Rebuild the catalogue from the cubes, or add missing studies to it; it may be interrupted and repeated."""
+    """Rebuild the catalogue from the cubes, or add missing studies to the catalogue.
+
+    The command may be interrupted and repeated.
+    """
     from damperlab.studies.store.care.rebuild import rebuild as from_cubes
 
     settings = settings_of(data_dir, store=place)
@@ -88,8 +91,9 @@ def gc(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Remove superseded files, cubes of deleted studies, and cubes without a study. Unknown files are kept, and
-    listed.
+    """Remove superseded files, cubes of deleted studies, and cubes without a study.
+
+    Unknown files are kept and listed.
     """
     from damperlab.studies.store.care.sweep import collect_garbage
 
@@ -134,7 +138,7 @@ def _copy(source: "Store", target: "Store", as_json: bool, done: str, for_good: 
 
 
 def lasting(text: str, option: str) -> float:
-    """Read a duration, as in 12h [s]; BadParameter if the text is not a duration."""
+    """Convert a duration such as 12h into seconds. Raise BadParameter if the text is not a duration."""
     found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|min|h|d)", text)
     if found is None:
         raise typer.BadParameter(

@@ -1,4 +1,4 @@
-"""Commands for keys: access to a service that listens beyond loopback."""
+"""Commands for keys, which give access to a service that other machines can reach."""
 
 import getpass
 import os
@@ -41,7 +41,7 @@ def create(
     from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
     lasts = None if expires is None else lasting(expires, "--expires")
-    os.umask(0o077)  # as for the service, a folder created here is private to this user
+    os.umask(0o077)  # a data folder created here is private to this user, as with the service
     store = open_store(data_dir)
     try:
         key, secret = AccessKeys(store.catalogue).create(owner or getpass.getuser(), (scope,), lasts)

@@ -1,4 +1,4 @@
-"""Entry point of `damperlab`: the commands by name, and the exit status of every outcome."""
+"""Entry point of the command line `damperlab`, with the list of commands."""
 
 import atexit
 import sys
@@ -35,7 +35,7 @@ from damperlab.service.cli.worker import certificates, worker
 from damperlab.service.questions.every import EVERY
 
 INTERRUPTED = 130
-"""typer's result for Ctrl-C in a command that does not handle it."""
+"""Exit status that typer returns if Ctrl-C interrupts a command."""
 
 
 RENAMED = {
@@ -47,13 +47,13 @@ RENAMED = {
     "accuracy": "check accuracy",
     "reproduce": "check paper",
 }
-"""Commands by their names in version 0.1; these names work until version 0.3."""
+"""Present name of each command that had another name in version 0.1. The old names work until version 0.3."""
 GONE = {
     "importance": "`damperlab map` shows how a result changes with two parameters, `damperlab response` along the frequency.",
     "race": "Submit the designs again with a smaller `steady.tolerance`.",
     "robust": "Give a study several values of base_amplitude_m and ask `damperlab optimum`, or let `damperlab design` choose.",
 }
-"""Removed commands of earlier versions, and their replacements."""
+"""Removed commands, each with the advice that is printed."""
 
 
 def _print_version(asked: bool) -> None:
@@ -88,7 +88,7 @@ admin = typer.Typer(help="Keys of a service; workers and certificates of a clust
 check = typer.Typer(help="Measure the solver, or compute the paper's results again.", no_args_is_help=True)
 
 ASKED = {first: [command_of(each) for each in EVERY if each.first is first] for first in (True, False)}
-"""The commands of questions: the common ones, and the others."""
+"""Commands that evaluate a study, which the help lists under "Ask a study" (True) or under "More" (False)."""
 GROUPS: tuple[tuple[typer.Typer, str | None, tuple[Command, ...]], ...] = (
     (app, "Compute", (design, run, simulate, fit, earthquake)),
     (app, "Ask a study", (*ASKED[True], write_report, export)),
@@ -110,8 +110,8 @@ for name, group in (("store", store), ("admin", admin), ("check", check)):
 
 
 def main() -> None:
-    """Run the command that the arguments name, and end the process with its exit status."""
-    # Objects need not be collected when the process ends; this saves a fifth of the time of a short command.
+    """Run the command that the arguments name, and end the process with the exit status of the command."""
+    # `gc.freeze` prevents a garbage collection at the end of the process. A short command then takes a fifth less time.
     atexit.register(freeze)
     sys.exit(_run(sys.argv[1:]))
 
@@ -125,8 +125,7 @@ def _run(arguments: list[str]) -> int:
         note(f"damperlab: `{arguments[0]}` is now `{name}`; the old name works until version 0.3.")
         arguments = [*name.split(), *arguments[1:]]
     try:
-        # A command that ends early raises typer.Exit(status), whose status is returned here; a complete one returns
-        # None.
+        # If a command raises typer.Exit, `app` returns the status of this exception; otherwise `app` returns None.
         status = app(args=arguments, prog_name="damperlab", standalone_mode=False) or DONE
     except typer.Abort:
         note("damperlab: stopped; nothing was changed.")

@@ -1,4 +1,4 @@
-"""Arguments and options shared by several commands, and the reading of their values."""
+"""Arguments and options shared by several commands, and functions that read option values."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -22,7 +22,7 @@ from damperlab.studies.vocabulary import (
 )
 
 PLACE = "Where to compute"
-"""The panel of cluster options in the help."""
+"""Heading of the cluster options in the help."""
 
 DataDir = Annotated[
     Path | None,
@@ -87,7 +87,7 @@ Cluster = Annotated[
 
 
 def check_address(param: typer.CallbackParam, value: str | None) -> str | None:
-    """Refuse a text that is not the address of a scheduler; the command would wait for it in vain."""
+    """Refuse a text that is not the address of a scheduler, because the command would wait in vain."""
     if value is not None and not is_address(value):
         field = param.opts[0] if param.opts[0].startswith("-") else str(param.metavar)
         raise UsageFault(
@@ -107,7 +107,7 @@ Scheduler = Annotated[
 ]
 WAIT_SECONDS = 60.0
 QUEUE_SECONDS = 86_400.0
-"""Default wait for the first job of a batch system."""
+"""Default of --wait with a batch system [s]."""
 Wait = Annotated[
     float | None,
     typer.Option(
@@ -172,15 +172,16 @@ CONTACT_OPTIONS = {
     "contact.model": "--contact",
     "contact.contact_time": "--contact-time",
 }
-"""Fields of a contact as options."""
+"""Option for each field of a contact."""
 
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """Formats of -o, by the suffix of the file."""
 
 
 def contact_document(contact: ContactModel, written: str | None) -> dict[str, Any]:
-    """Give the field `contact` of a document. A contact time that is a number is converted; the rules of the study
-    check the field.
+    """Return the field `contact` of a document.
+
+    A number is converted. Any other text is kept, because the rules of a study check the field later.
     """
     if written is None:
         if contact != "instant":
@@ -201,7 +202,7 @@ def contact_document(contact: ContactModel, written: str | None) -> dict[str, An
 
 
 def check_cluster(workers: int | None, scheduler: str | None, cluster: str | None = None) -> None:
-    """Refuse a number of workers, or a batch system, with a scheduler that has its own workers."""
+    """Refuse a scheduler together with a number of workers or a batch system: a scheduler has its own workers."""
     if cluster is not None and scheduler is not None:
         raise typer.BadParameter(
             "--cluster and --scheduler cannot be combined: jobs of a batch system work for their own "
@@ -215,8 +216,9 @@ def check_cluster(workers: int | None, scheduler: str | None, cluster: str | Non
 
 
 def read_time(text: str | None) -> datetime | None:
-    """Read --until: the next occurrence of a time of day, or a date with its time, in this machine's time zone
-    unless the text names another.
+    """Read the value of --until: a date with a time, or a time of day within the next 24 hours.
+
+    A text without a time zone is read in the time zone of this machine.
     """
     if text is None:
         return None
@@ -237,7 +239,7 @@ def read_time(text: str | None) -> datetime | None:
 
 
 def read_range(option: str, text: str) -> tuple[float, float]:
-    """Read `lo,hi`."""
+    """Read two numbers of an option, written as `lo,hi`."""
     parts = text.split(",")
     if len(parts) != 2:
         raise typer.BadParameter(f"found {text!r}, allowed: two numbers, lo,hi", param_hint=option)
@@ -261,9 +263,9 @@ def check_alone(options: Mapping[str, object], needed: str) -> None:
     Parameters
     ----------
     options : mapping
-        Values by option; None, False, or an empty text or list if the option was not given.
+        Value of each option. None, False, an empty text or an empty list means that the option was not given.
     needed : str
-        The option without which they have no effect.
+        Phrase for the error message: what the options need in order to have an effect.
     """
     for option, value in options.items():
         if value:
@@ -285,8 +287,9 @@ def read_named(
     names: tuple[str, ...],
     form: str = "name=value",
 ) -> list[tuple[str, str]]:
-    """Read ``name=value`` of an option that may be repeated; refuse a name that is not among `names`, or is
-    repeated.
+    """Read the texts ``name=value`` of an option that may be repeated.
+
+    A name that is not among `names`, or that is given twice, is refused.
     """
     pairs: dict[str, str] = {}
     for assignment in assignments or ():
@@ -301,7 +304,7 @@ def read_named(
 
 
 def read_number(option: str, text: str, allowed: str = "a finite number") -> float:
-    """Read a finite number of an option; an error message lists the allowed values."""
+    """Read the value of an option as a finite number. The error message says which values are `allowed`."""
     try:
         value = float(text)
     except ValueError:

@@ -14,21 +14,21 @@ from rich.console import Console
 from rich.table import Table
 
 NOTES = Console(stderr=True, highlight=False)
-"""For messages and progress, so that standard output has only answers."""
+"""Console for messages and progress on standard error; standard output has only answers."""
 
 ANSWERS = Console(highlight=False)
-"""For tables and sentences that answer the command."""
+"""Console for the tables and sentences of answers, on standard output."""
 
 
 def print_json(document: object) -> None:
-    """Print one JSON document; floats are written so that they read back bit for bit, and NaN is null."""
+    """Print one JSON document. Floats are written with enough digits to read back the same bits; NaN becomes null."""
     from damperlab.service.documents import plain
 
     sys.stdout.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def note(text: str) -> None:
-    """Print a message on standard error unchanged: no markup, and no line breaks of the console."""
+    """Print a message on standard error. The console interprets no markup, and inserts no line breaks."""
     NOTES.print(text, markup=False, soft_wrap=True)
 
 
@@ -38,8 +38,9 @@ def say(text: str) -> None:
 
 
 def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool, folder: str = "") -> None:
-    """Print a short answer, and its details in sentences if requested; the next command also names the `folder`, an
-    option.
+    """Print a short answer, and also the sentences with details if they are wanted.
+
+    The option `folder` is appended to the command that the answer suggests as the next one.
     """
     from damperlab.studies.brief import lines_of
 
@@ -54,7 +55,7 @@ def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool, 
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
-    """Print a table; numbers are right-aligned. If the output is piped, cells are not cut to the width of a terminal."""
+    """Print a table with numbers aligned to the right. If the output is piped, no cell is cut to fit a terminal."""
     table = Table(title=title, title_justify="left", header_style="bold", box=None, pad_edge=False)
     cells = [tuple(row) for row in rows]
     for index, column in enumerate(columns):
@@ -69,12 +70,12 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: st
 
 
 def number(value: float, digits: int = 6) -> str:
-    """Write `value` with `digits` significant digits; a dash if it is not finite."""
+    """Write `value` with `digits` significant digits, or a dash if `value` is not finite."""
     return f"{value:.{digits}g}" if math.isfinite(value) else "—"
 
 
 def two_digits(value: float) -> str:
-    """Write a number with two significant digits, without an exponent even if it is large."""
+    """Write a number with two significant digits. A large number is written without an exponent."""
     return f"{float(f'{value:.2g}'):,.15g}" if abs(value) >= 1 else number(value, 2)
 
 
@@ -95,9 +96,9 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def working(what: str | Callable[[], str]) -> Iterator[None]:
-    """Show the activity `what` and its duration on standard error, once it has taken two seconds.
+    """Show an activity and its duration on standard error, if the activity takes more than two seconds.
 
-    `what` may be a function, which is called repeatedly to describe an activity in progress.
+    `what` describes the activity, as a text or as a function that is called repeatedly.
     """
     done = threading.Event()
     started = time.monotonic()
@@ -127,7 +128,7 @@ def working(what: str | Callable[[], str]) -> Iterator[None]:
 
 
 def make_parent(path: Path) -> Path:
-    """Create the folder that `path` will lie in."""
+    """Create the parent folder of `path`, and return `path`."""
     path.parent.mkdir(parents=True, exist_ok=True)
     return path
 

@@ -1,7 +1,4 @@
-"""Output options: names of a file or a folder. They are checked when they are read, before anything is computed.
-
-Missing folders are created when something is written.
-"""
+"""Options for output files and folders. A path is checked when the option is read, before anything is computed."""
 
 import os
 import tempfile
@@ -18,12 +15,12 @@ A_FOLDER = "a folder that can be written"
 
 
 def file_option(*spellings: str, help: str, metavar: str = "FILE", **more: Any) -> Any:
-    """Make the option of a file that a command writes; a file must be writable in its folder."""
+    """Return an option for an output file. A file that cannot be written is refused."""
     return typer.Option(*spellings, metavar=metavar, help=help, callback=_check_file, **more)
 
 
 def folder_option(*spellings: str, help: str) -> Any:
-    """Make the option of a folder that a command writes files into; files must be writable in it."""
+    """Return an option for an output folder. A folder in which no file can be written is refused."""
     return typer.Option(*spellings, metavar="DIR", help=help, callback=_check_folder)
 
 
@@ -40,7 +37,7 @@ def _check_folder(param: typer.CallbackParam, value: Path | None) -> Path | None
 
 
 def _refuse(what: str, value: Path, allowed: str, why: str, param: typer.CallbackParam) -> None:
-    """Refuse a location, if there is a reason."""
+    """Refuse a path for the reason `why`; nothing is refused if `why` is empty."""
     if why:
         advice = f"name another {what} with {param.opts[0]}"
         told = f"The {what} {value} cannot be written: {why}."
@@ -48,7 +45,7 @@ def _refuse(what: str, value: Path, allowed: str, why: str, param: typer.Callbac
 
 
 def _why_no_file(path: Path) -> str:
-    """Give the reason why no file can be written under this name; empty if one can."""
+    """Return the reason why a file cannot be written; the text is empty if the file can be written."""
     if path.is_dir():
         return "it is a folder"
     if path.exists() and not os.access(path, os.W_OK):
@@ -57,13 +54,13 @@ def _why_no_file(path: Path) -> str:
 
 
 def _why_no_files_in(folder: Path) -> str:
-    """Give the reason why no file can be created in a folder; empty if one can."""
+    """Return the reason why no file can be created in a folder; the text is empty if a file can be created."""
     while not folder.exists():
         folder = folder.parent
     if not folder.is_dir():
         return f"{folder} is a file"
     try:
-        # Permissions are not sufficient: on a read-only or special file system even root cannot write.
+        # A check of permissions is not sufficient: on a read-only or special file system even root cannot write.
         with tempfile.TemporaryFile(dir=folder):
             return ""
     except OSError as error:

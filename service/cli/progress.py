@@ -1,4 +1,4 @@
-"""Progress of a study on standard error: bars on a terminal, occasional lines elsewhere."""
+"""Progress of a study on standard error: a bar on a terminal, occasional lines elsewhere."""
 
 import time
 from types import TracebackType
@@ -14,14 +14,14 @@ from rich.progress import (
 from damperlab.service.cli.output import NOTES, duration, note
 
 LINE_EVERY_SECONDS = 5.0
-"""Interval between lines without a terminal, so that a log stays short but shows progress."""
+"""Time between lines if there is no terminal [s]. A log then stays short but shows progress."""
 
 BAR_WIDTH, NAME_WIDTH = 12, 16
-"""Widths of bar and name with which everything fits on a line of 80 characters."""
+"""Widths of the bar and the name, with which the progress fits on a line of 80 characters."""
 
 
 def preparation(phase: str, done: int | None, total: int | None) -> str | None:
-    """Describe a phase before the first block; None for other phases."""
+    """Describe the phase of a study before its first block. Return None for other phases."""
     if phase == "starting":
         return "starting workers"
     if phase == "compiling":
@@ -42,18 +42,18 @@ class Shown(Protocol):
         seconds_left: float | None,
         preparation: str | None = None,
     ) -> None:
-        """Take the present numbers; None means unknown."""
+        """Show the present progress. None means that a number is unknown."""
 
 
 class StudyProgress:
-    """Shows points done, points failed, the rate and the time left of one study.
+    """Shows the progress of one study: points done, points failed, the rate and the time left.
 
     Parameters
     ----------
     name : str
         Name of the study.
     points : int
-        Points of the study.
+        Number of points of the study.
     """
 
     def __init__(self, name: str, points: int) -> None:
@@ -74,7 +74,7 @@ class StudyProgress:
             self._task = self._bars.add_task(name[:NAME_WIDTH], total=points, figures="starting workers")
 
     def __enter__(self) -> "StudyProgress":
-        """Begin to draw."""
+        """Begin to draw the bar."""
         if self._bars is not None:
             self._bars.start()
         return self
@@ -94,18 +94,18 @@ class StudyProgress:
         seconds_left: float | None,
         preparation: str | None = None,
     ) -> None:
-        """Take the present numbers of the study; None means unknown.
+        """Show the present progress of the study. None means that a number is unknown.
 
         Parameters
         ----------
         done, failed : int
-            Points.
+            Number of computed points, and number of failed points.
         rate : float, optional
             Points per second.
         seconds_left : float, optional
             Expected time to the end [s].
         preparation : str, optional
-            Activity before the first block (`preparation`).
+            Activity before the first block, from `preparation`.
         """
         phrases = [f"{failed} failed"]
         if preparation is not None:

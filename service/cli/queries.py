@@ -1,4 +1,4 @@
-"""The commands of all questions to a stored study: words and a table, a JSON document, or a file."""
+"""Commands that evaluate a stored study. The output is text with a table, a JSON document, or a file."""
 
 from dataclasses import replace
 from inspect import Parameter, Signature
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def command_of(question: Question[Any]) -> Command:
-    """Make the command of a question: its options follow from its inputs."""
+    """Return the command that answers a question, with options for the inputs of the question."""
     kinds = {kind.__name__.lower(): kind for kind in question.asks}
 
     def command(
@@ -67,7 +67,7 @@ def command_of(question: Question[Any]) -> Command:
 def _with_further(
     question: Question[Any], subject: Subject, answer: "xr.Dataset", values: list[Any]
 ) -> list[Any]:
-    """Compute the studies that complete an answer, and name them in its inputs."""
+    """Compute the further studies that an answer needs, and return the inputs with the ids of these studies."""
     from damperlab.service.cli.computing import Computer, Means
     from damperlab.service.cli.searches import compute_follow_up
 
@@ -81,7 +81,7 @@ def _with_further(
 
 
 def _in_ratios(asked: list[Any]) -> bool:
-    """Whether a result was named as a ratio; then all results stay ratios."""
+    """Return whether the user requested a result by the name of a ratio. All results are then written as ratios."""
     from damperlab.studies.variables import VARIABLES
 
     return any(getattr(each, "metric", None) in VARIABLES for each in asked)
@@ -90,7 +90,7 @@ def _in_ratios(asked: list[Any]) -> bool:
 def _write(
     question: Question[Any], subject: Subject, answer: "xr.Dataset", output: Path, in_units: bool
 ) -> None:
-    """Write an answer into a file: the numbers as CSV, else a figure."""
+    """Write an answer to a file: the values as a table if the suffix is .csv, otherwise a figure."""
     with working(f"Writing {output}"):
         make_parent(output)
         from damperlab.studies.answers.quantities import with_quantities, with_words

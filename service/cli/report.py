@@ -1,4 +1,4 @@
-"""The command report: a stored study as one document."""
+"""`damperlab report` writes a stored study as one document."""
 
 from pathlib import Path
 from typing import Annotated

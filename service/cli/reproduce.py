@@ -1,4 +1,4 @@
-"""The command check paper: the paper's figures and tables computed again, in one report."""
+"""`damperlab check paper` computes the paper's figures and tables again, and writes one report."""
 
 import json
 from collections.abc import Iterator
@@ -45,8 +45,8 @@ def reproduce(
 ) -> None:
     """Compute the paper's figures and tables again.
 
-    Every number is compared with the published one. The studies are stored like all others, so a second run computes
-    only missing points.
+    Every number is compared with the published number. The studies are stored, so a second run computes only missing
+    points.
     """
     output.mkdir(parents=True, exist_ok=True)
     from damperlab.service.documents import plain
@@ -73,8 +73,9 @@ def reproduce(
 
 @contextmanager
 def _solver(data_dir: Path | None, means: Means) -> "Iterator[Solve]":
-    """Give a function that computes studies in the usual way, all on one cluster that is started for the first study
-    that needs it.
+    """Yield a function that computes studies.
+
+    All studies share one cluster, which is started for the first study that needs a cluster.
     """
     store = open_store(data_dir)
     reuse = settings_of(data_dir).reuse
@@ -97,7 +98,7 @@ def _solver(data_dir: Path | None, means: Means) -> "Iterator[Solve]":
 
 
 def _print(report: dict[str, Any]) -> None:
-    """Print the rows with a number of the paper, one table per section."""
+    """Print the rows for which the paper gives a number, in one table per section."""
     for section in report["sections"]:
         rows = [row for row in section["rows"] if row["paper"] is not None]
         if not rows:

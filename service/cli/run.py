@@ -1,4 +1,4 @@
-"""The command run: a study computed here, on an embedded Dask cluster, or by a scheduler elsewhere."""
+"""`damperlab run` computes a study in this process or with Dask workers."""
 
 from collections.abc import Mapping
 from contextlib import ExitStack, closing, suppress
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 BYTES_PER_MEGABYTE = 1e6
 SHORT = 0.1
-"""Seconds below which no estimate is printed, because estimates are shown to tenths."""
+"""Run time below which no estimate is printed [s], because estimates are rounded to tenths of a second."""
 
 
 @computes
@@ -103,7 +103,10 @@ def run(
 
 
 def _stored(study: str, data_dir: Path | None) -> "Record | None":
-    """Find a stored study by its id or name; None for a file, for a built-in study, or if there is none."""
+    """Find a stored study by its id or name.
+
+    Return None if the text names a file or a built-in study, or if there is no such study.
+    """
     from damperlab.studies.reading import is_known
     from damperlab.studies.store.faults import StudyNotFound
 
@@ -113,7 +116,7 @@ def _stored(study: str, data_dir: Path | None) -> "Record | None":
         try:
             return store.find(study)
         except StudyNotFound as error:
-            # the text resembles a stored name, or several ids begin with it
+            # the error is raised again if the text resembles a stored name, or if several ids begin with the text
             if "damperlab studies" not in error.fault.advice:
                 raise
     return None
@@ -126,7 +129,7 @@ def find_or_submit(
     more: "Mapping[str, str] | None" = None,
     priority: int = 0,
 ) -> "Record":
-    """Find a study in the store, or enter it.
+    """Return the record of a study. If the study is not in the store, it is submitted.
 
     Parameters
     ----------
@@ -135,7 +138,7 @@ def find_or_submit(
     asked : AnyStudy
         The study.
     reuse : bool
-        Reuse points already computed by earlier studies.
+        Whether to reuse points of earlier studies.
     more : mapping, optional
         Additional provenance of a new study.
     priority : int
@@ -161,9 +164,9 @@ def finish(
     as_json: bool,
     limits: Limits = NO_LIMITS,
 ) -> None:
-    """Compute the missing points, if any, and print the record."""
+    """Compute the missing points of a study, and print its record."""
     store = computer.store
-    # a study that has lost done-marks does not count as done; the loss is reported
+    # blocks that are marked as done but have lost their files are reported and computed again
     lost = store.lost_blocks(record.id)
     if lost:
         require_own_solver(record)
@@ -195,7 +198,7 @@ def finish(
 
 
 def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None:
-    """Print the answer of POST /studies?dry_run=true."""
+    """Print the size and the expected run time of a study."""
     from damperlab.service.estimates import estimate_document
     from damperlab.studies.plan import make_plan
     from damperlab.studies.store.faults import StoreFault
@@ -204,7 +207,7 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
     with working("Planning"), ExitStack() as stack:
         store = None
         if has_store(data_dir):
-            # earlier studies improve the estimate if a store exists; no store is created for this
+            # stored studies improve the estimate; a missing store is not created
             with suppress(StoreFault):
                 store = stack.enter_context(closing(open_store(data_dir)))
         size = estimate_document(asked, make_plan(asked, seconds_per_point), store)

@@ -1,4 +1,4 @@
-"""The command that searches with follow-up studies: refine."""
+"""`damperlab refine` computes follow-up studies in search of better designs or of a class boundary."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ def refine(
 ) -> None:
     """Compute finer studies where better designs may lie.
 
-    It can also refine a boundary between two classes of response, to a tolerance.
+    The command can also locate a boundary between two classes of response to a tolerance.
     """
     along = boundary.along
     check_name("--boundary", along, DIMENSIONS)
@@ -86,12 +86,12 @@ def refine(
 
 @dataclass(frozen=True)
 class Pursuit:
-    """A search that the command follows to its end.
+    """A search that computes follow-up studies until none is needed.
 
     Parameters
     ----------
     computer : Computer
-        Computes the follow-ups.
+        Computes the follow-up studies.
     """
 
     computer: Computer
@@ -99,7 +99,7 @@ class Pursuit:
     def follow(
         self, study: str, question: str, judge: "Judge", dry_run: bool, as_json: bool, details: bool
     ) -> None:
-        """Judge, compute the follow-ups, and judge again, until no follow-up remains."""
+        """Judge the results and compute follow-up studies, until no follow-up study is needed."""
         from damperlab.studies.answers.phrases import Phrases
         from damperlab.studies.answers.suite import require_harmonic
         from damperlab.studies.definition import parse_harmonic
@@ -135,7 +135,7 @@ class Pursuit:
 
 
 def compute_follow_up(computer: Computer, asked: "Study", parent: "Record") -> "Record":
-    """Run a follow-up to its end; if it stops early, its finished blocks are kept."""
+    """Compute a follow-up study. If the computation stops early, finished blocks are kept and the command ends."""
     from damperlab.service.cli.run import find_or_submit
     from damperlab.studies.store.provenance import REFINES
 

@@ -1,4 +1,4 @@
-"""The command serve: the HTTP service on this machine."""
+"""`damperlab serve` runs the HTTP service on this machine."""
 
 import gc
 import socket
@@ -59,7 +59,7 @@ def serve(
     check_cluster(workers, scheduler, cluster)
     if open_ and keys:
         raise typer.BadParameter("found --open and --keys; allowed: one of them")
-    # what is imported stays: looking for garbage in it would take an eighth of the start
+    # Garbage collection of the imported modules would take an eighth of the start-up time.
     gc.disable()
     from damperlab.service.app import serve as serve_until_stopped
 
@@ -93,7 +93,7 @@ def serve(
 
 
 def _check_access(settings: "Settings", store: "Store") -> None:
-    """Refuse to listen for other machines without keys, unless this is requested."""
+    """Refuse to listen for other machines if there are no keys. With the option --open, only warn."""
     from damperlab.service.security.guard import needs_keys
     from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
@@ -141,7 +141,7 @@ def _check_port(host: str, port: int) -> None:
     try:
         family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, kind) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # with the same option as the server
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # the server sets the same option
             probe.bind(address)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()

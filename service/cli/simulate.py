@@ -1,4 +1,4 @@
-"""The command simulate: one design point from rest."""
+"""`damperlab simulate` computes one design point from rest."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -37,25 +37,25 @@ if TYPE_CHECKING:
     from damperlab.service.simulation import Met, SimulatedDocument
 
 CYCLES_LIMIT = 10_000_000
-"""Limit on the number of cycles. A service has a stricter limit, because other users wait for it."""
+"""Largest number of cycles. The limit of a service is lower, because other users wait for the service."""
 SAMPLES_LIMIT = 10_000_000
 STEADY_HISTORY = 20
-"""Default number of cycles of a steady response in a file."""
+"""Default number of cycles in a file with the time history of a steady response."""
 LONG_HISTORY = 200
-"""Default limit on the number of cycles from rest in a file."""
+"""Largest default number of cycles in a file with a time history from rest."""
 SHOWN_SAMPLES = 1000
 EVERY = (*DIMENSIONS, *BEFORE)
-"""Numbers of a design point."""
+"""Names of the numbers that define a design point."""
 OPTIONS = (
     {name: option_of(name) for name in EVERY}
     | options_of(Simulated)
     | CONTACT_OPTIONS
     | {"particle: false": "--no-particle", "method: event": "--method event"}
 )
-"""Fields of a simulation as options."""
+"""Option for each field of a simulation."""
 AMPLITUDE = "amplitude_ratio"
 ROUNDING = 1e-6
-"""Relative error above which it is shown."""
+"""Relative error of the amplitude above which the error is printed."""
 LOSSES = {
     "impact": "in impacts",
     "friction": "in friction",
@@ -84,7 +84,7 @@ def simulate(
 ) -> None:
     """Compute one design point from rest.
 
-    The output is its response; --details adds every result. -o writes the time history to a file.
+    The output describes the response; --details adds every result. -o writes the time history to a file.
     """
     check_file(output)
     at = {**DESIGN_POINT, **design}
@@ -100,7 +100,7 @@ def simulate(
 
         with in_options(OPTIONS):
             checked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
-        checked = replace(checked, followed=as_json)  # a table needs only the state
+        checked = replace(checked, followed=as_json)  # only JSON contains the events of a cycle
     if not as_json:
         from damperlab.studies.cavity import left_open
         from damperlab.studies.understood import assumed
@@ -150,7 +150,7 @@ def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output:
 
 
 def _print(answer: "SimulatedDocument", steady: bool, details: bool) -> None:
-    """Print the response in short; with details, print every metric and the state at the end too."""
+    """Print a short description of the response. With `details`, also print every metric and the final state."""
     metrics = answer["metrics"]
     status = answer["status"] if details or not steady else Status(int(metrics["status"])).outcome
     for line in lines_of(Brief(None, (status,), tuple(_rows(answer))).document()):
@@ -173,7 +173,7 @@ def _print(answer: "SimulatedDocument", steady: bool, details: bool) -> None:
 
 
 def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
-    """Describe the amplitude of the mass, its repetition, and the energy losses, as far as they are known."""
+    """Yield a row for each known result: amplitude, class of the response, impacts, and energy losses."""
     known = {name: value for name, value in answer["metrics"].items() if not isnan(value)}
     if AMPLITUDE in known:
         error = known.get("amplitude_error", 0.0)
@@ -202,7 +202,7 @@ def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
 
 
 def _end(answer: "SimulatedDocument", steady: bool) -> str:
-    """Describe the state at the end, or at the beginning of a cycle of the steady response."""
+    """Describe the final state, or the state at the beginning of a cycle of the steady response."""
     state = ", ".join(
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
     )
@@ -217,7 +217,7 @@ def _end(answer: "SimulatedDocument", steady: bool) -> str:
 
 
 def _print_attractors(found: "Met") -> None:
-    """Print the responses that the starts lead to, and what decides between them."""
+    """Print the responses that are reached from different starts, and a note on these responses."""
     names = (
         "response_class",
         "period",

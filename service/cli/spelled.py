@@ -1,4 +1,4 @@
-"""Errors of a question, expressed in the names of the options that were used."""
+"""Error messages in which options of the command line replace the names of fields."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -11,25 +11,25 @@ from damperlab.studies.field import fields_of
 
 
 def options_of(question: type) -> dict[str, str]:
-    """Give the option of each field of a question on the command line, by the field's name in documents."""
+    """Return the option of each field of the dataclass `question`, by the name of the field in documents."""
     return {each.key: each.options[0] for each in fields_of(question) if "command" in each.doors}
 
 
 @contextmanager
 def in_options(names: Mapping[str, str]) -> "Iterator[None]":
-    """Name the options instead of the fields in faults.
+    """Replace the names of fields by the names of options in faults that are raised inside the context.
 
     Parameters
     ----------
     names : mapping of str
-        Options by field. A setting that an option makes, as ``particle: false``, may be a key too.
+        Option for each field. A field with a value, such as ``particle: false``, may also have an option.
 
     Raises
     ------
     StudyFaults
-        The faults that are raised inside the context, with these names.
+        If faults of a study are raised inside the context. The exception names the options.
     UsageFault
-        For an error with a single fault, if its field is among these names.
+        If an error with a single fault is raised inside the context, and the field of the fault is a key of `names`.
     """
     try:
         yield
@@ -43,21 +43,21 @@ def in_options(names: Mapping[str, str]) -> "Iterator[None]":
 
 
 def _spelled(fault: Fault, names: Mapping[str, str]) -> Fault:
-    # an item of a list is named by the repeated option
+    # a fault in one item of a list is reported under the option of the list
     field = names.get(re.sub(r"\[\d+\]\Z", "", fault.field), fault.field)
-    if "." in field:  # a field within a document; the texts name fields of the document too
+    if "." in field:  # the field lies within a document, and the texts name further fields of the document
         return fault
     texts = {part: _in_text(getattr(fault, part), names) for part in ("allowed", "advice", "message")}
     return replace(fault, field=field, **texts)
 
 
 def _in_text(text: str, names: Mapping[str, str]) -> str:
-    """Translate quoted settings in a text, as in `cycles`, `particle: false` or `fit: {restitution: null}`."""
+    """Replace quoted settings in a text, for example `cycles` or `fit: {restitution: null}`, by options."""
     text = re.sub(r"`fit: \{(.+?)\}`", lambda found: _sought(found[1]), text)
     return re.sub(r"`([^`]+)`", lambda found: names.get(found[1], found[0]), text)
 
 
 def _sought(entries: str) -> str:
-    """Translate the parameters to estimate: ``restitution: null, clearance_m: [LOW, HIGH]``."""
+    """Write parameters to estimate, for example ``restitution: null, clearance_m: [LOW, HIGH]``, as options --fit."""
     found = re.findall(r"(\w+): (?:null|\[(\w[\w.]*), (\w[\w.]*)\])", entries)
     return " ".join(f"--fit {name}={low},{high}" if low else f"--fit {name}" for name, low, high in found)

@@ -1,4 +1,4 @@
-"""Opens the store of a command."""
+"""Functions that open the store for a command."""
 
 import os
 import shlex
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 _OPTIONS = {"quota_bytes": "--quota"}
-"""Settings whose options have other names."""
+"""Option of each setting, if the names of option and setting differ."""
 _SECRET = ("catalogue", "store")
-"""Addresses that may hold a password."""
+"""Settings whose values may hold a password."""
 
 
 def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
@@ -45,7 +45,7 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
 
 
 def warn_of_unknown_variables() -> None:
-    """Report an unknown variable, because the setting that was meant would silently keep its default."""
+    """Report environment variables DAMPERLAB_… that are not settings, for example because of a spelling mistake."""
     if not any(name.upper().startswith("DAMPERLAB_") for name in os.environ):
         return
     from damperlab.service.settings import OTHER_VARIABLES, PREFIX, Settings
@@ -60,10 +60,10 @@ def warn_of_unknown_variables() -> None:
 
 
 def _fault(entry: Mapping[str, Any], options: Collection[str]) -> Fault:
-    """Describe a fault of a setting, under the name that the user knows."""
+    """Describe a fault of a setting by the name of the option or variable that gave the value."""
     from damperlab.studies.pydantic_faults import value_fault
 
-    if not entry["loc"]:  # the text of a fault that concerns several settings names them
+    if not entry["loc"]:  # the fault concerns several settings, and its text names these settings
         return Fault("settings", "", "", "", sentence(str(entry["msg"]).removeprefix("Value error, ")))
     name = str(entry["loc"][0])
     field = _OPTIONS.get(name, option_of(name)) if name in options else _variable(name)
@@ -85,12 +85,12 @@ def data_folder(data_dir: Path | None) -> Path:
 
 
 def folder_option(data_dir: Path) -> str:
-    """Write the option that names a folder, with a space in front; empty for the default folder."""
+    """Write the option --data-dir for a folder, after a space; the text is empty for the default folder."""
     return "" if data_dir == data_folder(None) else f" --data-dir {shlex.quote(str(data_dir))}"
 
 
 def open_store(data_dir: Path | None, **given: Any) -> "Store":
-    """Open the store under --data-dir, creating it if it is missing; further settings may be given.
+    """Open the store in the folder of --data-dir. A missing store is created; `given` holds further settings.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def open_store(data_dir: Path | None, **given: Any) -> "Store":
 
 
 def has_store(data_dir: Path | None) -> bool:
-    """Whether there is a store to open; `open_store` would create one."""
+    """Return whether a store exists. A missing store is not created."""
     from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 
     settings = settings_of(data_dir)
@@ -109,5 +109,5 @@ def has_store(data_dir: Path | None) -> bool:
 
 
 def label(kept: "Record | Kept") -> str:
-    """Name a study or a design in a sentence: its name, which may be empty, and its id."""
+    """Write the name, which may be empty, and the id of a study or a design, for use in a sentence."""
     return f"{kept.name} ({kept.id})" if kept.name else kept.id

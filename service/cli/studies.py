@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
     name: f"--{name}" for name in ("state", "tag", "cursor")
 }
-"""Filters of the list of studies, as options."""
+"""Option for each filter of the list of studies."""
 
 
 def studies(
@@ -36,7 +36,7 @@ def studies(
         str | None,
         typer.Option(
             metavar="NAME=LO,HI",
-            help="Only studies whose axis overlaps this range of a dimension, as in clearance_ratio=2,5.",
+            help="Only studies whose values of a dimension overlap a range, as in clearance_ratio=2,5.",
         ),
     ] = None,
     designs: Annotated[
@@ -47,7 +47,8 @@ def studies(
     ] = False,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
-        str | None, typer.Option(help="Continue a list that was cut off, from the cursor that it printed.")
+        str | None,
+        typer.Option(help="Continue a list that was cut off. Give the cursor that the list printed."),
     ] = None,
     named: Annotated[
         bool,
@@ -131,7 +132,7 @@ def _list_named(as_json: bool) -> None:
 
 
 def _read_range(within: str | None) -> "tuple[str | None, float | None, float | None]":
-    """Read NAME=LO,HI; either end may be omitted."""
+    """Read NAME=LO,HI, where either number may be omitted."""
     if within is None:
         return None, None, None
     name, _, ends = within.partition("=")
@@ -161,12 +162,12 @@ def show(
         typer.Option(help="Set the tags of the study, separated by commas; an empty text removes them."),
     ] = None,
     text: Annotated[
-        str | None, typer.Option("--note", help="Change its note; an empty text removes it.")
+        str | None, typer.Option("--note", help="Set the note of the study; an empty text removes the note.")
     ] = None,
-    name: Annotated[str | None, typer.Option(help="Rename it; its definition is unchanged.")] = None,
+    name: Annotated[str | None, typer.Option(help="Rename the study; the definition is unchanged.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a study: its state, progress and definition. It can also tag or rename it."""
+    """Show the state, progress and definition of a study. Options tag or rename the study."""
     given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
     changes = {"tags": given, "note": text, "name": name}
     said = {key: value for key, value in changes.items() if value is not None}
@@ -187,7 +188,7 @@ def show(
 
 
 def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
-    """Stop a study, on any machine.
+    """Stop a study, whichever machine computes it.
 
     Computed points are kept, and `damperlab run ID` continues with them.
     """
@@ -213,7 +214,7 @@ def delete(
     study: StudyId,
     data_dir: DataDir = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Delete without asking.")] = False,
-    trash: Annotated[bool, typer.Option("--trash", help="Keep it in the trash for a week.")] = False,
+    trash: Annotated[bool, typer.Option("--trash", help="Move the study to the trash for a week.")] = False,
 ) -> None:
     """Delete a study and its cube permanently, or move it to the trash."""
     from damperlab.studies.store.record import TRASH_DAYS
@@ -252,9 +253,9 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
     Parameters
     ----------
     record : Record
-        Its record in the store.
+        Record of the study in the store.
     more : iterable of (str, str)
-        Further lines, each with a title.
+        Titles and texts of further lines.
     """
     share = 100 * record.points_done / record.points_total
     lines = [
@@ -297,7 +298,7 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
 
 
 def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
-    """Give the definition of a study line by line, without defaults."""
+    """Yield titles and texts of lines that describe the definition of a study. Values equal to defaults are omitted."""
     from damperlab.studies.definition import Study
 
     plain = Study(axes={"clearance_ratio": 1, "frequency_ratio": 1}).document() | {"damping_ratio": None}

@@ -1,4 +1,4 @@
-"""The command store verify: it checks stored studies for damage, and repairs them."""
+"""`damperlab store verify` checks stored studies for damage, and repairs damaged studies."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,7 +31,7 @@ def verify(
     means: Means,
     as_json: AsJson = False,
 ) -> None:
-    """Compare every stored file with its checksum; exit status 1 if anything is damaged."""
+    """Compare every stored file with its checksum. The exit status is 1 if anything is damaged."""
     store = open_store(data_dir)
     records = _every(store) if study is None else iter([store.find(study)])
     from damperlab.studies.store.care.verify import check_catalogue
@@ -55,7 +55,7 @@ def verify(
 
 
 def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> dict[str, Any]:
-    """Verify one study. If all studies are verified, it is named only if it is damaged."""
+    """Verify one study. If `alone` is false, the study is mentioned only if it is damaged."""
     from damperlab.studies.store.care.verify import repair as take_back
     from damperlab.studies.store.care.verify import verify as damages_of
 
@@ -72,7 +72,7 @@ def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> 
         _require_solver_of_blocks(record, damages)
         record = take_back(store, record, damages)
         if any(damage.block is None for damage in damages):
-            # faults that the damaged description hid can be found now
+            # after the repair of the description, further damage may be detected
             hidden = list(damages_of(store, record))
             _require_solver_of_blocks(record, hidden)
             record = take_back(store, record, hidden)
@@ -91,8 +91,9 @@ def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> 
 
 
 def _require_solver_of_blocks(record: "Record", damages: "list[Damage]") -> None:
-    """Refuse to invalidate blocks of another solver, which this solver must not compute; descriptions and marks need no
-    solver.
+    """Refuse to repair blocks that another solver computed, because this solver must not compute them again.
+
+    Other damage is repaired without a solver.
 
     Raises
     ------
@@ -104,7 +105,7 @@ def _require_solver_of_blocks(record: "Record", damages: "list[Damage]") -> None
 
 
 def require_own_solver(record: "Record") -> None:
-    """Refuse to compute blocks of another solver again; raise `CommandFailed`."""
+    """Raise `CommandFailed` if another solver computed the blocks of a study."""
     from damperlab.worker.provenance import WrongCode, require_solver
 
     try:

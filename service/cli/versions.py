@@ -1,4 +1,4 @@
-"""The command recompute: computes a study of an earlier solver again with today's solver."""
+"""`damperlab recompute` computes a study again with the present solver if an earlier solver computed the study."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,7 +27,7 @@ def recompute(
 ) -> None:
     """Compute an outdated study with today's solver.
 
-    Both results are kept, and the command lists their differences.
+    The old and the new results are kept, and the command lists the differences.
     """
     from damperlab.studies.faults import counted
     from damperlab.studies.store.reuse.differences import differences_of

@@ -1,4 +1,4 @@
-"""The command warm: compiles kernels in advance."""
+"""`damperlab warm` compiles kernels in advance."""
 
 import os
 import time
@@ -20,7 +20,7 @@ BYTES_PER_KILOBYTE = 1e3
 
 
 class Target(StrEnum):
-    """Scenes to compile."""
+    """Processor for which kernels are compiled."""
 
     generic = "generic"
 
@@ -37,8 +37,8 @@ def warm(
     target: Annotated[
         Target | None,
         typer.Option(
-            help="Processor to compile for; generic runs on any processor of this architecture, but slower. "
-            "For clusters in which some processors lack AVX2; see the page on clusters."
+            help="Processor to compile for. Kernels for `generic` run on any processor of this architecture, but more "
+            "slowly. For clusters in which some processors lack AVX2; see the page on clusters."
         ),
     ] = None,
     as_json: AsJson = False,
@@ -48,7 +48,7 @@ def warm(
     Later commands then need not wait for the compiler.
     """
     if target is not None:
-        # read when the compiler is imported, in this process and in those that compile
+        # the variable is read when the compiler is imported, in this process and in the processes that compile
         os.environ["DAMPERLAB_TARGET"] = target.value
     from damperlab.worker.jit import CACHE_FOLDER
     from damperlab.worker.scenes import every_scene, usual_scenes
@@ -79,15 +79,15 @@ def warm(
 
 
 def have_ready(wanted: "Iterable[Scene]", apart: bool = False) -> None:
-    """Compile the missing kernels of a command, with a message that it takes time.
+    """Compile the missing kernels of a command, and show the progress.
 
     Parameters
     ----------
     wanted : iterable of Scene
         Scenes that the command needs.
     apart : bool
-        Whether to use separate processes on every core, which is faster for many scenes. One process costs less in
-        total.
+        Whether to compile in separate processes on every core. Many scenes are then ready earlier, but the processes
+        take more processor time in total than this process alone.
     """
     from damperlab.worker.warm import compile_apart, missing
     from damperlab.worker.warm import warm as compile_here

@@ -21,11 +21,11 @@ MAP_COLUMNS = 12
 """Largest number of columns of a map on a terminal; if columns are left out, a note says so."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
-"""Head and rows."""
+"""Head and rows of a table."""
 
 
 def cell(name: str, value: float | str) -> str:
-    """Write one value of a variable: a code by its name, a number with six digits, a text unchanged."""
+    """Write one value of a variable: a code as its name, a number with six significant digits, a text unchanged."""
     if isinstance(value, str):
         return value
     name = name.removeprefix("other_")  # a variable of the second study in a comparison
@@ -34,18 +34,18 @@ def cell(name: str, value: float | str) -> str:
 
 
 def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: str | None = None) -> Table:
-    """Lay out a map with y upwards and x across, as in a figure.
+    """Return a table of a map, in which y increases upwards and x to the right, as in a figure.
 
     Parameters
     ----------
     answer : Dataset
-        Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
+        Map from `damperlab.studies.answers.resonance_map`, with dimensions (y, x).
     metric : str
         The mapped variable.
     phrases : Phrases
         Phrases of the study.
     variable : str, optional
-        A variable whose values are listed instead of those of the metric, in the unit of the metric.
+        Variable that is shown in place of the metric, in the unit of the metric.
     """
     y, x = (str(name) for name in answer[metric].dims)
     step = -(-answer.sizes[x] // MAP_COLUMNS)
@@ -64,7 +64,9 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
 def map_brief(
     answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted: bool, sizes: "Mapping[Any, int]"
 ) -> Brief:
-    """Say where a map is smallest and largest, or where two maps differ most; for classes, how often each occurs.
+    """Describe the smallest and largest values of a map, or the largest difference of two maps.
+
+    For a map of classes, give the share of each class.
 
     Parameters
     ----------
@@ -73,7 +75,7 @@ def map_brief(
     metric : str
         The shown variable.
     phrases : Phrases
-        Phrases of its study.
+        Phrases of the study.
     subtracted : bool
         Whether the map is the difference of two maps.
     sizes : mapping of int
@@ -109,7 +111,7 @@ def map_brief(
     if subtracted:
         from damperlab.studies.answers.map_difference import where_apart
 
-        told = f"{what}, the first study less the second. {where_apart(answer, metric, phrases)}"
+        told = f"{what}, first study minus second study. {where_apart(answer, metric, phrases)}"
     unknown = values.size - known.size
     missing = f"{unknown:,} of {values.size:,} points have no value." if unknown else ""
     return Brief(
@@ -121,7 +123,7 @@ def map_brief(
 
 
 def _at(name: str, value: Any, phrases: "Phrases") -> str:
-    """Write a value of a dimension, text or number."""
+    """Write the symbol of a dimension with a value, which is a text or a number."""
     if isinstance(value, str):
         return f"{phrases.symbol(name)} = {value}"
     return phrases.equal(name, float(value), ".3g")
@@ -130,7 +132,7 @@ def _at(name: str, value: Any, phrases: "Phrases") -> str:
 def _class_shares(
     metric: str, known: "NDArray[Any]", points: str
 ) -> "tuple[tuple[str, str, str], ...] | None":
-    """Say how often each class occurs, the most frequent first; None for a quantity."""
+    """Return the share of each class, the most frequent first; None if the metric has no classes."""
     import numpy as np
 
     if metric not in VARIABLES or VARIABLES[metric].flags is None:
@@ -145,8 +147,9 @@ def _class_shares(
 def response_brief(
     answer: "xr.Dataset", metric: str, phrases: "Phrases", cavity: "Sequence[str]" = ()
 ) -> Brief:
-    """Say where a curve is smallest and largest, and where that of a second study differs; for classes, how often each
-    occurs. `cavity` lists what the study assumes about the cavity.
+    """Describe the smallest and largest values of a curve, and the difference from the curve of a second study.
+
+    For a curve of classes, give the share of each class. `cavity` lists the assumptions of the study about the cavity.
     """
     import numpy as np
 
@@ -182,7 +185,7 @@ def response_brief(
 
 
 def _difference(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> str:
-    """Say where two curves differ most."""
+    """Describe the largest difference of two curves."""
     from damperlab.studies.answers.compared_response import ERRORS
 
     values = answer["differs"].values
@@ -199,7 +202,7 @@ def _difference(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> str:
 
 
 def _corner(name: str, phrases: "Phrases") -> str:
-    """Name an axis of a map by its symbol, with its unit."""
+    """Write the symbol of an axis with its unit."""
     unit = phrases.unit(name).strip()
     return f"{phrases.symbol(name)} [{unit}]" if unit else phrases.symbol(name)
 
@@ -209,7 +212,7 @@ def _spelled(name: str, value: float | str, phrases: "Phrases") -> str:
 
 
 def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
-    """Name the columns of a map that `map_table` left out, if any."""
+    """Say which columns of a map `map_table` shows; the text is empty if all columns are shown."""
     x = str(answer[metric].dims[1])
     step = -(-answer.sizes[x] // MAP_COLUMNS)
     if step == 1:
@@ -223,7 +226,9 @@ def rows_table(
     meant: "Mapping[str, str] | None" = None,
     varied: "Collection[str]" = (),
 ) -> Table:
-    """Lay out an answer with one dimension, one row for each value, without coordinates that all rows share.
+    """Return a table of a one-dimensional answer, with one row for each value.
+
+    Coordinates that have the same value in all rows are left out.
 
     Parameters
     ----------
@@ -232,9 +237,9 @@ def rows_table(
     phrases : Phrases
         Phrases of the study.
     meant : mapping of str, optional
-        For each name that only answers use, the variable whose values it has.
+        For each name that occurs only in answers, a variable whose values are printed in the same form.
     varied : collection of str, optional
-        Coordinates that are shown although all rows share them, because their value is not shown elsewhere.
+        Coordinates that are shown even if all rows have the same value, because nothing else shows the value.
     """
     (dimension,) = (str(name) for name in answer.sizes)
     names = [dimension] if dimension in EVERY_DIMENSION else []
@@ -259,7 +264,7 @@ def rows_table(
 
 
 def _errors(answer: "xr.Dataset", value_name: str, name: str, means: str, phrases: "Phrases") -> list[str]:
-    """Write a column of errors, with a word for those that are only rounding."""
+    """Write a column of errors. A word replaces every error that is only rounding."""
     values = answer[value_name].values.tolist()
     return [
         ROUNDING_WORD if is_rounding(value, error) else _spelled(means, error, phrases)
@@ -268,17 +273,17 @@ def _errors(answer: "xr.Dataset", value_name: str, name: str, means: str, phrase
 
 
 def axes_of(cube: "xr.Dataset") -> list[str]:
-    """Name the dimensions of a study that have more than one value."""
+    """Return the names of the dimensions along which a study has more than one value."""
     return [str(name) for name, size in cube.sizes.items() if size > 1]
 
 
 def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":
-    """Give the words of an answer, in the units of its study."""
+    """Return the attributes of an answer, with texts in SI units instead of the texts in ratios where both exist."""
     return {**answer.attrs, **answer.attrs.get("in_units", {})}
 
 
 def slice_sentence(answer: "xr.Dataset", metric: str, study: str, phrases: "Phrases") -> str:
-    """Write what a map or a curve shows, and of which study."""
+    """Write a sentence that says what a map or a curve shows, and of which study."""
     shown = phrases.shown(metric, answer[metric])
     reduced = (
         f", {answer.attrs['reduce']} over {phrases.label(answer.attrs['over'])}"
@@ -289,7 +294,7 @@ def slice_sentence(answer: "xr.Dataset", metric: str, study: str, phrases: "Phra
 
 
 def found_sentence(found: "Mapping[str, Any]", phrases: "Phrases") -> str:
-    """Describe the result of a search: a design with its value, or the ends of a boundary."""
+    """Describe the result of a search: a design with its value, or the interval that contains a class boundary."""
     along = str(found.get("along", ""))
     parts = []
     for name, value in found.items():
@@ -305,7 +310,7 @@ def found_sentence(found: "Mapping[str, Any]", phrases: "Phrases") -> str:
 
 
 def completeness_sentence(answer: "xr.Dataset") -> str:
-    """Say how much of a slice was computed and how much of it failed; empty if all is well."""
+    """Say how many points of a slice are missing or have failed; the text is empty if there are none."""
     points, failed = int(answer.attrs["points"]), int(answer.attrs["points_failed"])
     missing = points - round(float(answer.attrs["complete"]) * points)
     phrases = []

@@ -1,6 +1,4 @@
-"""Answers as xarray Datasets, with their figures. They are rebuilt from the service's documents and equal those of
-`studies.answers`.
-"""
+"""Answers of the service as xarray Datasets, each with a method that draws its figure."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -25,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class _Plot(DatasetPlotAccessor):
-    """A call draws the complete answer; `plot.scatter` and the like are xarray's."""
+    """The plot accessor of xarray, which draws the complete answer when it is called."""
 
     def __call__(self, path: str | Path | None = None) -> "Figure":  # type: ignore[override]
         """Draw the answer.
@@ -33,7 +31,7 @@ class _Plot(DatasetPlotAccessor):
         Parameters
         ----------
         path : path, optional
-            Also write the figure there; the suffix gives the format: .png, .svg, .pdf.
+            File to which the figure is also written; the suffix gives the format: .png, .svg or .pdf.
 
         Returns
         -------
@@ -46,17 +44,14 @@ class _Plot(DatasetPlotAccessor):
 
 
 class Answer(xr.Dataset):
-    """A Dataset with its own figure: ``answer.plot()`` or ``answer.plot("figure.png")``.
-
-    Each question to a study has its own class, for readers and type checkers.
-    """
+    """An answer as a Dataset; ``answer.plot()`` or ``answer.plot("figure.png")`` draws the answer."""
 
     __slots__ = ()
     _question: ClassVar[Question[Any]]
 
     @property
     def plot(self) -> _Plot:  # type: ignore[override]
-        """Draw the complete answer, or parts of it with xarray's own ``plot.scatter`` and others."""
+        """Draw the complete answer. Methods of xarray, such as ``plot.scatter``, draw parts of the answer."""
         return _Plot(self)
 
     def _draw(self) -> "Figure":
@@ -64,14 +59,14 @@ class Answer(xr.Dataset):
 
 
 class ResonanceMap(Answer):
-    """One metric over two dimensions."""
+    """Values of one metric over two dimensions of a study."""
 
     __slots__ = ()
     _question = RESONANCE_MAP
 
 
 class FrequencyResponse(Answer):
-    """One metric over the frequency ratio."""
+    """Values of one metric over the frequency ratio."""
 
     __slots__ = ()
     _question = FREQUENCY_RESPONSE
@@ -85,28 +80,28 @@ class Designs(Answer):
 
 
 class TmdComparison(Answer):
-    """A design compared with a tuned mass damper over the frequency ratio."""
+    """Responses of a design and of a tuned mass damper over the frequency ratio."""
 
     __slots__ = ()
     _question = TMD_COMPARISON
 
 
 class Fragility(Answer):
-    """Probability that a damper exceeds a limit along ``scale``."""
+    """Probability that the response of a damper exceeds a limit; ``scale`` multiplies the ground-motion records."""
 
     __slots__ = ()
     _question = FRAGILITY
 
 
 class WorkPrecision(Answer):
-    """Error against run time over the points of a study."""
+    """Number of points of a study in each bin of error and run time."""
 
     __slots__ = ()
     _question = WORK_PRECISION
 
 
 class DamperComparison(Answer):
-    """Dampers along ``case`` under one ground motion."""
+    """Responses of several dampers to one ground motion, along ``case``."""
 
     __slots__ = ()
 
@@ -117,7 +112,7 @@ class DamperComparison(Answer):
 
 
 def read(question: Question[A], document: Mapping[str, Any]) -> A:
-    """Rebuild the answer to a question from its document."""
+    """Rebuild the answer to a question from the document that the service sends."""
     known = [each for each in Answer.__subclasses__() if getattr(each, "_question", None) is question]
     kind = known[0] if known else type("Answer", (Answer,), {"__slots__": (), "_question": question})
     return cast(A, with_words(kind(*question.form.read(document))))
@@ -133,11 +128,11 @@ HISTORY = {
     "p_rate": ("velocity of the particle", "Z·ω_n"),
     "impact": ("1 where an impact ends", "1"),
 }
-"""Columns of a time history: their meaning and unit."""
+"""Meaning and unit of each column of a time history."""
 
 
 def read_history(columns: Mapping[str, Any]) -> xr.Dataset:
-    """Convert the columns of a time history into a Dataset over ``time``; empty if there are none."""
+    """Convert the columns of a time history into a Dataset along ``time``. Without columns the Dataset is empty."""
     arrays = {
         name: (
             ("time",),

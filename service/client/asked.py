@@ -1,4 +1,4 @@
-"""Functions that the client's questions share: they make the parameters of a request, and docstrings."""
+"""Query parameters and docstrings for the client's methods, made from the fields of questions."""
 
 from collections.abc import Callable, Iterable, Mapping
 from inspect import cleandoc
@@ -11,7 +11,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Asked:
-    """A study that answers questions.
+    """A study of a service, to which requests can be sent.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ class Asked:
     id : str
         Id of the study.
     sizes : mapping of int
-        Number of points along each of its dimensions.
+        Number of points along each dimension of the study.
     """
 
     def __init__(self, transport: Transport, id: str, sizes: Mapping[str, int]) -> None:
@@ -33,7 +33,7 @@ class Asked:
 
 
 def values_of(kinds: Iterable[type], given: Mapping[str, Any]) -> list[Any]:
-    """Make the inputs of a question from arguments named like their fields; missing arguments have their defaults."""
+    """Make the inputs of a question from keyword arguments. A field without an argument has its default value."""
     found = []
     for kind in kinds:
         mine: dict[str, Any] = {}
@@ -52,7 +52,7 @@ def values_of(kinds: Iterable[type], given: Mapping[str, Any]) -> list[Any]:
 
 
 def parameters(*questions: object) -> dict[str, Any]:
-    """Give the query parameters of a question's inputs; defaults are omitted."""
+    """Return the query parameters for the inputs of a question; values equal to their defaults are omitted."""
     found: dict[str, Any] = {}
     for question in questions:
         kind: Any = type(question)
@@ -63,18 +63,18 @@ def parameters(*questions: object) -> dict[str, Any]:
 
 
 def ids(studies: "Asked | str | Iterable[Asked | str]") -> tuple[str, ...]:
-    """Give the ids of studies, of one or of several."""
+    """Return the ids of one or several studies."""
     several = [studies] if isinstance(studies, Asked | str) else studies
     return tuple(each.id if isinstance(each, Asked) else each for each in several)
 
 
 def explained(*questions: type) -> Callable[[Function], Function]:
-    """Write the parameters of questions into the docstring of their function.
+    """Make a decorator that adds the section Parameters to the docstring of a method.
 
     Parameters
     ----------
     *questions : type
-        Types whose fields the function takes; their entries are inserted before the section Returns.
+        Types whose fields are the parameters of the method. The section is inserted before the section Returns.
     """
     fields = [each for question in questions for each in fields_of(question) if "client" in each.doors]
     entries = [entry(each) for each in sorted(fields, key=lambda each: each.is_named)]
@@ -89,7 +89,7 @@ def explained(*questions: type) -> Callable[[Function], Function]:
 
 
 def entry(field: Field) -> str:
-    """Write one field as an entry of a docstring."""
+    """Write one field as an entry of the section Parameters."""
     name = f"**{field.name}" if field.is_named else field.name
     optional = ", optional" if field.default is None else ""
     return f"{name} : {_type(field)}{optional}\n    {field.help}"

@@ -1,4 +1,4 @@
-"""The Python client: a service's studies, simulations and reports as objects, Datasets and figures."""
+"""Python client of the service. Its methods return studies, designs, simulations and reports."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -41,10 +41,11 @@ class Client:
     url : str
         Address of `damperlab serve`.
     api_key : str, optional
-        A key of the service, from `damperlab admin keys create`; sent as ``Authorization: Bearer …``. By default it
+        Key of the service, from `damperlab admin keys create`; sent as ``Authorization: Bearer …``. By default the key
         is read from ``DAMPERLAB_KEY``, or from the file that ``DAMPERLAB_KEY_FILE`` names.
     timeout : float
-        Longest wait for an answer [s]. The first simulation of a new installation takes longer, because it compiles.
+        Longest wait for an answer [s]. The first simulation of a new installation takes longer, because kernels are
+        compiled.
 
     Raises
     ------
@@ -74,7 +75,7 @@ class Client:
         self.close()
 
     def close(self) -> None:
-        """Close the connections; studies continue without them."""
+        """Close the connections; running studies continue."""
         self._transport.close()
 
     def __repr__(self) -> str:
@@ -86,7 +87,7 @@ class Client:
         return card("damperlab service", [("address", self._transport.url)])
 
     def submit(self, study: "Definition", reuse: bool = True, priority: int = 0) -> Study:
-        """Submit a study; an existing one is returned and not computed again.
+        """Submit a study. If the same study exists already, it is returned and not computed again.
 
         Parameters
         ----------
@@ -96,21 +97,21 @@ class Client:
         reuse : bool
             Reuse points already computed by earlier studies.
         priority : int
-            −10 to 10: the waiting study with the highest priority starts first. A priority above 0 needs a key of scope
-            admin.
+            Priority from −10 to 10; the waiting study with the highest priority starts first. A priority above 0 needs
+            a key of scope admin.
 
         Returns
         -------
         Study
-            The study, queued or in a later state.
+            The stored study in its present state.
 
         Raises
         ------
         Refused
-            With every fault of the study: field, found, allowed, advice.
+            If the study has faults. The exception lists every fault with field, found value, allowed values and advice.
         """
         sent = _study(study)
-        # the same key always means the same study
+        # equal studies have equal idempotency keys
         sent["headers"]["Idempotency-Key"] = blake2b(sent["content"], digest_size=16).hexdigest()
         return Study(
             self._transport,
@@ -120,26 +121,27 @@ class Client:
     def submit_all(
         self, studies: "Iterable[Definition]", reuse: bool = True, priority: int = 0
     ) -> list[Study]:
-        """Submit many studies, in requests of up to 200; each request stores all of its studies or none.
+        """Submit many studies, in requests of up to 200 studies. A request stores all of its studies or none.
 
         Parameters
         ----------
         studies : iterable
-            Each as for `submit`.
+            The studies, each in a form that `submit` accepts.
         reuse : bool
             Reuse points already computed by earlier studies.
         priority : int
-            As for `submit`, for each.
+            Priority of every study, as for `submit`.
 
         Returns
         -------
         list of Study
-            In the given order.
+            The studies in the given order.
 
         Raises
         ------
         Refused
-            With every fault of every study of a request; each field begins with the position of its study.
+            If studies have faults. The exception lists all faults of a request; the field of a fault begins with the
+            position of the study in the request.
         """
         every = [_document(study) for study in studies]
         found: list[Study] = []
@@ -156,16 +158,16 @@ class Client:
         Parameters
         ----------
         study : mapping, path or str
-            As for `submit`.
+            The study, as for `submit`.
 
         Raises
         ------
         Refused
-            With every fault of the study.
+            If the study has faults.
         """
         answer = self._transport.ask("POST", "/studies", params={"dry_run": True}, **_study(study))
         names = ("digest", "points", "blocks", "bytes", "seconds", "definition")
-        # an older service does not send these
+        # an older service does not send these fields
         more = {
             name: answer[name]
             for name in ("compiling_seconds", "seconds_low", "seconds_high")
@@ -180,7 +182,7 @@ class Client:
         Parameters
         ----------
         reference : str
-            Its id, the beginning of it, or its name.
+            Id of the study, the beginning of its id, or its name.
 
         Raises
         ------
@@ -204,17 +206,17 @@ class Client:
         Parameters
         ----------
         state : str, optional
-            Only those in this state.
+            List only studies in this state.
         name : str, optional
-            Only those whose name contains this text.
+            List only studies whose name contains this text.
         tag : str, optional
-            Only those with this tag; see `Study.remark`.
+            List only studies with this tag; see `Study.remark`.
         within : (str, float or None, float or None), optional
-            Only those whose axis overlaps a range of a dimension, as in ``("clearance_ratio", 2, 5)``; None for an open
-            end.
+            List only studies whose values along a dimension overlap a range, for example
+            ``("clearance_ratio", 2, 5)``. None leaves an end of the range open.
         designs : bool
-            Also list the studies of designs and refinements. If a name, a tag or a state other than done is given, they
-            are listed anyway.
+            Also list the studies that belong to designs and refinements. If `name`, `tag`, or a state except ``done``
+            is given, these studies are listed in any case.
 
         Raises
         ------
@@ -258,22 +260,23 @@ class Client:
         starts: int = Simulated.starts,
         seed: int = Simulated.seed,
     ) -> Simulation:
-        """Compute one design point now.
+        """Compute one design point, and wait for the result.
 
-        The design point has ``frequency_ratio``, ``clearance_ratio``, ``friction_ratio``, ``restitution``,
-        ``mass_ratio`` and ``damping_ratio``; with ``particle=False`` clearance, restitution and mass have no effect.
-        ``particle_friction_ratio`` and ``gravity_ratio`` are the friction and gravity of the particle in its cavity.
+        The design point is given by ``frequency_ratio``, ``clearance_ratio``, ``friction_ratio``, ``restitution``,
+        ``mass_ratio`` and ``damping_ratio``. With ``particle=False`` clearance, restitution and mass ratio have no
+        effect. ``particle_friction_ratio`` and ``gravity_ratio`` are the friction and the gravity that act on the
+        particle in its cavity.
         The ``contact`` is written as in a study, ``{"model": "dwell", "contact_time": 0.1}``.
 
         Returns
         -------
         Simulation
-            Its results, its state at the end, and its time history.
+            Results, final state and time history of the design point.
 
         Raises
         ------
         Refused
-            With every fault of the request.
+            If the request has faults.
         """
         ratios = {
             "damping_ratio": damping_ratio,
@@ -315,13 +318,13 @@ class Client:
         )
 
     def design(self, specification: "Specification") -> Design:
-        """Request a design, from a specification to a damper; an existing one is returned unchanged.
+        """Request the design of a damper from a specification. If the design exists already, it is returned unchanged.
 
         Parameters
         ----------
         specification : mapping, path or str
             The specification as a mapping; a path of a .json, .yaml or .yml file; a text of YAML; or the name of a
-            built-in one, for example ``"prototype"``.
+            built-in specification, for example ``"prototype"``.
 
         Returns
         -------
@@ -331,7 +334,8 @@ class Client:
         Raises
         ------
         Refused
-            With every fault of the specification: field, found, allowed, advice.
+            If the specification has faults. The exception lists every fault with field, found value, allowed values and
+            advice.
         """
         return ask_for(self._transport, specification)
 
@@ -350,14 +354,15 @@ class Client:
         Parameters
         ----------
         measured : path or str
-            A table whose first line names the columns with their units; or its text, of several lines.
+            Path of a table whose first line names the columns with their units, or the text of the table.
         fit : mapping or iterable of str
-            Parameters to estimate: lowest and highest value by name, None for the default range; names alone for
-            default ranges.
+            Parameters to estimate. A mapping gives the lowest and highest value of each parameter, or None for the
+            default range. An iterable gives only the names; the ranges then are the default ranges.
         structure : mapping, optional
-            Known values, in the form of a study; an axis is estimated within its range.
+            Known values of the prototype, written as in a study. A parameter given as an axis is estimated within the
+            range of the axis.
         deviation : float, optional
-            Standard deviation of each amplitude as a share of it, if the table states none.
+            Standard deviation of each amplitude relative to the amplitude, if the table states none.
         confidence : float, optional
             Confidence of the intervals; by default 0.95.
         seed : int, optional
@@ -371,7 +376,7 @@ class Client:
         Raises
         ------
         Refused
-            With every fault of the request; or if the fit exceeds the time limit of a request. The command line has no such
+            If the request has faults, or if the fit exceeds the time limit of a request. The command line has no such
             limit.
         """
         document = question(measured, fit, structure, deviation=deviation, confidence=confidence, seed=seed)
@@ -384,9 +389,9 @@ class Client:
         Parameters
         ----------
         state : str, optional
-            Only those in this state.
+            List only designs in this state.
         name : str, optional
-            Only those whose name contains this text.
+            List only designs whose name contains this text.
         """
         found: list[Design] = []
         cursor = None
@@ -419,16 +424,16 @@ class Client:
     def upload_record(
         self, path: str | Path, name: str = "", units: AccelerationUnits | None = None
     ) -> "GroundRecord":
-        """Upload your own ground motion; equal samples give the same record.
+        """Upload a ground motion. If a stored record has the same samples, the stored record is returned.
 
         Parameters
         ----------
         path : path
             A PEER file (.at2), or a file of two columns, time [s] and acceleration.
         name : str
-            Name of the record; by default the file's name.
+            Name of the record; by default the name of the file without its suffix.
         units : {"g", "m/s2", "cm/s2"}, optional
-            Unit of the acceleration, if the file does not state it.
+            Unit of the acceleration, if the file does not state the unit.
 
         Raises
         ------
@@ -454,14 +459,15 @@ class Client:
 
         The record may be a `GroundRecord`, or the definition of a generated one: ``{"kanai_tajimi": {"seed": 1}}``,
         ``{"sweep": {…}}``, ``{"random_vibration": {…}}`` or ``{"shock": {…}}``. The ``contact`` is written as in a
-        study, ``{"model": "dwell", "contact_time": 0.1}``. Keywords change the paper's prototype: ``scale``,
-        ``mass_kg``, ``natural_frequency_hz``, ``damping_ratio``, ``particle_mass_kg``, ``clearance_m``,
-        ``restitution``, ``friction_force_n``, ``tmd_mass_kg``, ``tail_s``, ``perturbation_m``.
+        study, ``{"model": "dwell", "contact_time": 0.1}``. Other keyword arguments change values of the paper's
+        prototype: ``scale``, ``mass_kg``, ``natural_frequency_hz``, ``damping_ratio``, ``particle_mass_kg``,
+        ``clearance_m``, ``restitution``, ``friction_force_n``, ``tmd_mass_kg``, ``tail_s``, ``perturbation_m``.
 
         Returns
         -------
         DamperComparison
-            Dimension ``case``: peaks and rms of displacement [m] and acceleration [m/s²], impacts, losses [J].
+            Peak and rms of displacement [m] and acceleration [m/s²], number of impacts, and energy losses [J], along
+            the dimension ``case``.
         """
         from damperlab.service.client.earthquake import GroundRecord, read_comparison
 
@@ -479,9 +485,7 @@ class Client:
 
 
 def _study(study: "Definition") -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a study. A file is only read here; the service checks its
-    content.
-    """
+    """Return the arguments of `Transport.ask` that send a study."""
     if callable(document := getattr(study, "document", None)):
         return body(document())
     if isinstance(study, Mapping):

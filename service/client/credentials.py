@@ -1,4 +1,4 @@
-"""The client's key: from the environment, or from a file that other users cannot read."""
+"""Read the client's key from the environment, or from a file that other users cannot read."""
 
 import os
 import stat
@@ -12,7 +12,9 @@ KEY_FILE = "DAMPERLAB_KEY_FILE"
 
 
 def key_from_environment() -> str | None:
-    """Give the key in ``DAMPERLAB_KEY``, or else in the file that ``DAMPERLAB_KEY_FILE`` names; None without both.
+    """Return the key from ``DAMPERLAB_KEY``, or from the file that ``DAMPERLAB_KEY_FILE`` names.
+
+    Return None if neither variable is set.
 
     Raises
     ------

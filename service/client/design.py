@@ -1,4 +1,4 @@
-"""One design of a service: progress, control, and answer."""
+"""One design of a service: its progress, its answer, and methods to control it."""
 
 import time
 from collections.abc import Iterator, Mapping
@@ -18,25 +18,23 @@ if TYPE_CHECKING:
     Specification = Mapping[str, Any] | str | Path
 
 LOOK_SECONDS = 1.0
-"""Interval between checks while waiting for a design."""
+"""Interval between requests while waiting for a design [s]."""
 
 
 class Design:
-    """A design stored by the service.
-
-    Made by `Client.design` and `Client.designs`.
+    """A design stored by the service, as returned by `Client.design` and `Client.designs`.
 
     Parameters
     ----------
     transport : Transport
         The connection to the service.
     document : mapping
-        The service's record of the design, or the available part of it.
+        The service's record of the design; some keys may be missing.
 
     Attributes
     ----------
     id, name : str
-        The first twelve digits of the specification's digest; the name of the design.
+        First twelve digits of the specification's digest, and name of the design.
     """
 
     def __init__(self, transport: Transport, document: Mapping[str, Any]) -> None:
@@ -49,7 +47,7 @@ class Design:
         return f"<Design {self.id} {self.name!r}>"
 
     def _repr_html_(self) -> str:
-        """Show the design in a notebook: its sentences, or its progress."""
+        """Show the design in a notebook: the sentences of its answer, or its progress if there is no answer yet."""
         try:
             now = self.record
         except ClientFault:
@@ -72,14 +70,12 @@ class Design:
         )
 
     def __hash__(self) -> int:
-        """Hash consistent with equality."""
+        """Return a hash that is consistent with equality."""
         return hash((self.id, self._transport.url))
 
     @property
     def record(self) -> dict[str, Any]:
-        """The service's present record: ``state``, ``stage``, ``points``, ``budget_points``, ``known`` (the best so
-        far), …
-        """
+        """The present record with ``state``, ``stage``, ``points``, ``budget_points``, ``known`` (the best damper) …"""
         found: dict[str, Any] = self._ask("GET")
         return found
 
@@ -90,15 +86,16 @@ class Design:
 
     @property
     def answer(self) -> dict[str, Any]:
-        """The output of `damperlab design --json`: ``design`` in drawing values, ``worst``, ``probability``,
-        ``words``, …
+        """The answer, which is the output of `damperlab design --json`.
+
+        Keys: ``design`` (the values for the drawing), ``worst``, ``probability``, ``words``, …
 
         Raises
         ------
         StillRunning
             If the design has not ended.
         Stopped
-            If it has failed or was cancelled.
+            If the design has failed or was cancelled.
         """
         now = self.record
         if now["state"] not in ENDED:
@@ -107,16 +104,17 @@ class Design:
 
     @property
     def amplitudes(self) -> "xr.Dataset":
-        """The response of the recommended damper over ``amplitude`` and ``frequency_ratio``, from half the smallest
-        amplitude to twice the largest: ``value``, ``ratio`` over the base amplitude, ``worst`` and
-        ``worst_frequency_ratio``.
+        """The response of the recommended damper over ``amplitude`` and ``frequency_ratio``.
+
+        The amplitudes range from half the smallest amplitude of the specification to twice the largest. The Dataset
+        holds ``value``, the ``ratio`` of ``value`` to the base amplitude, ``worst`` and ``worst_frequency_ratio``.
 
         Raises
         ------
         StillRunning
             If the design has not ended.
         Stopped
-            If it has failed or was cancelled.
+            If the design has failed or was cancelled.
         """
         from damperlab.studies.design.backbone import backbone_dataset
 
@@ -130,22 +128,22 @@ class Design:
         Parameters
         ----------
         progress : bool
-            Show points, activity and the best damper so far: by a bar in a terminal or a notebook, by occasional
-            lines elsewhere.
+            Show the number of points, the present activity and the best damper so far. A terminal or a notebook shows a
+            bar; elsewhere lines are printed from time to time.
         timeout : float, optional
             Stop waiting after this many seconds; the design itself continues.
 
         Returns
         -------
         Design
-            This one.
+            The design itself.
 
         Raises
         ------
         Stopped
-            If it has failed or was cancelled.
+            If the design has failed or was cancelled.
         StillRunning
-            If it has not ended in time.
+            If the design has not ended in time.
         """
         from damperlab.service.client.waiting import shown_design
 
@@ -179,13 +177,13 @@ class Design:
         return answer
 
     def report(self, path: str | Path) -> Path:
-        """Write the report of a completed design, to sign or to print.
+        """Write the report of a completed design, which can be printed and signed.
 
         Parameters
         ----------
         path : path
-            The file to write: a page of HTML, or sheets of A4 if its name ends in ``.pdf``; it appears when it is
-            complete.
+            File to write: a PDF of A4 pages if the name ends in ``.pdf``, otherwise a page of HTML. The file appears
+            only when the report is complete.
 
         Returns
         -------
@@ -195,7 +193,7 @@ class Design:
         Raises
         ------
         Refused
-            If it is a PDF, and the service cannot print.
+            If `path` is a PDF and the service cannot print.
         Conflict
             If the design is not done.
         """
@@ -211,7 +209,7 @@ class Design:
             part.unlink(missing_ok=True)
 
     def cancel(self) -> "Design":
-        """Stop the design; computed points are kept, and `resume` continues from there."""
+        """Stop the design. Computed points are kept, and `resume` continues the design."""
         self._ask("POST", "/cancel")
         return self
 
@@ -221,17 +219,19 @@ class Design:
         return self
 
     def rename(self, name: str) -> "Design":
-        """Rename the design; its specification keeps its own name."""
+        """Rename the design. The name in the specification is unchanged."""
         self.name = str(self._ask("PATCH", json={"name": name})["name"])
         return self
 
     def delete(self, trash: bool = False) -> None:
-        """Delete the design and its answer; cancel it first if it has not ended. Its studies stay.
+        """Delete the design and its answer; the studies of the design stay.
+
+        A design that has not ended must be cancelled first.
 
         Parameters
         ----------
         trash : bool
-            Whether `undelete` may restore it for a week.
+            Whether `undelete` can restore the design for a week.
         """
         self._ask("DELETE", params={"trash": True} if trash else None)
 
@@ -250,9 +250,7 @@ def ask_for(transport: Transport, specification: "Specification") -> Design:
 
 
 def _sent(specification: "Specification") -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a specification. A file is only read here; the service checks its
-    content.
-    """
+    """Return the arguments of `Transport.ask` that send a specification."""
     if isinstance(specification, Mapping):
         return body(specification)
     if isinstance(specification, str) and ("\n" in specification or specification.startswith("{")):
@@ -278,7 +276,7 @@ def _written(text: bytes, kind: str) -> dict[str, Any]:
 
 
 def _best(now: Mapping[str, Any]) -> str:
-    """Write the best damper so far; empty if there is none yet."""
+    """Describe the best damper so far; the text is empty if no damper is known yet."""
     from damperlab.studies.design.spelling import best_so_far
 
     return best_so_far(now["known"]) if now.get("known") else ""

@@ -1,4 +1,4 @@
-"""Ground-motion records, and dampers compared under a record."""
+"""Ground-motion records, and the comparison of dampers under a record."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -12,7 +12,7 @@ from damperlab.service.client.faults import refused
 from damperlab.studies.faults import Fault, describe
 
 UNITS = (("_m_s2", "m/s2"), ("_m_s", "m/s"), ("_m", "m"), ("_j", "J"), ("_s", "s"))
-"""Endings of the names of measures, and their units."""
+"""Endings of the names of measures, with the unit for each ending."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class GroundRecord:
     step_s, duration_s : float
         Time step, and duration [s].
     peak_acceleration_m_s2, peak_acceleration_g, peak_velocity_m_s, peak_displacement_m : float
-        Largest absolute values of the base's motion.
+        Largest absolute acceleration, velocity and displacement of the base.
     digest : str
-        Digest of step and samples.
+        Digest of the time step and the samples.
     """
 
     id: str
@@ -47,12 +47,12 @@ class GroundRecord:
 
 
 def read_ground_record(document: Mapping[str, Any]) -> GroundRecord:
-    """Read a record's summary."""
+    """Read the summary of a record that the service sends."""
     return GroundRecord(**{field.name: document[field.name] for field in fields(GroundRecord)})
 
 
 def upload(path: Path, name: str, units: str | None) -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a record's file.
+    """Return the arguments of `Transport.ask` that send the file of a record.
 
     Raises
     ------
@@ -71,8 +71,9 @@ def upload(path: Path, name: str, units: str | None) -> dict[str, Any]:
 
 
 def read_comparison(document: Mapping[str, Any]) -> DamperComparison:
-    """Convert a comparison into a Dataset along ``case``. The names of measures over perturbed starts end in
-    ``_lowest`` and ``_highest``.
+    """Convert a comparison into a Dataset along ``case``.
+
+    Variables that end in ``_lowest`` and ``_highest`` hold the extreme values of a measure over perturbed starts.
     """
     cases = document["cases"]
     measures = [name for name in next(iter(cases.values())) if name not in ("label", "spread")]

@@ -1,4 +1,4 @@
-"""Exceptions of the client: the service's problem document in readable form, and failures without an answer."""
+"""Exceptions of the client: refusals by the service, and failures without an answer."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from damperlab.studies.user_error import UserError
 
 
 class ClientFault(UserError):
-    """Base of all failures to get an answer."""
+    """Base class of all errors of the client."""
 
 
 class Unreachable(ClientFault):
@@ -20,11 +20,11 @@ class Stopped(ClientFault):
 
 
 class StillRunning(ClientFault, TimeoutError):
-    """A study has not ended within the given time; it continues."""
+    """A study has not ended within the given time, and continues to run."""
 
 
 class Problem(ClientFault):
-    """A request that the service refused.
+    """The service has refused a request.
 
     Parameters
     ----------
@@ -36,10 +36,10 @@ class Problem(ClientFault):
     status : int
         HTTP status.
     type, title, detail : str
-        The kind of problem, ``urn:damperlab:problem:<kind>``; the status in words, empty if nothing was sent; what
-        happened.
+        `type` is the kind of problem, ``urn:damperlab:problem:<kind>``. `title` is the status in words, empty if
+        nothing was sent. `detail` says what happened.
     faults : tuple of Fault
-        The faults of the request: `field`, `found`, `allowed`, `advice` and `message` of each.
+        The faults of the request, each with `field`, `found`, `allowed`, `advice` and `message`.
     request_id : str, optional
         Id of the request in the service's log.
     """
@@ -63,12 +63,12 @@ class Problem(ClientFault):
         return "\n".join((*lines, *(f"  {fault}" for fault in self.faults)))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the problem, so that it survives transport between processes."""
+        """Pickle the exception, so that another process can receive it."""
         return type(self), (self.document,)
 
 
 class Refused(Problem):
-    """The study or the question has faults (422, 400, 413, 415), or the study is beyond the quota (507)."""
+    """The request has faults (400, 405, 413, 415, 422), or the study exceeds the quota (507)."""
 
 
 class NotFound(Problem):
@@ -80,11 +80,11 @@ class Conflict(Problem):
 
 
 class Unavailable(Problem):
-    """The service, or a proxy before it, cannot answer now (429, 502, 503, 504); repeating did not help."""
+    """The service or a proxy cannot answer now (429, 502, 503, 504), even after repeated requests."""
 
 
 class Denied(Problem):
-    """The service, or its proxy, requires another key (401, 403)."""
+    """The service or a proxy requires another key (401, 403)."""
 
 
 _KINDS: dict[int, type[Problem]] = {
@@ -102,7 +102,7 @@ def problem(document: Mapping[str, Any]) -> Problem:
 
 
 def refused(faults: tuple[Fault, ...]) -> Refused:
-    """Make the exception for an error before anything is sent."""
+    """Make the exception for a request with faults that the client finds before sending it."""
     entries = [fault.document() for fault in faults]
     what = "Nothing was sent."
     return Refused(

@@ -1,4 +1,4 @@
-"""Output of a figure: written to a file, or displayed by a notebook."""
+"""Output of a figure to a file or in a notebook."""
 
 import sys
 from pathlib import Path
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def in_notebook() -> bool:
-    """Whether this process is a notebook's kernel."""
+    """Return whether this process is the kernel of a notebook."""
     shell: Any = sys.modules.get("IPython")
     return shell is not None and type(shell.get_ipython()).__name__ == "ZMQInteractiveShell"
 
@@ -20,9 +20,9 @@ def finished(figure: "Figure", path: str | Path | None) -> "Figure":
     Parameters
     ----------
     figure : Figure
-        Drawn by `damperlab.service.figures`.
+        Figure from `damperlab.service.figures`.
     path : path, optional
-        The suffix gives the format: .png, .svg, .pdf.
+        File to write; the suffix gives the format: .png, .svg or .pdf.
     """
     if path is not None:
         from damperlab.service.figures.style import save
@@ -31,7 +31,7 @@ def finished(figure: "Figure", path: str | Path | None) -> "Figure":
     if in_notebook():
         from IPython.core import pylabtools
 
-        # `%matplotlib inline` does this only for figures of pyplot
+        # `%matplotlib inline` selects a format only for figures of pyplot
         shell: Any = sys.modules["IPython"]
         tools: Any = pylabtools
         tools.select_figure_formats(shell.get_ipython(), {"png"})

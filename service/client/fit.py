@@ -1,4 +1,4 @@
-"""Sends a measured response or time history to a service, which estimates parameters of the prototype."""
+"""Request to estimate parameters of a prototype from a measured response or time history."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -17,7 +17,7 @@ def question(
     structure: Mapping[str, Any] | None,
     **numbers: float | None,
 ) -> dict[str, Any]:
-    """Give the document of a fit; see `Client.fit`."""
+    """Return the body of a request for a fit; see `Client.fit` for the arguments."""
     ranges = fit if isinstance(fit, Mapping) else dict.fromkeys([fit] if isinstance(fit, str) else fit)
     faults = [
         _no_range(name, span) for name, span in ranges.items() if span is not None and not _is_range(span)

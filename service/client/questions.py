@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 
 
 class Questions(Asked):
-    """Questions to a study; a running study answers with its present results.
+    """Methods that evaluate the results that a study has computed so far, and return Datasets.
 
-    If the study is given in SI units, answers contain quantities in units in addition to ratios, as `amplitude_m` and
-    `clearance_m`.
+    If the study is given in SI units, the Datasets contain quantities in SI units as well as ratios, for example
+    `amplitude_m` and `clearance_m`.
     """
 
     @cached_property
@@ -44,7 +44,7 @@ class Questions(Asked):
         return definition
 
     def _answer(self, question: Question[A], given: Mapping[str, Any]) -> A:
-        """Ask a question with arguments named like its fields; other arguments are ignored."""
+        """Send a question and read its answer. Arguments that are not fields of the question are ignored."""
         from damperlab.service.client.answers import read
         from damperlab.studies.answers.quantities import with_quantities
 
@@ -63,13 +63,14 @@ class Questions(Asked):
         minus: Asked | str | None = None,
         **at: float | str,
     ) -> "ResonanceMap":
-        """Show one metric over two dimensions.
+        """Return one metric over two dimensions.
 
         By default the dimensions are those along which the study varies, clearance and friction first. The map shows
-        the largest value over all frequencies, or all records of a ground-motion suite, unless one of them is given.
+        the largest value over all frequencies, or over all records of a ground-motion suite, or the value at a given
+        frequency or record.
 
-        With ``minus``, a second study with the same axes, ``other`` holds its values and ``difference`` the first
-        minus the second; ``plot`` draws all three.
+        If ``minus`` names a second study with the same axes, ``other`` holds the values of the second study, and
+        ``difference`` holds the first study minus the second. ``plot`` then draws all three maps.
 
         Returns
         -------
@@ -86,10 +87,11 @@ class Questions(Asked):
         with_: Asked | str | None = None,
         **at: float,
     ) -> "FrequencyResponse":
-        """Give one metric of one design over the frequency ratio.
+        """Return one metric of one design over the frequency ratio.
 
-        With a second study on the same frequencies, for example a downward sweep through a hysteresis, ``other`` holds its
-        values. ``differs`` and the attribute ``apart`` say where the two responses differ.
+        If ``with_`` names a second study at the same frequencies, for example a downward sweep through a hysteresis,
+        ``other`` holds the values of the second study. ``differs`` and the attribute ``apart`` say where the two
+        responses differ.
 
         Returns
         -------
@@ -112,9 +114,10 @@ class Questions(Asked):
         records: Sequence[str] | None = None,
         **ranges: Range,
     ) -> "Designs":
-        """Rank designs over the frequencies of the study, the best first; dampers of a ground-motion suite by their worst case.
+        """Rank the designs of a study, the best first.
 
-        By default ten designs are listed; of a Pareto front, all.
+        A design is judged over the frequencies of the study, and a damper under a ground-motion suite by its worst
+        case. By default ten designs are listed, or all designs of a Pareto front.
 
         Returns
         -------
@@ -153,7 +156,9 @@ class Questions(Asked):
         quantile: float = Fragile.quantile,
         **at: float | str,
     ) -> "Fragility":
-        """Fit the probability that a damper of a ground-motion suite exceeds a limit, over the scale of its records.
+        """Fit the probability that the response of a damper exceeds a limit, as a function of the scale of the records.
+
+        The study is a ground-motion suite.
 
         Returns
         -------
@@ -163,7 +168,7 @@ class Questions(Asked):
         return self._answer(FRAGILITY, locals())
 
     def work_precision(self) -> "WorkPrecision":
-        """Sort the points by run time, and give the errors for each time.
+        """Return the distribution of the errors of the points by run time.
 
         Returns
         -------
@@ -174,7 +179,7 @@ class Questions(Asked):
 
 
 def _untyped(question: Question[Any]) -> Callable[..., Any]:
-    """Make the method of a question that has no explicit method; the result lacks only the type annotations."""
+    """Make a method without type annotations, for a question that has no method in `Questions`."""
     fields = sorted(
         (each for each in question.fields if "client" in each.doors), key=lambda each: each.is_named
     )

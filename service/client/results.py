@@ -26,15 +26,15 @@ class Estimate:
     Parameters
     ----------
     digest : str
-        Digest of the study; its first twelve digits would be the id.
+        Digest of the study; its first twelve digits become the id of the study.
     points, blocks, bytes : int
-        Number of points and of blocks, and the size before compression.
+        Number of points, number of blocks, and size of the cube before compression.
     seconds : float
-        On one core [s]: running the kernels, and compiling missing ones.
+        Expected time on one core [s], including the time to compile missing kernels.
     definition : dict
         The study with all defaults filled in.
     compiling_seconds : float
-        Part of `seconds` for compiling [s].
+        Part of `seconds` that is spent on compiling [s].
     seconds_low, seconds_high : float, optional
         Likely range of `seconds` [s].
     understood : tuple of str
@@ -55,22 +55,23 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Refinement:
-    """State of a search for an optimum or a class boundary, and the follow-ups that continue it.
+    """State of a search for an optimum or a class boundary, and the follow-up studies that continue the search.
 
     Parameters
     ----------
     known : bool
-        Whether the optimum or the boundary is known to the tolerance.
+        Whether the optimum or the boundary is known within the tolerance.
     found : dict
-        The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
+        The present optimum (coordinates, `value`, `error`) or boundary (`low`, `high`, the classes at both).
     steps : dict of float
-        For each parameter, the distance from the optimum to the farther of its two neighbours.
+        For each parameter, the distance from the optimum to the farther of its two neighbouring values.
     points, fine_points : int
-        Points of the follow-ups, and of a grid that would give the same answer; 0 if none is known.
+        Number of points of the follow-up studies, and of a single grid that would give the same answer. `fine_points`
+        is 0 if no such grid is known.
     note : str
         The result in sentences.
     follow_up : Study, optional
-        The first submitted study; None if everything is known, or for a dry run.
+        The first submitted study; None if nothing is left to compute, or for a dry run.
     follow_ups : tuple of Study
         All submitted studies.
     spent : dict
@@ -90,26 +91,27 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Simulation:
-    """One design point.
+    """Results of the simulation of one design point.
 
     Parameters
     ----------
     metrics : dict of float
-        The cube's variables, by name; None for a variable that this response does not have.
+        Results by the name of the variable; None for a variable that this response does not have.
     status, response_class : str
         Outcome of the computation and class of the response, in words.
     state : dict of float
-        ``u``, ``u_rate``, ``p``, ``p_rate`` at the end: absolute displacement over Z, velocity over Z·ω_n.
+        Final state: absolute displacements of mass and particle, ``u`` and ``p`` [Z], and their velocities, ``u_rate``
+        and ``p_rate`` [Z·ω_n].
     events : dict of int
         Number of impacts, velocity reversals and attachments.
     cycles : int
         Computed excitation cycles.
     history : Dataset
-        Displacements and velocities over ``time`` [1/ω_n], each with its unit; empty if none was requested.
+        Displacements and velocities along ``time`` [1/ω_n], with units; empty if no time history was requested.
     ratios : dict of float
-        The design point.
+        Ratios that define the design point.
     attractors : dict, optional
-        The responses that many starts lead to (``met``, each with its ``share`` and ``metrics``).
+        The responses that are reached from many starts (``met``, each with its ``share`` and ``metrics``).
         ``decided_by_a_rounding`` says whether a change in the last digits of the start leads to another response.
         ``note`` describes this in words. None if no starts were requested.
     """
@@ -133,7 +135,7 @@ class Simulation:
         return card(f"Simulation at {ratios}", [*rows, *self.events.items()])
 
     def plot(self, path: str | Path | None = None) -> "Figure":
-        """Draw the time history, and write it to `path` (.png, .svg, .pdf) if given."""
+        """Draw the time history. If `path` is given (.png, .svg or .pdf), write the figure to this file."""
         from damperlab.service.figures.curves import draw_history
 
         columns = {str(name): array.values for name, array in self.history.variables.items()}
@@ -151,7 +153,7 @@ class Accuracy:
     passed : bool
         Whether every extreme case passed.
     stability : list of dict
-        One entry per case.
+        Results of the extreme cases, one entry per case.
     document : dict
         The complete report.
     """
@@ -163,7 +165,7 @@ class Accuracy:
     document: dict[str, Any]
 
     def plot(self, path: str | Path | None = None) -> "Figure":
-        """Draw error against run time, and write it to `path` (.png, .svg, .pdf) if given."""
+        """Draw error against run time. If `path` is given (.png, .svg or .pdf), write the figure to this file."""
         from damperlab.service.figures.accuracy import draw_work_precision
 
         return finished(draw_work_precision(self.document["diagrams"]), path)
@@ -171,7 +173,7 @@ class Accuracy:
 
 def read_record(document: Mapping[str, Any]) -> Record:
     """Read a study's record; unknown fields of a newer service are ignored."""
-    # fields that older services did not send
+    # defaults of fields that an older service does not send
     before = {
         "phase": document["state"],
         "phase_done": None,

@@ -1,4 +1,4 @@
-"""Searches by a service: follow-up studies around the best design, or around a class boundary."""
+"""Methods of a study that let the service submit follow-up studies, for example around the best design."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 class Searches(Asked, ABC):
-    """A study with the methods that search."""
+    """Methods of a study that submit follow-up studies."""
 
     @abstractmethod
     def _handle(self, document: Mapping[str, Any]) -> "Study":
-        """Give another study of the same service, from its record."""
+        """Return the study that a record of the service describes."""
 
     @explained(Search, Judging, FollowUps)
     def refine(
@@ -35,12 +35,14 @@ class Searches(Asked, ABC):
         budget: int = Search.budget,
         **ranges: Range,
     ) -> Refinement:
-        """Submit follow-up studies where a better design may lie, unless the best is known accurately enough.
+        """Submit follow-up studies where a better design may lie.
+
+        If the best design is known accurately enough, nothing is submitted.
 
         Returns
         -------
         Refinement
-            Its ``follow_ups`` are the submitted studies; wait for them, then pass them as ``with_``.
+            State of the search. Wait for the submitted studies, ``follow_ups``, then pass them as ``with_``.
         """
         return self._search("/refine", (Search, Judging, FollowUps), locals())
 
@@ -53,12 +55,14 @@ class Searches(Asked, ABC):
         dry_run: bool = False,
         **at: float,
     ) -> Refinement:
-        """Submit a follow-up study around a change of the response class, unless its place is known accurately enough.
+        """Submit a follow-up study around a change of the response class.
+
+        If the value at which the class changes is known accurately enough, nothing is submitted.
 
         Returns
         -------
         Refinement
-            Its ``follow_ups`` are the submitted studies; wait for them, then pass them as ``with_``.
+            State of the search. Wait for the submitted studies, ``follow_ups``, then pass them as ``with_``.
         """
         return self._search("/refine-boundary", (Boundary, Step, FollowUps), locals())
 
@@ -73,12 +77,13 @@ class Searches(Asked, ABC):
         dry_run: bool = False,
         **ranges: Range,
     ) -> Refinement:
-        """Submit studies of the best damper with friction of its particle.
+        """Submit studies in which friction acts on the particle of the best damper.
 
         Returns
         -------
         Refinement
-            Its ``follow_ups`` are the submitted studies; wait for them, then pass them to `optimal_designs` as ``with_``.
+            State of the search. Wait for the submitted studies, ``follow_ups``, then pass them to `optimal_designs` as
+            ``with_``.
         """
         return self._search("/particle-friction", (Judging, FollowUps), locals())
 

@@ -1,4 +1,4 @@
-"""One study of a service: progress and control; its questions are in `questions` and `searches`."""
+"""One study of a service: its progress, and methods to control the study."""
 
 import time
 from collections.abc import Iterable, Mapping
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
 
 PIECE_BYTES = 1 << 20
 DRAIN_SECONDS = 60.0
-"""Longest wait for a cancelled study to release its blocks."""
+"""Longest wait for the blocks of a cancelled study that are still being computed [s]."""
 
 
 class Study(Questions, Searches):
-    """A study stored by the service.
+    """A study stored by the service, as returned by `Client.submit`, `Client.study` and `Client.studies`.
 
-    Made by `Client.submit`, `Client.study` and `Client.studies`. A running study also answers every question with
-    its present results; the answer's attribute ``complete`` gives their share.
+    While the study runs, the methods use the results computed so far; the attribute ``complete`` of a returned Dataset
+    is the computed share of the points.
 
     Parameters
     ----------
     transport : Transport
         The connection to the service.
     document : mapping
-        The service's record of the study, or the available part of it.
+        The service's record of the study; some keys may be missing.
 
     Attributes
     ----------
     id, name : str
-        The first twelve digits of the study's digest; its name.
+        First twelve digits of the study's digest, and name of the study.
     """
 
     def __init__(self, transport: Transport, document: Mapping[str, Any]) -> None:
@@ -55,7 +55,7 @@ class Study(Questions, Searches):
         return f"<Study {self.id} {self.name!r}>"
 
     def _repr_html_(self) -> str:
-        """Show the study in a notebook; without an answer of the service, its name."""
+        """Show the record of the study in a notebook, or only its name and id if the service does not answer."""
         try:
             return self.record._repr_html_()
         except ClientFault:
@@ -69,17 +69,17 @@ class Study(Questions, Searches):
         )
 
     def __hash__(self) -> int:
-        """Hash consistent with equality."""
+        """Return a hash that is consistent with equality."""
         return hash((self.id, self._transport.url))
 
     @property
     def record(self) -> Record:
-        """The service's present record of the study: states, counts, times, the definition, versions."""
+        """The service's present record of the study: state, counts, times, definition and versions."""
         return read_record(self._ask("GET"))
 
     @property
     def state(self) -> str:
-        """``queued``, ``running``, ``done``, ``cancelled`` or ``failed``, as it is now."""
+        """The present state: ``queued``, ``running``, ``done``, ``cancelled`` or ``failed``."""
         return self.record.state
 
     def wait(self, progress: bool = True, timeout: float | None = None) -> "Study":
@@ -90,21 +90,21 @@ class Study(Questions, Searches):
         Parameters
         ----------
         progress : bool
-            Show a bar in a terminal or a notebook, occasional lines elsewhere.
+            Show the progress: as a bar in a terminal or a notebook, elsewhere as lines from time to time.
         timeout : float, optional
             Stop waiting after this many seconds; the study itself continues.
 
         Returns
         -------
         Study
-            This one.
+            The study itself.
 
         Raises
         ------
         Stopped
-            If it has failed or was cancelled; computed results can still be queried.
+            If the study has failed or was cancelled; the computed results can still be read.
         StillRunning
-            If it has not ended in time.
+            If the study has not ended in time.
         """
         from contextlib import ExitStack
 
@@ -136,21 +136,21 @@ class Study(Questions, Searches):
     def remark(
         self, tags: "Iterable[str] | None" = None, note: str | None = None, name: str | None = None
     ) -> "Study":
-        """Tag the study, write its note, or rename it; None changes nothing.
+        """Change the tags, the note or the name of the study; what is None stays unchanged.
 
         Parameters
         ----------
         tags : iterable of str, optional
-            Its new tags: up to 40 lower-case letters, digits and hyphens each.
+            New tags of the study, each of up to 40 lower-case letters, digits and hyphens.
         note : str, optional
-            Its new note.
+            New note of the study.
         name : str, optional
-            Its new name; the definition is unchanged.
+            New name of the study; the definition is unchanged.
 
         Raises
         ------
         Refused
-            If one of them is not allowed, or all are None.
+            If a value is not allowed, or if all arguments are None.
         """
         said = {"tags": None if tags is None else list(tags), "note": note, "name": name}
         self._ask("PATCH", json={name: value for name, value in said.items() if value is not None})
@@ -162,7 +162,7 @@ class Study(Questions, Searches):
         return self
 
     def cancel(self) -> "Study":
-        """Stop the study; computed points are kept, and `resume` continues from there."""
+        """Stop the study. Computed points are kept, and `resume` continues the study."""
         self._ask("POST", "/cancel")
         return self
 
@@ -172,31 +172,27 @@ class Study(Questions, Searches):
         return self
 
     def retry(self) -> "Study":
-        """Recompute blocks that failed as a whole; numerical failures of points are unchanged."""
+        """Recompute blocks that failed as a whole. Points that failed numerically are not recomputed."""
         self._ask("POST", "/retry")
         return self
 
     def recompute(self) -> "Study":
-        """Compute an outdated study with the service's solver, keep these results, and give the new version.
-
-        Both are kept until one is deleted; `differences` compares them.
-        """
+        """Compute an outdated study again with the present solver, and return the new version; both are kept."""
         return Study(self._transport, self._ask("POST", "/recompute"))
 
     def differences(self, older: "Study | str | None" = None) -> dict[str, Any]:
-        """Differences of this version from an older one: the differing points and, for each variable, the largest
-        difference and where it is.
+        """Compare this version of the study with an older version, point by point.
 
         Parameters
         ----------
         older : Study or str, optional
-            The other version; by default the previous one.
+            The older version; by default the previous version.
 
         Returns
         -------
         dict
-            ``compared``, ``differing`` and ``variables``, each with ``points``, ``largest_relative``, ``at``, ``older``
-            and ``newer``.
+            Numbers of points ``compared`` and ``differing``, and the list ``variables``. Each entry of the list has
+            ``points``, ``largest_relative``, ``at``, ``older`` and ``newer``.
         """
         query = {} if older is None else {"older": older.id if isinstance(older, Study) else older}
         answer: dict[str, Any] = self._ask("GET", "/differences", params=query)
@@ -204,18 +200,16 @@ class Study(Questions, Searches):
 
     @property
     def outdated(self) -> bool:
-        """Whether the results belong to a solver other than the service's; `recompute` makes a new version and keeps
-        these.
-        """
+        """Whether another version of the solver has computed the results; see `recompute`."""
         return self.record.outdated
 
     def delete(self, trash: bool = False) -> None:
-        """Delete the study and its cube; cancel a running one first.
+        """Delete the study and its cube. A running study must be cancelled first.
 
         Parameters
         ----------
         trash : bool
-            Whether `undelete` may restore it for a week.
+            Whether `undelete` can restore the study for a week.
         """
         give_up = time.monotonic() + DRAIN_SECONDS
         while True:
@@ -223,7 +217,7 @@ class Study(Questions, Searches):
                 self._ask("DELETE", params={"trash": True} if trash else None)
                 return
             except Conflict:
-                # the blocks that ran when the study was cancelled still complete
+                # blocks that were running when the study was cancelled are still being completed
                 if time.monotonic() > give_up or self.state in ("queued", "running"):
                     raise
             time.sleep(0.2)
@@ -231,20 +225,21 @@ class Study(Questions, Searches):
     def cube(self, chunks: Any = "blocks") -> "xr.Dataset":
         """Open the complete cube lazily: values are fetched when they are used.
 
-        If the study has not ended, the cube holds the present results and does not change; open it again for newer
-        ones.
+        If the study has not ended, the cube holds the results computed so far and does not change. Open the cube again
+        to read newer results.
 
         Parameters
         ----------
         chunks : mapping, int or None
-            As for `xarray.open_zarr`; by default each block of the study is a chunk of Dask; None means no Dask.
+            Chunks as for `xarray.open_zarr`. By default each block of the study is a Dask chunk; None opens the cube
+            without Dask.
 
         Returns
         -------
         Dataset
             All dimensions and every stored variable; points that are not computed have status −1. A study in SI units
-            also has coordinates in units (``clearance_m``, ``friction_force_n``, …). If the cube is lazy, it has
-            results in units too (``amplitude_m``, ``impact_speed_max_m_per_s``, …).
+            also has coordinates in SI units (``clearance_m``, ``friction_force_n``, …). With Dask, results are also
+            given in SI units (``amplitude_m``, ``impact_speed_max_m_per_s``, …).
         """
         import xarray as xr
 
@@ -266,9 +261,9 @@ class Study(Questions, Searches):
         Parameters
         ----------
         path : path
-            The file to write; it appears when it is complete.
+            File to write; the file appears only when the download is complete.
         format : {"netcdf", "csv", "parquet"}, optional
-            By default from the suffix of `path`: ``.nc``, ``.csv`` or ``.parquet``.
+            File format; by default it follows from the suffix of `path`: ``.nc``, ``.csv`` or ``.parquet``.
 
         Returns
         -------

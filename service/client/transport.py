@@ -1,6 +1,4 @@
-"""One request: it is sent, repeated with growing pauses as long as that may help, and finally answered or refused in
-words.
-"""
+"""Requests to a service, repeated with growing pauses as long as repeating may help."""
 
 import json
 import logging
@@ -21,18 +19,18 @@ from damperlab.studies.faults import Fault, describe
 from damperlab.studies.spacing import evenly_spaced
 
 PATIENCE_SECONDS = 60.0
-"""Longest absence of a service that has answered before, enough for a restart."""
+"""Longest time for which a request is repeated if the service has answered before [s]; a restart takes less time."""
 FIRST_SECONDS = 4.0
-"""Longest absence of a service that has never answered, since the address may be mistyped."""
+"""Longest time for which a request is repeated if the service has never answered [s]; the address may be wrong."""
 LONGEST_PAUSE_SECONDS = 5.0
 PREFERRED = "respond-async, wait=20"
-"""An answer that takes longer is deferred and fetched later, so that no proxy closes the silent connection."""
+"""Header `Prefer`: an answer that takes longer than 20 s is deferred, so that no proxy closes the silent connection."""
 PROMISED_AT = "/api/v1/answers/"
 PROMISE_PAUSE_SECONDS = 0.5
 LONGEST_REFUSAL = 1 << 20
 """Largest number of bytes that are read from a refusal."""
 
-# Without a handler the standard library prints each pause to standard error, through a progress bar.
+# If a logger has no handler, the standard library prints each pause to standard error, in the middle of a progress bar.
 logging.getLogger("stamina").addHandler(logging.NullHandler())
 
 
@@ -44,7 +42,7 @@ class Transport:
     url : str
         Address of the service.
     api_key : str, optional
-        Sent as ``Authorization: Bearer …``; by default see `key_from_environment`.
+        Key of the service, sent as ``Authorization: Bearer …``; by default the key from `key_from_environment`.
     timeout_seconds : float
         Longest wait for one answer.
 
@@ -71,7 +69,7 @@ class Transport:
         self._http.close()
 
     def ask(self, method: str, path: str, **how: Any) -> Any:
-        """Send a request and give the JSON of its answer; None if it has none.
+        """Send a request and return the answer, read from JSON; None if the answer is empty.
 
         Every request may be sent twice: studies and follow-ups are identified by their content, a simulation changes
         nothing, and stopping or deleting a study twice has the same effect.
@@ -86,23 +84,24 @@ class Transport:
         Raises
         ------
         Problem
-            If the service refuses.
+            If the service refuses the request.
         Unreachable
-            If there is no service.
+            If no service answers.
         """
         how["params"] = written(how.get("params") or {})
         try:
             response = self._answer(method, path, how)
         except ClientFault as fault:
-            # raised here so that a traceback shows the request; the frames of its retries would hide the message
+            # The exception is raised outside the retries, whose many frames in a traceback would hide the message.
             refusal = fault.with_traceback(None)
         else:
             return None if response is None or response.status_code == 204 else _json(response)
         raise refusal from None
 
     def _answer(self, method: str, path: str, how: Mapping[str, Any]) -> httpx.Response | None:
-        """Send a request, and repeat it as long as that may help; None if the first attempt has already deleted the
-        study.
+        """Send a request, and repeat the request as long as repeating may help.
+
+        Return None if the request deletes something that an earlier attempt has already deleted.
         """
         for attempt in self.attempts():
             with attempt, self._translated():
@@ -115,7 +114,7 @@ class Transport:
         return response
 
     def _fetched(self, promise: httpx.Response) -> httpx.Response:
-        """Wait for a deferred answer; interrupting the wait cancels it."""
+        """Wait for a deferred answer. If the wait is interrupted, the deferred answer is cancelled."""
         give_up = time.monotonic() + self._timeout_seconds
         where = f"{self.url}{promise.headers['Location']}"
         response = promise
@@ -130,7 +129,7 @@ class Transport:
                 self._http.delete(where)
             raise
         if response.status_code == 404:
-            # the service was restarted, so the deferred answer is computed again
+            # the service was restarted; status 503 makes `attempts` send the request again
             detail = "The service no longer has the deferred answer."
             raise problem({"status": 503, "title": "Service Unavailable", "detail": detail})
         _check(response)
@@ -138,7 +137,7 @@ class Transport:
 
     @contextmanager
     def stream(self, path: str, **how: Any) -> Iterator[httpx.Response]:
-        """Open an answer that is read piece by piece; it is requested only once, and errors are translated."""
+        """Open an answer that is read piece by piece; the request is not repeated."""
         how["params"] = written(how.get("params") or {})
         with self._translated(), self._http.stream("GET", path, **how) as response:
             if response.is_error:
@@ -147,7 +146,7 @@ class Transport:
             yield response
 
     def attempts(self) -> Iterable[Any]:
-        """Give attempts, with pauses between them, as long as repeating may help."""
+        """Return attempts at a request, with pauses between them, as long as repeating may help."""
         seconds = PATIENCE_SECONDS if self._met else FIRST_SECONDS
         give_up = time.monotonic() + seconds
 
@@ -156,7 +155,7 @@ class Transport:
                 asked = _retry_after(error)
                 if asked is None:
                     return True
-                # a pause that would exceed the patience ends the wait
+                # if the requested pause is longer than the remaining time, the request is not repeated
                 return asked if time.monotonic() + asked < give_up else False
             return isinstance(error, Unreachable) and isinstance(error.__cause__, httpx.TransportError)
 
@@ -173,7 +172,7 @@ class Transport:
             self._met = True
             raise
         except httpx.ReadTimeout as error:
-            # The service is computing the answer; a repeated request would start again.
+            # The service is still computing the answer; a repeated request would start the computation again.
             message = f"{self.url} took longer than {self._timeout_seconds:g} s to answer; wait longer with Client(timeout=…)."
             raise Unreachable(message) from RuntimeError(str(error))
         except httpx.TransportError as error:
@@ -184,7 +183,7 @@ class Transport:
 
 
 def written(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Write query parameters in the form of the routes: without None, and `lower,higher` for a pair."""
+    """Write query parameters in the form that the routes read: None is left out, and a pair becomes `lower,higher`."""
     texts: dict[str, Any] = {}
     for name, value in parameters.items():
         if isinstance(value, bool):
@@ -197,18 +196,18 @@ def written(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _spelled(value: Any) -> str:
-    # numpy's numbers would be printed with their type
+    # a NumPy scalar is first converted into a Python number
     return str(value.item() if hasattr(value, "dtype") else value)
 
 
 def body(document: Mapping[str, Any] | Sequence[Any]) -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a document as JSON; arrays of numpy become ranges or lists."""
+    """Return the arguments of `Transport.ask` that send a document as JSON. NumPy arrays become ranges or lists."""
     text = json.dumps(document, default=_axis)
     return {"content": text.encode(), "headers": {"Content-Type": "application/json"}}
 
 
 def _axis(value: Any) -> Any:
-    """Write an array of numpy as a range if its values are evenly spaced up to the rounding of `np.linspace`."""
+    """Write a NumPy array as a range if its values are evenly spaced up to rounding errors, otherwise as a list."""
     values = value.tolist()
     if np.ndim(value) == 1 and len(values) > 2 and np.isfinite(value).all():
         start, stop, num = values[0], values[-1], len(values)
@@ -255,7 +254,7 @@ def _retry_after(error: Problem) -> float | None:
     try:
         return max(0.0, float(error.document.get("retry_after", "")))
     except ValueError:
-        return None  # a date, or nothing; the usual pause is used
+        return None  # the header is missing or holds a date; the usual pause is used
 
 
 def _json(response: httpx.Response) -> Any:

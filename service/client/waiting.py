@@ -1,4 +1,4 @@
-"""Following a study to its end, through lost connections and restarts of the service, with a bar or a line."""
+"""Follow a study until it has ended, despite lost connections and restarts of the service, and show its progress."""
 
 import json
 import math
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
 ENDS = ("done", "cancelled", "failed")
 LOOK_SECONDS = 1.0
-"""Interval between checks of the record if the stream of events is silent."""
+"""Shortest time between two requests of the record [s]."""
 SILENCE_SECONDS = 20.0
-"""The service sends a comment every 15 s. A longer silence means that the service is gone, or that a proxy holds the
-events back.
+"""Longest silence of the stream of events [s]. The service sends a comment every 15 s, so after a longer silence the
+service is gone, or a proxy holds the events back.
 """
 
 
 def follow(transport: Transport, study_id: str, until: float | None = None) -> Iterator[Mapping[str, Any]]:
     """Yield the record of a study at every change, and finally when it has ended.
 
-    The events of the service announce changes. If they stop, or a proxy holds them back, the record itself is
+    Events of the service announce changes. If the events stop, or a proxy holds the events back, the record itself is
     requested.
 
     Parameters
@@ -45,7 +45,7 @@ def follow(transport: Transport, study_id: str, until: float | None = None) -> I
     Yields
     ------
     mapping
-        The record as from ``GET /studies/{id}``, or its shorter form in the events.
+        The record as returned by ``GET /studies/{id}``, or the shorter record that an event contains.
     """
     while True:
         record = transport.ask("GET", f"/studies/{study_id}")
@@ -62,8 +62,8 @@ def follow(transport: Transport, study_id: str, until: float | None = None) -> I
         except NotFound:
             raise
         except (Unavailable, Unreachable):
-            pass  # afterwards the record is requested, within the remaining time
-        # without a pause, a stream that ends immediately would make this a busy loop
+            pass  # the loop requests the record again
+        # Without a pause, a stream that ends immediately would make this a busy loop.
         time.sleep(max(0.0, min(LOOK_SECONDS, left) - (time.monotonic() - began)))
 
 
@@ -81,8 +81,9 @@ def _events(transport: Transport, study_id: str, silence_seconds: float) -> Iter
 
 
 def preparation(record: Mapping[str, Any]) -> str | None:
-    """Describe the activity of a study before its first block; None afterwards, or if the service does not report
-    it.
+    """Describe what a study does before its first block is computed.
+
+    Return None in later phases, or if the service does not report the phase.
     """
     if record.get("phase") == "starting":
         return "starting workers"
@@ -94,14 +95,14 @@ def preparation(record: Mapping[str, Any]) -> str | None:
 
 
 class DesignShown(Protocol):
-    """A display for the progress of a design."""
+    """A display of the progress of a design."""
 
     def begin(self, points: int, stage: str, best: str) -> None:
-        """Take the known points, the activity, and the best damper so far, which may be empty."""
+        """Show the number of known points, the activity, and the best damper so far; `best` may be empty."""
 
 
 def shown_design(name: str, budget: int) -> AbstractContextManager[DesignShown]:
-    """Choose the display of a design's progress, as `shown` does."""
+    """Choose the display of a design's progress: a bar in a notebook, otherwise the display of the command line."""
     if in_notebook():
         return _NotebookBar(name, budget)
     from damperlab.service.cli.design_progress import DesignProgress
@@ -110,7 +111,7 @@ def shown_design(name: str, budget: int) -> AbstractContextManager[DesignShown]:
 
 
 def shown(name: str, points: int) -> "AbstractContextManager[Shown]":
-    """Choose the display: a bar in a terminal or a notebook, occasional lines elsewhere."""
+    """Choose the display of a study's progress: a bar in a notebook, otherwise the display of the command line."""
     if in_notebook():
         return _NotebookBar(name, points)
     from damperlab.service.cli.progress import StudyProgress
@@ -119,7 +120,7 @@ def shown(name: str, points: int) -> "AbstractContextManager[Shown]":
 
 
 class _NotebookBar:
-    """A bar in HTML, because rich's bar needs a package of widgets in a notebook."""
+    """A progress bar in HTML, because the progress bars of rich need a further package in a notebook."""
 
     def __init__(self, name: str, points: int) -> None:
         self._name, self._points = name, points

@@ -1,1 +1,1 @@
-"""The edge of HTTP: limits on connections, heads and bodies, and reliable delivery of answers."""
+"""Handling of HTTP connections: limits on connections, heads and bodies, and reliable delivery of answers."""

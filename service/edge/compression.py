@@ -1,4 +1,4 @@
-"""Compressed answers, for clients that accept them."""
+"""Compresses answers for clients that accept gzip."""
 
 import re
 
@@ -10,10 +10,10 @@ _REFUSED = re.compile(r"gzip\s*;\s*q\s*=\s*0(\.0*)?")
 
 
 class Compressed(GZipMiddleware):
-    """ASGI middleware: compresses answers, unless the client gives the encoding a weight of 0 (RFC 9110, section
-    12.5.3).
+    """ASGI middleware: compresses answers for clients that accept gzip.
 
-    The framework checks only the name.
+    A weight of 0 refuses an encoding (RFC 9110, section 12.5.3). Starlette's middleware ignores weights, so this class
+    removes the Accept-Encoding header of such a request.
     """
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -1,4 +1,4 @@
-"""Handles requests for answers that the client already has, and for parts of answers: ETag, If-None-Match, Range, HEAD."""
+"""HTTP requests that need less than a complete answer: conditional requests (ETag, If-None-Match), Range and HEAD."""
 
 import re
 from hashlib import blake2b
@@ -8,7 +8,7 @@ from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 TAGGED_BYTES = 8 * 1024 * 1024
-"""Largest number of bytes of an answer that are hashed for its tag, which takes some milliseconds."""
+"""Largest size of an answer that gets an ETag; hashing an answer of this size takes some milliseconds."""
 
 
 class Head:
@@ -38,7 +38,7 @@ class Head:
 
 
 class Tagged:
-    """ASGI middleware: gives JSON answers a tag of their content, and answers 304 to a client that has the same content."""
+    """ASGI middleware: adds an ETag to JSON answers, and answers 304 if the client already has the same content."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -86,29 +86,29 @@ def _taggable(start: Message) -> bool:
 
 
 def has_seen(headers: Headers, tag: str) -> bool:
-    """Whether If-None-Match contains the tag."""
+    """Whether If-None-Match contains the ETag, or is ``*``."""
     seen = headers.get("if-none-match", "").strip()
     bare = tag.removeprefix("W/")
     return seen == "*" or bare in [each.strip().removeprefix("W/") for each in seen.split(",")]
 
 
 def part_asked(request: Request, size: int, tag: str) -> tuple[int, int] | None:
-    """Give the first byte of the Range, and the byte after its last.
+    """Return the start and the end of the part that the Range header requests.
 
     Parameters
     ----------
     request : Request
-        Its If-Range must be `tag`, if there is one.
+        The request. If the If-Range header differs from `tag`, the Range header is ignored.
     size : int
-        Number of bytes.
+        Number of bytes of the complete content.
     tag : str
-        A strong tag: parts of different contents must not be combined.
+        Strong ETag of the content.
 
     Returns
     -------
     tuple of int, optional
-        Start and end of the part; they are equal if it lies outside the content. None if the complete answer is to be
-        sent: without Range, with several parts, or with another unit.
+        Start and end index of the part; equal if the part lies outside the content. None if the complete content must
+        be sent, because the Range header is missing, has several parts or uses another unit than bytes.
     """
     wanted = request.headers.get("range")
     if wanted is None or request.headers.get("if-range", tag) != tag:

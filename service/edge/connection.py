@@ -1,4 +1,4 @@
-"""One connection: its time limits, the answers to its errors, and an end that loses no answer."""
+"""HTTP connection with time limits, answers to malformed requests, and a shutdown that does not lose an answer."""
 
 import logging
 import sys
@@ -22,20 +22,20 @@ if TYPE_CHECKING:
     from damperlab.service.traffic import Traffic
 
 LINGER_SECONDS = 3.0
-"""Time for which a connection that ends with an error still reads, so that the client receives the answer."""
+"""Time for which a connection is still read after an error, so that the client receives the answer [s]."""
 LEAVE_SECONDS = 5.0
-"""A client that has closed its half of the connection is answered for this time only: most such clients have left."""
+"""Time for which a client is still answered after it has closed its half of the connection [s]."""
 STUCK_SECONDS = 60.0
-"""Longest time that a client may leave an answer unread."""
+"""Longest time for which a client may leave an answer unread [s]."""
 
 _log = logging.getLogger("damperlab.edge")
 
 
 class Connection(H11Protocol):
-    """uvicorn's connection, with time limits for everything that a client may do slowly.
+    """Connection of uvicorn with time limits for slow clients.
 
-    The server calls `overdue` about once a second. A missing head or body is answered with 408; an answer that nobody
-    reads is given up.
+    The server calls `overdue` about once a second. If the head or body of a request does not arrive in time, the answer
+    is 408. If the client does not read an answer in time, the connection is closed.
     """
 
     _head_since: float | None = None
@@ -71,7 +71,7 @@ class Connection(H11Protocol):
                 )
                 return
             idle = min(others, key=lambda each: each._heard)
-            idle.transport.close()  # the connection that has been idle longest; its client can connect again
+            idle.transport.close()  # this connection has been idle longest, and its client can connect again
             siblings.pop(idle)
             self.connections.discard(idle)
         if len(self.connections) > self._settings.connections_limit:
@@ -101,7 +101,7 @@ class Connection(H11Protocol):
         return believes
 
     def data_received(self, data: bytes) -> None:
-        """Accept bytes; those after the connection's last answer are dropped."""
+        """Process received bytes. Bytes that arrive after the last answer are dropped."""
         now = self._heard = time.monotonic()
         if self._lingers_until is not None:
             return
@@ -114,7 +114,7 @@ class Connection(H11Protocol):
         self._body_since = (self._body_since or now) if their is h11.SEND_BODY else None
 
     def eof_received(self) -> bool | None:  # type: ignore[override]
-        """Keep answering for a moment if the client stops sending: it may have left, or closed only its half."""
+        """Continue the answer for `LEAVE_SECONDS`, because the client may have closed only its half of the stream."""
         if self._lingers_until is not None or self.scheme == "https":
             return None  # TLS has no half-closed connections
         under_way = self.cycle is not None and not self.cycle.response_complete
@@ -132,12 +132,12 @@ class Connection(H11Protocol):
         self._stuck_since = time.monotonic()
 
     def resume_writing(self) -> None:
-        """Record that it reads again."""
+        """Record that the client reads again."""
         super().resume_writing()
         self._stuck_since = None
 
     def shutdown(self) -> None:
-        """End the connection once its answer is complete."""
+        """Close the connection after the current answer."""
         if self._lingers_until is None:
             super().shutdown()
         else:
@@ -163,19 +163,19 @@ class Connection(H11Protocol):
                 self._refuse(408, "request-timeout", detail)
 
     def send_400_response(self, msg: str) -> None:
-        """Answer anything that is not HTTP with a problem document."""
+        """Answer a request that is not valid HTTP with a problem document."""
         error = sys.exception()
         status = getattr(error, "error_status_hint", 400) or 400
         self._refuse(status, "malformed-request", f"This is not an HTTP/1.1 request: {error or msg}.")
 
     def _refuse(self, status: int, kind: str, detail: str) -> None:
-        """Send an answer of the server itself, the last one on this connection."""
+        """Send a problem document without calling the application, then close the connection."""
         request_id = uuid.uuid4().hex
         _log.info("%s %s [%s]: %s", self.client[0] if self.client else "-", status, request_id, detail)
         traffic: Traffic = self._state.traffic
         traffic.add("other", status, 0.0)
         if self.cycle is not None and not self.cycle.response_complete:
-            # this tells the computation for this client that the client has left
+            # end the computation of the current answer, as if the client had left
             self.cycle.disconnected = True
             self.cycle.message_event.set()
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
@@ -204,9 +204,7 @@ class Connection(H11Protocol):
         self._linger()
 
     def _linger(self) -> None:
-        """Close our half, and read a little longer, because closing with unread bytes resets a connection and loses its
-        answer.
-        """
+        """Close the service's half of the connection, and read for `LINGER_SECONDS`, so that no answer is lost."""
         self._unset_keepalive_if_required()
         self._head_since = self._body_since = None
         self._lingers_until = time.monotonic() + LINGER_SECONDS
@@ -214,5 +212,5 @@ class Connection(H11Protocol):
         if self.transport.can_write_eof():
             try:
                 self.transport.write_eof()
-            except OSError:  # the client has reset it, but the loop has not reported this yet
+            except OSError:  # the client has reset the connection; the loop has not reported this yet
                 self.transport.abort()

@@ -1,19 +1,18 @@
-"""Drops bodies that nobody reads before the answer, so that the answer arrives (RFC 9112, section 9.6)."""
+"""Drops the unread rest of a request body before the answer is sent (RFC 9112, section 9.6)."""
 
 from anyio import move_on_after
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 DROPPED_BYTES = 64 * 1024 * 1024
-"""Largest number of bytes of a body that are read and dropped; a longer one may lose its answer."""
+"""Largest number of bytes that are dropped. If a body is longer, the client may lose the answer."""
 DROP_SECONDS = 20.0
 
 
 class Drain:
-    """ASGI middleware: reads and drops the rest of a body, before an answer begins.
+    """ASGI middleware: reads and drops the rest of a request body before the answer begins.
 
-    Closing a connection with unread bytes of the client resets it, and the client loses an answer that it has not
-    read yet.
+    If a server closes a connection with unread bytes of the client, the client may lose the answer.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -24,7 +23,7 @@ class Drain:
         if scope["type"] != "http" or not _has_body(headers := Headers(scope=scope)):
             await self.app(scope, receive, send)
             return
-        # a client that waits for "100 Continue" sends nothing until it arrives
+        # a client that expects "100 Continue" sends no body until that answer arrives
         waits = headers.get("expect", "").lower() == "100-continue"
         ended = False
 

@@ -1,4 +1,4 @@
-"""Limits the length of the heads of requests, so that reading them is cheap, and allows only one framing of the body."""
+"""Checks the head of a request. The head must be short, and must state the length of the body in only one way."""
 
 import re
 
@@ -14,11 +14,11 @@ HEAD_LIMIT_BYTES = 32 * 1024
 CONTENT_TYPE_LIMIT_BYTES = 1024
 _SESSION = re.compile(rf"(?:^|; ?)({COOKIE}=[0-9a-f.]{{1,200}})(?=;|$)".encode())
 PARAMETERS_LIMIT = 500
-"""Largest number of parameters in an address; no question has so many."""
+"""Largest number of query parameters of a request. No route of the service has so many parameters."""
 
 
 class ShortHead:
-    """ASGI middleware: refuses a long head and a body framed twice; drops all cookies except the service's own."""
+    """ASGI middleware that refuses a long head, and a head that states the length of the body twice."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -35,7 +35,7 @@ class ShortHead:
 
 
 def _without_cookies(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
-    """Keep only the session in the Cookie headers, because reading other cookies may take seconds (CVE-2024-7592)."""
+    """Keep only the session's cookie, because parsing a malicious Cookie header may take seconds (CVE-2024-7592)."""
     kept = [(name, value) for name, value in headers if name != b"cookie"]
     cookies = [_SESSION.search(value) for name, value in headers if name == b"cookie"]
     return kept + [(b"cookie", found[1]) for found in cookies if found]
@@ -52,7 +52,7 @@ def _framed_twice(scope: Scope) -> Problem | None:
         "leave it out",
         "`Content-Length` and `Transfer-Encoding` exclude each other (RFC 9112, 6.1).",
     )
-    # another parser between client and service may see a second request after the body
+    # a proxy that uses the other length may read a part of the body as a second request
     return Problem(
         400,
         "malformed-request",

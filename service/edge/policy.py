@@ -1,4 +1,4 @@
-"""Browser policy of every answer: no framing, no type guessing, no use by other sites."""
+"""Security headers of every answer: they forbid framing, guessing of the content type, and use by other sites."""
 
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -9,20 +9,20 @@ POLICY_HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Frame-Options": "DENY",
 }
-"""Headers of every answer; the policy of the page also allows its own files."""
+"""Headers of every answer. The web page has a wider content security policy, which allows the page's own files."""
 HSTS = "max-age=31536000"
-"""Header under TLS, after which browsers use no unencrypted connection."""
+"""Value of the header Strict-Transport-Security, which makes browsers use only TLS for a year."""
 
 
 class Policy:
-    """ASGI middleware: adds the headers to every answer that lacks them.
+    """ASGI middleware: adds the security headers to every answer that lacks them.
 
     Parameters
     ----------
     app : ASGI application
-        The application.
+        The application that answers.
     shared : bool
-        Whether pages of other origins may read answers, from `cors_origins`.
+        Whether pages of other origins may read answers, as set by `cors_origins`.
     """
 
     def __init__(self, app: ASGIApp, shared: bool) -> None:

@@ -1,4 +1,4 @@
-"""Refuses requests within a second while the catalogue does not answer, instead of holding them."""
+"""Refuses requests with status 503 within a second while the database of the catalogue does not answer."""
 
 import asyncio
 
@@ -12,16 +12,15 @@ from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.faults import StoreFault
 
 PATIENCE_SECONDS = 0.5
-"""Time of a pending request after which the catalogue is tested."""
+"""Time without an answer after which a request causes a test of the catalogue [s]."""
 SILENCE_SECONDS = 0.4
-"""Longest time for the catalogue to answer the test."""
+"""Longest time that the catalogue may take to answer the test [s]."""
 
 
 class Silence:
-    """ASGI middleware: answers 503 to a request that has no answer yet while the catalogue does not answer.
+    """ASGI middleware that answers 503 to a waiting request if the catalogue does not answer.
 
-    The thread of such a request cannot be ended; it continues, and its answer is dropped. A catalogue in a file has no
-    server that could be silent. Delays then come from this machine, and refusing would only add to its work.
+    The thread of a refused request continues, and its answer is dropped. A catalogue in a SQLite file is not tested.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -61,22 +60,22 @@ class Silence:
             raise
 
     async def _answers(self, catalogue: Catalogue) -> bool:
-        """Test once for all waiting requests."""
+        """Return whether the catalogue answers; all waiting requests share one test."""
         if self._asking is None or self._asking.done():
             self._asking = asyncio.create_task(_ask(catalogue))
-        asking = self._asking  # when this test ends, another caller may have started one
+        asking = self._asking  # by the end of this test, another request may have started a new test
         done, _ = await asyncio.wait([asking], timeout=SILENCE_SECONDS)
         return bool(done) and asking.result()
 
     def _forget(self, served: "asyncio.Future[None]") -> None:
         self._left.discard(served)
         if not served.cancelled():
-            served.exception()  # nobody waits for this answer any more
+            served.exception()  # mark the exception as retrieved, because no request waits for this answer any more
 
 
 async def _ask(catalogue: Catalogue) -> bool:
     try:
-        # separate from the threads of the requests, which may all be waiting
+        # use a separate thread, because all threads of the requests may be waiting
         await run_sync(catalogue.greet, abandon_on_cancel=True, limiter=CapacityLimiter(1))
     except StoreFault:
         return False

@@ -1,5 +1,1 @@
-"""Figures of the answers: resonance map, frequency response, ranked designs, time history.
-
-They use only `matplotlib.figure.Figure`, without pyplot and its global state, so that threads of a service may
-draw. Data arrive as arrays with their long names and units in `attrs`, as the queries return them.
-"""
+"""Figures of the answers, drawn without pyplot, whose state is global and would be shared by threads."""

@@ -1,4 +1,4 @@
-"""Error against run time: one panel per scene, one curve per method, both axes logarithmic."""
+"""Work-precision diagrams: error against run time, with one panel per scene and one curve per method."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil
@@ -11,9 +11,7 @@ from damperlab.service.figures.style import BLUE, GREY, VERMILION, styled
 
 COLUMNS = 3
 OTHERS = (GREY, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#7f4f24")
-"""Colours of methods with a setting, in the order of the report; the event-driven methods have the project's two
-colours.
-"""
+"""Colours of the methods with a setting, such as a step. The event-driven methods have the colours `OURS`."""
 OURS = (VERMILION, BLUE)
 MARKERS = "osD^vPX"
 
@@ -24,7 +22,7 @@ def draw_work_precision(diagrams: Sequence[Mapping[str, Any]]) -> Figure:
     Parameters
     ----------
     diagrams : sequence of mapping
-        `diagrams` of a report of `damperlab.worker.accuracy.report`.
+        The entry `diagrams` of a report from `damperlab.worker.accuracy.report`.
     """
     rows = ceil(len(diagrams) / COLUMNS)
     with styled({"font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 10}):
@@ -53,7 +51,7 @@ def draw_work_precision(diagrams: Sequence[Mapping[str, Any]]) -> Figure:
         for panel in panels[len(diagrams) :]:
             panel.set_visible(False)
         for panel in panels[max(0, len(diagrams) - COLUMNS) : len(diagrams)]:
-            panel.tick_params(labelbottom=True)  # the last panel of each column, even above an empty place
+            panel.tick_params(labelbottom=True)  # also if the place below the panel is empty
         figure.supxlabel("run time per excitation cycle [µs]", fontsize=10)
         figure.supylabel("relative error of the end state", fontsize=10)
         if diagrams:

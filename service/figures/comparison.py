@@ -1,4 +1,4 @@
-"""The study's damper and a tuned mass damper over frequency, in the manner of the paper's Figure 14."""
+"""Responses with the study's damper and with a tuned mass damper over frequency, drawn like the paper's Figure 14."""
 
 import numpy as np
 import xarray as xr
@@ -17,13 +17,14 @@ from damperlab.service.figures.style import (
 
 
 def draw_comparison(answer: xr.Dataset) -> Figure:
-    """Draw both curves and that of the bare structure; the range where the study's damper is better is shaded, if
-    known.
+    """Draw the responses with the study's damper, with a tuned mass damper, and without a damper.
+
+    The ranges in which the study's damper is better are shaded, if it is known which damper has the lower peak.
 
     Parameters
     ----------
     answer : Dataset
-        Of `damperlab.studies.answers.tmd_comparison`.
+        The answer of `damperlab.studies.answers.tmd_comparison`.
     """
     r = answer["frequency_ratio"]
     hybrid = answer["hybrid"].values

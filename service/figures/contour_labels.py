@@ -1,6 +1,4 @@
-"""Chooses positions for the numbers on contour lines, where neither another line nor a fold of the same line runs
-through them.
-"""
+"""Choose positions for the numbers on contour lines, so that no line crosses a number."""
 
 from collections.abc import Iterator
 
@@ -12,31 +10,30 @@ from numpy.typing import NDArray
 from damperlab.service.figures.style import is_logarithmic
 
 ROOM = 0.035
-"""Room around a number as a share of either axis; it is half of the number's length."""
+"""Radius of the free circle around a number, as a share of either axis. A number is twice as long as this radius."""
 STEP = 0.005
-"""Share of either axis between the points at which a line is sampled."""
+"""Distance between the sampled points of a line, as a share of either axis."""
 FOLDED = 1.3
-"""Largest length of a line within the room of a number, relative to a straight one; a longer line turns back there."""
+"""Largest length of a line within the radius `ROOM`, relative to a straight line. A folded line is longer."""
 STRAIGHT = 0.97
-"""Least distance of the ends of a number, relative to the length along its line."""
+"""Smallest distance between the two ends of a number, relative to the length of the line between these ends."""
 MOST_POINTS, CANDIDATES = 10_000, 200
-"""Largest number of points of all lines, and of places tried for a number. They bound time and memory; if lines fill a
-map, there is no room anyway.
-"""
+"""Largest number of points on all lines, and largest number of positions that are tried for a number."""
 
 
 def label_places(
     lines: ContourSet, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> list[tuple[float, float]]:
-    """Choose a position for the number of each level; a level without a free place gets no number, and only the colour
-    scale shows its value.
+    """Choose a position for the number of each level.
+
+    A level without a free position gets no number.
 
     Parameters
     ----------
     lines : ContourSet
-        Drawn over x and y.
+        Contour lines over x and y.
     x, y : ndarray
-        Values of the grid, ascending; evenly spaced in their logarithm if the axis is logarithmic.
+        Ascending values of the grid. On a logarithmic axis, the logarithms of the values are evenly spaced.
 
     Returns
     -------
@@ -66,7 +63,7 @@ def label_places(
 
 
 def _straight(piece: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Find the points of a piece around which it is straight for the length of a number."""
+    """Return the indices of the points around which a line is straight over the length of a number."""
     half = int(ROOM / STEP)
     if len(piece) <= 2 * half:
         return np.empty(0, np.intp)
@@ -75,7 +72,7 @@ def _straight(piece: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _pieces(path: Path, x: NDArray[np.float64], y: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
-    """Give points at equal steps on each piece of a path, as shares of both axes."""
+    """Yield evenly spaced points along each piece of a path, in fractions of both axes."""
     for piece in path.to_polygons(closed_only=False):
         across, up = np.asarray(piece, np.float64).T
         corners = np.column_stack([_share(across, x), _share(up, y)])

@@ -1,4 +1,4 @@
-"""Curves: a metric over frequency, ranked designs, a time history."""
+"""Figures of frequency responses, ranked designs, errors over run time, and time histories."""
 
 from collections.abc import Mapping
 
@@ -29,12 +29,12 @@ from damperlab.studies.variables import Status
 
 
 def draw_response(answer: xr.Dataset, metric: str) -> Figure:
-    """Draw a metric over the frequency ratio, with the band of its error.
+    """Draw a metric over the frequency ratio, with a band for the error.
 
     Parameters
     ----------
     answer : Dataset
-        Of `damperlab.studies.answers.frequency_response`.
+        The answer of `damperlab.studies.answers.frequency_response`.
     metric : str
         The variable to draw.
     """
@@ -77,12 +77,12 @@ def draw_response(answer: xr.Dataset, metric: str) -> Figure:
 
 
 def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Figure:
-    """Draw a metric of two studies over the frequency ratio; differences are shaded.
+    """Draw a metric of two studies over the frequency ratio. Frequencies at which the studies differ are shaded.
 
     Parameters
     ----------
     answer : Dataset
-        Of `damperlab.studies.answers.compared_response`.
+        The answer of `damperlab.studies.answers.compared_response`.
     metric : str
         The compared variable.
     names : (str, str)
@@ -122,12 +122,12 @@ def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Fi
 
 
 def draw_ranking(answer: xr.Dataset) -> Figure:
-    """Draw ranked designs, the best on top, with the error of each.
+    """Draw the values and errors of ranked designs, with the best design on top.
 
     Parameters
     ----------
     answer : Dataset
-        From `damperlab.studies.answers.optimal_designs`, or `worst_case_designs`.
+        The answer of `optimal_designs` or `worst_case_designs` in `damperlab.studies.answers`.
     """
     answer = drawn(answer)
     count = answer.sizes["rank"]
@@ -162,7 +162,7 @@ def draw_precision(answer: xr.Dataset) -> Figure:
     Parameters
     ----------
     answer : Dataset
-        Of `damperlab.studies.answers.work_precision`.
+        The answer of `damperlab.studies.answers.work_precision`.
     """
     time = answer["run_time"]
     floor = 1e-18
@@ -191,14 +191,14 @@ def draw_precision(answer: xr.Dataset) -> Figure:
 
 
 def draw_history(history: Mapping[str, NDArray[np.float64]], ratios: Mapping[str, float]) -> Figure:
-    """Draw a time history: the mass against its base and, if there is a particle, the mass against the particle.
+    """Draw a time history: mass and base and, if there is a particle, the distance between mass and particle.
 
     Parameters
     ----------
     history : mapping of ndarray
         Columns `time` [1/ω_n], `u`, `v`, `p` [Z] of `damperlab.worker.point.Simulation.history`.
     ratios : mapping of float
-        The design point; it has no clearance if there is no particle.
+        The ratios of the simulated point. There is no clearance ratio without a particle.
     """
     clearance = ratios.get("clearance_ratio")
     cycles = history["time"] * ratios["frequency_ratio"] / (2 * np.pi)

@@ -1,6 +1,4 @@
-"""Figures of a design: the alternatives over the band, the damper under other base amplitudes, and the response over
-the mass.
-"""
+"""Figures of a design: alternatives over the band, responses under several amplitudes, and response over the mass."""
 
 import numpy as np
 from matplotlib import colormaps
@@ -19,15 +17,15 @@ from damperlab.studies.tmd.absorber import Absorber
 
 Floats = NDArray[np.float64]
 GREEN = "#009e73"
-"""Colours of the Okabe-Ito palette, as in the other figures."""
+"""Green of the Okabe-Ito palette, whose colours the other figures use too."""
 DEEPEST = 300.0
-"""Largest ratio of the highest to the lowest response that is shown."""
+"""Largest ratio of the highest peak to the lower end of the axis."""
 SAMPLES = 801
-"""Points of the curves with a closed form."""
+"""Number of points of a curve that has a closed form."""
 
 
 def draw_alternatives(found: Found, called: str) -> Figure:
-    """Draw the responses of the damper found and of the others over the band, at the largest amplitude.
+    """Draw the responses over the band at the largest amplitude, with the damper found and with each alternative.
 
     Parameters
     ----------
@@ -59,7 +57,7 @@ def draw_alternatives(found: Found, called: str) -> Figure:
 
 
 def draw_amplitudes(found: Found) -> Figure:
-    """Draw the response of the damper as drawn over frequency under several base amplitudes, and its backbone of peaks."""
+    """Draw one response with the damper found per base amplitude, and a curve through the peaks."""
     asked = found.asked
     norm = LogNorm(found.shown[0].reference_m, found.shown[-1].reference_m)
     colours = colormaps[COLOURS]
@@ -73,7 +71,7 @@ def draw_amplitudes(found: Found) -> Figure:
             place = int(values.argmax())
             held = (
                 values[place] == 0.0
-            )  # friction withstands the force, and zero has no place on a logarithmic axis
+            )  # friction holds the structure, and a logarithmic axis cannot show zero
             colour = colours(norm(amplitude.reference_m))
             axes.plot(_frequencies(asked, r), values, color=colour, label=f"{name}, held" if held else name)
             if not held:
@@ -83,7 +81,7 @@ def draw_amplitudes(found: Found) -> Figure:
                 axes.plot(*np.transpose(peaks), color="black", ls=":", marker="o", ms=3)
             axes.set_yscale("log")
             ticks_1_2_5(axes.yaxis)
-            # a sticking mass hardly moves against its base, and would dominate a logarithmic axis
+            # the tiny values of a sticking mass would dominate a logarithmic axis
             axes.set_ylim(bottom=max(axes.get_ylim()[0], max(top for _, top in peaks) / DEEPEST))
         force = found.shown[0].excitation.motion.force
         over = f"{'static displacement' if force else 'base amplitude'}{' times $ω_n^2$' if asked.measure.order else ''}"
@@ -93,9 +91,7 @@ def draw_amplitudes(found: Found) -> Figure:
 
 
 def draw_front(found: Found) -> Figure:
-    """Draw the best response found for every mass of the particle, and the response with a tuned mass damper of the
-    same mass.
-    """
+    """Draw the best response over the particle mass, and the response with a tuned mass damper of equal mass."""
     asked, size = found.asked, _size(found.asked)
     share = 1.0 if asked.in_units else asked.structure.mass_kg
     with styled():
@@ -123,7 +119,7 @@ def draw_front(found: Found) -> Figure:
 
 
 def _label(asked: Specification, words: str) -> str:
-    """Name the quantity of an axis in few words; every quantity in these figures is of the structure."""
+    """Return a short label of an axis, without "of the structure", which applies to every quantity in these figures."""
     words = words.replace(" of the structure", "")
     return f"{words[:1].upper()}{words[1:]} [{_unit(asked)}]"
 
@@ -155,9 +151,7 @@ def _line(
 
 
 def _known(found: Found, build: Build) -> tuple[Floats, Floats]:
-    """Give the known response of a build under the largest amplitude of the binding excitation, in the unit of the
-    measure.
-    """
+    """Return the computed frequency ratios and responses of a build, under the binding excitation."""
     curve = found.book.curve(build, found.binding.largest)
     return curve.r, curve.measured
 

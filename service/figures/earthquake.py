@@ -1,4 +1,4 @@
-"""Histories of the structure with each damper under one record."""
+"""Figure of the displacement histories of a structure under one record, with each damper."""
 
 from matplotlib.figure import Figure
 
@@ -10,12 +10,14 @@ from damperlab.studies.vocabulary import CASES
 
 
 def draw_earthquake(asked: Earthquake) -> Figure:
-    """Draw the base acceleration and, for each damper, the displacement against the base; that without a damper is grey.
+    """Draw the base acceleration and, for each damper, the displacement relative to the base.
+
+    Grey curves show the displacement without a damper.
 
     Parameters
     ----------
     asked : Earthquake
-        The comparison.
+        The record, the structure and the dampers that are compared.
     """
     factor = asked.values["scale"]
     histories = histories_of(asked)

@@ -27,7 +27,7 @@ MILLIMETRES = 1e3
 _ALSO = {"mass_kg": "$M$", "damping_n_s_per_m": "$c$"}
 """Symbols of quantities that no study varies."""
 MOST_NAMED = 8
-"""Largest number of conditions that the legend names; of more, it names only the first."""
+"""Largest number of conditions in the legend. If there are more, the legend has only the first ones."""
 TONES = colormaps[COLOURS].resampled(256)
 FEW = (BLUE, VERMILION, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "black", GREY)
 """Colours of up to eight conditions, from the Okabe-Ito palette: distinguishable with any colour vision."""
@@ -40,9 +40,9 @@ def draw_fit(fitted: Fitted, curves: list[FittedCurve]) -> Figure:
     Parameters
     ----------
     fitted : Fitted
-        The outcome.
+        The result of the fit.
     curves : list of FittedCurve
-        From `damperlab.worker.fit.model.curves_of`; one for each condition.
+        The curves from `damperlab.worker.fit.model.curves_of`, one for each condition.
     """
     question = fitted.question
     measured = question.measured
@@ -102,12 +102,12 @@ def draw_fit(fitted: Fitted, curves: list[FittedCurve]) -> Figure:
 
 
 def title_of(estimates: Iterable[Estimate]) -> str:
-    """Name the parameters and their values as an engineer writes them: symbols, and lengths in mm."""
+    """Return the symbols and the values of the parameters, with lengths in mm."""
     return ", ".join(_equal(each.name, each.value) for each in estimates)
 
 
 def caption_of(question: FitQuestion) -> str:
-    """Name the content of the figure."""
+    """Return the caption of the figure."""
     return (
         f"The measured amplitudes of {question.measured.name}, the response with the estimated parameters, "
         "and the residuals in combined standard deviations of measurement and model. If the model is right, "
@@ -116,7 +116,7 @@ def caption_of(question: FitQuestion) -> str:
 
 
 def _condition(conditions: Mapping[str, float]) -> str:
-    """Write the conditions of the rows; those of the cavity are left out without a particle."""
+    """Write the conditions of a group of rows. Conditions of the cavity are left out if there is no particle."""
     if not conditions:
         return "fitted response; measured: dots, ± one standard deviation"
     alone = any(conditions.get(name) == 0.0 for name in MASSES)

@@ -1,4 +1,4 @@
-"""A fragility curve, and the records that it was fitted to."""
+"""A fragility curve, and the results under the records to which the curve was fitted."""
 
 import xarray as xr
 from matplotlib.figure import Figure
@@ -13,7 +13,7 @@ def draw_fragility(answer: xr.Dataset) -> Figure:
     Parameters
     ----------
     answer : Dataset
-        Of `damperlab.studies.answers.fragility`.
+        The answer of `damperlab.studies.answers.fragility`.
     """
     scale = answer["scale"].values
     found = dict(answer.attrs)

@@ -10,12 +10,12 @@ MILLIMETRES = 1e3
 
 
 def draw_history_fit(fitted: FittedHistory) -> Figure:
-    """Draw the measured and the fitted displacement, and the residuals below; ignored samples are shaded.
+    """Draw the measured and the fitted displacement, and the residuals below. Ignored samples are shaded.
 
     Parameters
     ----------
     fitted : FittedHistory
-        The outcome.
+        The result of the fit.
     """
     measured = fitted.question.measured
     time = measured.time_s

@@ -1,4 +1,4 @@
-"""The maps of two studies on one scale of colours, and their difference."""
+"""Figure of the maps of two studies with a common colour scale, and of the difference between the maps."""
 
 import numpy as np
 import xarray as xr
@@ -22,7 +22,7 @@ from damperlab.service.figures.style import (
 from damperlab.studies.answers.map_difference import DIFFERENCE
 
 DIVERGING = "PuOr_r"
-"""Colour scale that is white at 0; purple and orange are distinguishable with any colour vision."""
+"""Colour scale that is white at 0. Purple and orange are distinguishable with any colour vision."""
 
 
 def draw_difference(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Figure:
@@ -31,7 +31,7 @@ def draw_difference(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> 
     Parameters
     ----------
     answer : Dataset
-        From `damperlab.studies.answers.map_difference`, dimensions (y, x).
+        The answer of `damperlab.studies.answers.map_difference`, dimensions (y, x).
     metric : str
         The mapped variable.
     names : (str, str)

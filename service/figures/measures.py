@@ -1,4 +1,4 @@
-"""Dampers under one ground motion: peak and rms displacement, with the spread over the starts."""
+"""Dampers under one ground motion: peak and rms displacement, with the spread over perturbed starts."""
 
 import numpy as np
 import xarray as xr
@@ -10,12 +10,13 @@ SHOWN = (("peak_relative_displacement_m", "Peak"), ("rms_relative_displacement_m
 
 
 def draw_measures(answer: xr.Dataset) -> Figure:
-    """Draw peak and rms of the displacement against the base, one bar per damper.
+    """Draw peak and rms of the displacement relative to the base, one bar per damper.
 
     Parameters
     ----------
     answer : Dataset
-        Dimension case, with the two measures [m], and for perturbed starts their `…_lowest` and `…_highest`.
+        Answer with the dimension `case` and the two measures [m]. For perturbed starts there are also the variables
+        `…_lowest` and `…_highest` of each measure.
     """
     labels = answer["label"].values.tolist()
     colours = [{"none": GREY, "hybrid": VERMILION}.get(case, BLUE) for case in answer["case"].values]

@@ -22,7 +22,8 @@ def draw_responses(panels: Sequence[Mapping[str, Any]]) -> Figure:
     Parameters
     ----------
     panels : sequence of mapping
-        `title`; `curves`, by name: frequencies, values, errors; `level`: the paper's number.
+        Each panel has a `title`, `curves` (frequencies, values and errors of each curve, by name) and a `level` (the
+        value in the paper).
     """
     with styled():
         figure = Figure(figsize=(8.4, 3.9), layout="constrained")
@@ -70,16 +71,16 @@ def draw_finite_time(
     finite: NDArray[np.float64],
     cycles: int,
 ) -> Figure:
-    """Draw frequency responses with friction alone, steady and after a number of cycles (Figure 9).
+    """Draw frequency responses with friction alone, in steady state and in the first cycles from rest (Figure 9).
 
     Parameters
     ----------
     r, friction : ndarray, shapes (frequencies,) and (ratios,)
-        The axes.
+        Frequency ratios and friction ratios.
     steady, finite : ndarray, shape (ratios, frequencies)
-        X/Z.
+        Amplitude ratio X/Z in steady state, and largest |x|/Z in the first `cycles` cycles.
     cycles : int
-        Number of cycles of `finite`.
+        Number of cycles from rest.
     """
     with styled():
         figure = Figure(figsize=(8.4, 4.2), layout="constrained")
@@ -121,7 +122,7 @@ def draw_beside_tuned_mass(
     without: NDArray[np.float64],
     hybrids: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
 ) -> Figure:
-    """Draw the hybrid for several friction ratios, and tuned mass dampers (Figure 14)."""
+    """Draw responses with the hybrid damper at several friction ratios, and with tuned mass dampers (Figure 14)."""
     with styled():
         figure = Figure(figsize=(6.6, 4.6), layout="constrained")
         axes = figure.add_subplot()
@@ -147,9 +148,9 @@ def draw_numbers(
     names : sequence of str
         Names of the cases.
     measured : sequence of float
-        X/Z as printed, one per case.
+        X/Z as printed in the paper, one value per case.
     computed : mapping
-        For each assumption, the computed X/Z, one per case.
+        Computed X/Z for each assumption, one value per case.
     """
     with styled():
         figure = Figure(figsize=(8.4, 3.6), layout="constrained")

@@ -45,24 +45,24 @@ SMALLER_IS_BETTER = frozenset(
 )
 """Metrics whose map has an optimum."""
 MET = frozenset(("frequency_ratio", "frequency_hz", AMPLITUDE, RECORD, "scale", "natural_frequency_hz"))
-"""Dimensions that no designer chooses, along which the smallest value is not an optimum."""
+"""Dimensions that a designer cannot choose. The smallest value along such a dimension is not an optimum."""
 ALIKE = 1e-9
-"""Relative difference of values that are drawn as equal."""
+"""Relative difference up to which two values count as equal."""
 CONTOUR_POINTS = 8
-"""Least number of points along either axis; lines between fewer would be misleading."""
+"""Smallest number of points along either axis for contour lines. Lines between fewer points would be misleading."""
 QUIET = (ResponseClass.LINEAR, ResponseClass.LOCKED, ResponseClass.NO_IMPACT)
-"""Classes of responses in which the particle, if there is one, does nothing."""
+"""Classes of responses without impacts."""
 
 
 def draw_map(answer: xr.Dataset, metric: str) -> Figure:
-    """Draw a metric over two dimensions: one cell per grid point, contour lines over it, a star at the optimum.
+    """Draw a metric over two dimensions: one cell per grid point, contour lines, and a star at the optimum.
 
     Parameters
     ----------
     answer : Dataset
-        Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
+        The answer of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
     metric : str
-        The variable; codes are drawn with a colour for each.
+        The variable to draw. Each code of a coded variable has a separate colour.
     """
     answer = drawn(answer)
     values = answer[metric]
@@ -114,7 +114,7 @@ def _fill(
     x: NDArray[np.float64],
     y: NDArray[np.float64],
 ) -> None:
-    """Colour the cells and draw the scale."""
+    """Colour the cells, and draw the colour scale and, if this scale is logarithmic, contour lines."""
     flags = VARIABLES[str(values.name)].flags if values.name in VARIABLES else None
     if flags is not None:
         codes = [flag.value for flag in flags]
@@ -141,10 +141,10 @@ def _stars(
     y: xr.DataArray,
     shown: np.ma.MaskedArray[Any, Any],
 ) -> list[Line2D]:
-    """Mark the smallest nontrivial value by a star and, if it has no impacts, the best with impacts by another.
+    """Mark the smallest nontrivial value by a star.
 
-    If the map is reduced over a further dimension, it shows only the response at the extreme; the particle may strike
-    elsewhere.
+    If the response at this star has no impacts, mark the smallest value with impacts by another star. In a map that is
+    reduced over a third dimension, the class is that of the response at the extremum.
     """
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
     quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)
@@ -172,13 +172,13 @@ def _stars(
 
 
 def _where(answer: xr.Dataset) -> str:
-    """Name the point along the reduced dimension at which the class of response was found."""
+    """Return words for the point of a reduced dimension at which the class of the response was taken."""
     words = {"max": " where it is largest", "min": " where it is smallest"}
     return words.get(str(answer.attrs.get("reduce")), "")
 
 
 def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[np.bool_]:
-    """Mark the points whose particle has mass; every point if the answer has no coordinate of that mass."""
+    """Mark the points at which the particle has mass, or every point if the answer has no mass coordinate."""
     for name in ("mass_ratio", "particle_mass_kg"):
         if name in answer.coords:
             return np.asarray(
@@ -188,7 +188,7 @@ def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[n
 
 
 def _place(candidates: np.ma.MaskedArray[Any, Any], x: xr.DataArray, y: xr.DataArray) -> tuple[int, int, str]:
-    """Give row and column of the smallest value; of equal values the first, as in rankings."""
+    """Return the row and the column of the first smallest value, and the coordinates of this value in words."""
     row, column = (int(index) for index in np.unravel_index(int(candidates.argmin()), candidates.shape))
     across, up = SYMBOLS[str(x.name)], SYMBOLS[str(y.name)]
     at_x, at_y = (
@@ -235,7 +235,7 @@ def _hatch(
     face: str,
     label: str,
 ) -> Patch:
-    """Hatch the cells `where`, and return the entry for the legend."""
+    """Hatch the cells in which `where` is True, and return the entry for the legend."""
     across, down = cell_edges(x), cell_edges(y)
     cells = [
         Rectangle((across[j], down[i]), across[j + 1] - across[j], down[i + 1] - down[i])
@@ -248,7 +248,7 @@ def _hatch(
 
 
 def cell_edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Edges of the cells around ascending `centres`: half-way between them on the axis as it is drawn."""
+    """Return the edges of cells around ascending `centres`, half-way between the centres on a linear or log axis."""
     if centres.size == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
     if is_logarithmic(centres):

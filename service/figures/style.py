@@ -42,7 +42,7 @@ STYLE: dict[str, Any] = {
     "svg.hashsalt": "damperlab",
     "savefig.dpi": 200,
 }
-"""Settings of all figures; matplotlib includes the serif typeface, so that a figure is the same on every machine."""
+"""Settings of all figures. matplotlib includes the serif typeface, so a figure is the same on every machine."""
 
 COLOURS = "viridis"
 """Colour scale that is uniform in lightness and readable with any colour vision."""
@@ -51,12 +51,12 @@ BLUE, VERMILION, GREY = "#0072b2", "#d55e00", "#8c8c8c"
 
 MILLIMETRES = 1e3
 DARK, EMPTY = "#3b3b6d", "#e6e6e6"
-"""Colour behind the hatch of locked points in the legend, and of a map's cells without a value."""
+"""Colour behind the hatch of locked points in the legend, and colour of the cells of a map without a value."""
 
 UNITS = {"m s-1": "m/s", "m s-2": "m/s²"} | {
     units: unit_of(name) for name, (_, _, units) in CAVITY_NAMES.items() if units != "1"
 }
-"""Units of CF conventions as written on an axis."""
+"""Units as written on an axis, by the units of the CF conventions."""
 
 LOG_FROM = 10.0
 """Ratio of largest to smallest value above which a scale is logarithmic."""
@@ -71,14 +71,14 @@ SYMBOLS: dict[str, str] = {
     AMPLITUDE: "$Z$",
     "frequency_hz": "$f$",
 }
-"""The dimensions in the paper's notation; a record is shown by its name."""
+"""Symbols of the dimensions, as in the paper. A ground-motion record has no symbol, because its name is shown."""
 
 _DRAWING = threading.RLock()
 
 
 @contextmanager
 def styled(changes: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Draw in the project's style. matplotlib's settings are global, so only one thread draws at a time.
+    """Apply the project's style. matplotlib's settings are global, so only one thread draws at a time.
 
     Parameters
     ----------
@@ -96,16 +96,16 @@ def save(figure: Figure, path: Path) -> None:
     Parameters
     ----------
     figure : Figure
-        A figure of this module.
+        The figure.
     path : Path
-        The file. No date is written into it, so the same answer gives the same bytes.
+        The file. No date is written into the file, so the same answer gives the same bytes.
     """
     with styled():
         figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
 def title_of(array: xr.DataArray) -> str:
-    """Long name and unit of an array for an axis; symbols are set as in the paper."""
+    """Return the long name and the unit of an array for an axis, with symbols typeset as in the paper."""
     name = str(array.attrs.get("long_name", array.name))
     units = str(array.attrs.get("units", "1"))
     if units == "1":
@@ -126,7 +126,7 @@ def title_of(array: xr.DataArray) -> str:
 
 
 def told(name: str, value: float | str, units: str = "1") -> str:
-    """Write a coordinate for a title."""
+    """Return the symbol, the value and the unit of a coordinate for a title."""
     if isinstance(value, str):
         return value
     if units == "m":
@@ -135,16 +135,13 @@ def told(name: str, value: float | str, units: str = "1") -> str:
 
 
 def unit_behind(units: str) -> str:
-    """Give a unit as written behind a number; empty for a ratio."""
+    """Return a unit with the space that separates it from a number. The text is empty for a ratio."""
     space = "" if units in ("1", "degree", "°") else " "
     return f"{space}{UNITS.get(units, units).strip('1')}"
 
 
 def fixed_title(answer: xr.Dataset) -> str:
-    """Title of a slice: the values of the other dimensions, and how a dimension was reduced.
-
-    A quantity that the answer also has in units is given only in units.
-    """
+    """Return the title of a slice: the values of the other dimensions, and how a dimension was reduced."""
     in_units = {ratio: name for name, ratio in COORDINATE_SOURCES.items() if name in answer.coords}
     hertz = bool(in_units) and answer.attrs.get("over") == "frequency_ratio"
     here = [
@@ -163,7 +160,7 @@ def fixed_title(answer: xr.Dataset) -> str:
 
 
 def drawn(answer: xr.Dataset) -> xr.Dataset:
-    """Give an answer with its lengths in mm, as in a drawing; all else is unchanged."""
+    """Convert all lengths of an answer from m to mm."""
     lengths = [str(name) for name, array in answer.variables.items() if array.attrs.get("units") == "m"]
     found = {name: answer[name] * MILLIMETRES for name in lengths}
     scaled = {name: array.variable for name, array in found.items()}
@@ -174,7 +171,7 @@ def drawn(answer: xr.Dataset) -> xr.Dataset:
 
 
 def norm_of(values: np.ma.MaskedArray[Any, Any]) -> Normalize:
-    """Choose the scale of values: logarithmic if all are positive and they span a decade."""
+    """Return a logarithmic scale if all values are positive and span a decade, otherwise a linear scale."""
     low, high = float(values.min()), float(values.max())
     if low > 0.0 and high >= LOG_FROM * low:
         return LogNorm(low, high)
@@ -189,7 +186,7 @@ def ticks_1_2_5(axis: Axis) -> None:
 
 
 def is_logarithmic(values: NDArray[np.float64]) -> bool:
-    """Whether the values of an axis are evenly spaced in their logarithm, and span a decade."""
+    """Whether the logarithms of the values are evenly spaced, and the values span a decade."""
     if values.size < 3 or values[0] <= 0.0 or values[-1] < LOG_FROM * values[0]:
         return False
     steps = np.diff(np.log(values))
@@ -197,9 +194,7 @@ def is_logarithmic(values: NDArray[np.float64]) -> bool:
 
 
 def scale(axes: Axes, which: str, values: NDArray[np.float64]) -> None:
-    """Give the axis `which`, "x" or "y", the scale on which `values` are evenly spaced; a single value gets only its
-    tick.
-    """
+    """Set the scale of an axis, "x" or "y", on which `values` are evenly spaced. A single value gets a tick."""
     if values.size == 1:
         axes.set(**{f"{which}ticks": values})
     if is_logarithmic(values):

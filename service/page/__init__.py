@@ -1,1 +1,1 @@
-"""The web page: plain ES modules, one style sheet, no build step; `files` defines which files are served, and how."""
+"""The web page: plain ES modules and one style sheet, without a build step. `files` prepares the files for sending."""

@@ -1,4 +1,4 @@
-/** How exact and how fast the solver is: the last report in the service's data folder. */
+/** Shows the last accuracy report in the service's data folder: errors and run times of the solver. */
 /** @import { Diagram, Extreme, View } from "./types.js" */
 
 import { ask } from "./api.js";
@@ -7,13 +7,13 @@ import { CURVES, DASHES, Figure } from "./figure.js";
 import { help } from "./help.js";
 import { count, moment, short } from "./numbers.js";
 
-/** Smaller errors, and zero, are drawn at this value, since a logarithmic axis has no zero. */
+/** Errors below this value are drawn at this value, because a logarithmic axis has no zero. */
 const FLOOR = 1e-17;
 const SHAPES = ["star", "circle", "square", "diamond", "triangle-up"];
 
 /** @type {View} */
 export async function accuracyView(root) {
-  // asked first, because a browser logs a refusal as an error, and a missing report is not an error
+  // The list is requested first: a browser would log the refusal of a missing report as an error.
   const { reports } = await ask("accuracy/reports");
   if (reports.length === 0) return fill(root, el("h1", {}, "Accuracy"), noReport());
   const report = await ask("accuracy");

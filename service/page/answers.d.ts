@@ -45,7 +45,7 @@ export type Spec =
   | number[]
   | { start: number; stop: number; num: number; spacing?: string };
 
-/** A study as it is submitted: the service judges which keys it has. */
+/** A study as it is submitted; the service checks its keys. */
 export type Definition = {
   name?: string;
   particle?: boolean;
@@ -56,7 +56,7 @@ export type Definition = {
   contact?: { model: string; contact_time?: number };
   start?: string | { kind: string; n?: number; direction?: string };
   steady?: { max_cycles?: number; tolerance?: number };
-  /** Of a ground-motion suite. */
+  /** Values of a ground-motion suite. */
   records?: unknown;
   mass_kg?: number;
   tail_s?: number;
@@ -93,7 +93,7 @@ export type StudyRecord = Listed & {
   provenance?: { solver_version?: string };
 };
 
-/** Values along each dimension; those of records are texts, which `Selection.records` gives. */
+/** Values along each dimension. Ids of records are texts; see `Selection.records`. */
 export type Axes = Record<string, number[]>;
 
 /** The expected cost of a study. */
@@ -139,7 +139,7 @@ export type GroundRecord = {
   duration_s: number;
 };
 
-/** The same with its acceleration over time and its response spectrum. */
+/** A ground-motion record with its acceleration over time and its response spectrum. */
 export type GroundRecordShown = GroundRecord & {
   step_s: number;
   damping_ratio: number;
@@ -149,7 +149,7 @@ export type GroundRecordShown = GroundRecord & {
   pseudo_acceleration_m_s2: number[];
 };
 
-/** Sentences about an answer, in ratios and, where the study has units, in these. */
+/** Sentences about an answer, in ratios and, if the study has units, also in units. */
 export type Worded = Words & { in_units?: Words };
 export type Words = { note?: string; verdict?: string[]; doubts?: Doubt[] };
 export type Doubt = { kind: string; sentence: string };
@@ -199,7 +199,7 @@ export type Curve = {
   response_class?: number[];
 };
 
-/** A ranked damper: its coordinates and results by name, and what is text. */
+/** A ranked damper: its coordinates and results by name, and its texts. */
 export type Ranked = Record<string, number> & { response_class: string; record: string };
 
 export type Frequencies = { start: number; stop: number; num: number };
@@ -269,7 +269,7 @@ export type Earthquake = {
   histories: Record<string, EarthquakeHistory>;
   note?: string;
 };
-/** The results with one damper, by name; `spread` is that over other starts. */
+/** The results with one damper, by name; `spread` holds the spread over other starts. */
 export type EarthquakeCase = Record<string, number> & {
   label: string;
   spread?: Record<string, { lowest: number; highest: number }> & { sensitive: boolean };

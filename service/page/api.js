@@ -23,7 +23,7 @@ export class Refusal extends Error {
 }
 
 /**
- * An address with its parameters; those that are null or undefined are left out.
+ * An address with parameters. Parameters that are null or undefined are left out.
  *
  * @param {string} path
  * @param {Record<string, unknown>} [parameters]
@@ -76,7 +76,7 @@ function parsed(text) {
  *
  * @template {string} Path
  * @param {Path} path
- * @param {unknown} document an object, or text that is JSON already
+ * @param {unknown} document an object, or a text in JSON
  * @param {Record<string, unknown>} [parameters]
  * @param {AbortSignal} [signal]
  * @returns {Promise<Answer<Path>>}
@@ -110,7 +110,7 @@ export function designPath(id) {
 }
 
 /**
- * Follow a study to its end.
+ * Follow the progress of a study until the study has ended.
  *
  * @param {string} id
  * @param {(record: StudyRecord, state: "progress" | "end" | "deleted") => void}
@@ -130,7 +130,7 @@ export function follow(id, onEvent) {
 }
 
 /**
- * A refusal as text: the sentence, then each fault with its advice.
+ * An element with the message of a refusal, followed by each fault and its advice.
  *
  * @param {unknown} error
  * @returns {HTMLElement}
@@ -151,12 +151,7 @@ export function refusalBox(error) {
   );
 }
 
-/**
- * The fault, the allowed values, and the advice.
- *
- * @param {Fault} fault
- * @returns {Child[]}
- */
+/** The message of a fault, followed by the advice. @param {Fault} fault @returns {Child[]} */
 export function faultText({ message, advice }) {
   return prose(sentences(message, advice));
 }

@@ -1,12 +1,12 @@
 /**
- * One quantity of a study: a single value, a range or a list, as written in the study's JSON.
+ * The form field of one quantity of a study, which is a single value, a range or a list.
  *
  * @typedef {Exclude<Spec, number | number[]>} Range
  * @typedef {Spec | null | undefined} Given as typed
  * @typedef {{field: string, label: string, unit?: string, scale?: number, low: number, high: number, step:
- * number, usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` converts the
- * stored value to the shown one (1000 for metres in mm); `low`, `high` and `step` belong to the slider and
- * are not the limits of the quantity
+ * number, usual: number, help?: string}} Quantity `field` is the path of the quantity in the JSON of a study.
+ * `scale` is the factor from the stored to the shown value (1000 for metres in mm). `low`, `high` and `step`
+ * describe the slider, and are not the limits of the quantity
  */
 /** @import { Spec } from "./types.js" */
 
@@ -26,7 +26,7 @@ export function modeOf(spec) {
 }
 
 /**
- * Every number of a spec times a factor, without the digits that rounding of the product adds.
+ * A spec with every number multiplied by a factor, and rounded to remove the rounding error of the product.
  *
  * @template {Given} T
  * @param {T} spec
@@ -102,7 +102,7 @@ export function axisField(quantity, spec, onChange) {
 }
 
 /**
- * The spec that replaces another when the user changes between value, range and list.
+ * The new spec of a quantity when the user changes between value, range and list.
  *
  * @param {Given} spec
  * @param {string} mode
@@ -122,17 +122,17 @@ function converted(spec, mode, quantity) {
 }
 
 /**
- * A number with a slider: the slider covers the usual span, the box takes any number.
+ * A number box with a slider. The slider covers the usual range; the box takes any number.
  *
  * @param {Quantity} quantity
  * @param {string} label
  * @param {unknown} value
  * @param {(value: number | null) => void} onChange
- * @param {boolean} [bare] the label is for screen readers alone
+ * @param {boolean} [bare] whether only screen readers get the label
  */
 function number(quantity, label, value, onChange, bare = false) {
   const box = el("input", { type: "number", step: "any", value: value ?? "", "aria-label": label });
-  // the slider is extended to the given value
+  // a given value outside the usual range extends the slider
   const reach = [quantity.low, quantity.high, ...(typeof value === "number" ? [value] : [])];
   const slider = el("input", {
     type: "range",
@@ -195,7 +195,7 @@ function rangeInputs(quantity, spec, onChange) {
 /** @param {Quantity} quantity @param {Given} spec @param {(spec: number[]) => void} onChange */
 function listInput(quantity, spec, onChange) {
   const looks = { class: "wide", "aria-label": `${quantity.label}: values, separated by commas` };
-  // text that is not a number stays as it is; the service reports the fault
+  // a text that is not a number is sent unchanged, so that the service reports the fault
   const read = (/** @type {string} */ part) =>
     Number.isFinite(Number(part)) ? Number(part) : /** @type {never} */ (part);
   return listBox([spec].flat().join(", "), (parts) => onChange(parts.map(read)), looks);

@@ -1,4 +1,4 @@
-/** Compares a study with another one: the same map of both on one colour scale, and their difference. */
+/** Compares two studies: the same map of each study on one colour scale, and the difference of the maps. */
 /** @import { MapDifference, Session, StudyRecord, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -15,7 +15,7 @@ import { sliders } from "./sliders.js";
 import { isComparable, orderOf } from "./vocabulary.js";
 
 const MOST = 160;
-/** Number of the newest studies among which comparable ones are offered. */
+/** Number of newest studies among which the page looks for comparable studies. */
 const OFFERED = 200;
 const CHOOSE = "Choose a study with the same axes.";
 const NONE =
@@ -105,7 +105,7 @@ class BesideTab {
     );
   }
 
-  /** Find the other studies. Only those that the service can compare are offered. */
+  /** Request other studies, and offer the studies that the service can compare with this study. */
   async offer() {
     const { record } = this.session;
     const { view } = this;
@@ -122,7 +122,7 @@ class BesideTab {
     this.look();
   }
 
-  /** The studies with as many values as this one along the axes of the map and the reduced dimensions. */
+  /** The studies that have the same number of values along the axes of the map and the reduced dimensions. */
   get offered() {
     const { record, selection } = this.session;
     const { x, y } = this.axes;
@@ -160,7 +160,7 @@ class BesideTab {
     this.look();
   }
 
-  /** The request, in SI units if the study is shown so; each study is converted with its own structure. */
+  /** The request for the maps. In SI units, each study is converted with the values of its own structure. */
   question() {
     const { selection, shown } = this.session;
     const { x, y } = this.axes;
@@ -200,7 +200,7 @@ class BesideTab {
     }
   }
 
-  /** Label the maps and their difference. @param {string} id of the other study */
+  /** Label the two maps and the map of the difference. @param {string} id id of the other study */
   name(id) {
     const { record } = this.session;
     const [one, other] = [record.name || record.id, this.others.find((each) => each.id === id)?.name || id];
@@ -221,7 +221,7 @@ class BesideTab {
     const lines = (/** @type {MapDifference} */ of, /** @type {string[]} */ names) => () =>
       sideTraces(of, names);
     const difference = { ...map, values: map.difference, long_name: `difference, ${map.long_name}` };
-    // both curves are in the first figure
+    // if the maps are curves, the first figure shows both curves
     two.element.parentElement?.toggleAttribute("hidden", map.y.length === 1);
     await drawMap(
       one,

@@ -4,7 +4,7 @@
 import { colour, CURVES, DASHES } from "./figure.js";
 import { mapTraces } from "./map_figure.js";
 
-/** White at 0; purple and orange are distinguishable with any colour vision. */
+/** Colour scale with white at 0; purple and orange can be distinguished with any colour vision. */
 const DIVERGING = [
   [0, "#542788"],
   [0.25, "#998ec3"],
@@ -17,7 +17,7 @@ const NOTHING = { best: null, other: null, pareto: [] };
 /** @typedef {{x: number, y: number} | null} Point */
 
 /**
- * A map, coloured on a scale that also covers the values of another map.
+ * The traces of a map, on a colour scale that also covers the values of another map.
  *
  * @param {MapAnswer} map @param {{values: Row[]}} other @param {Point} point
  */
@@ -32,7 +32,7 @@ export function sharedTraces(map, other, point) {
 }
 
 /**
- * The difference, which is white where the maps are equal.
+ * The traces of the difference of two maps, which is white where the maps are equal.
  *
  * @param {MapDifference} map
  * @param {Point} point

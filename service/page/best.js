@@ -1,4 +1,4 @@
-/** The value of the best damper of a study, for lists; requested once for each state of the study. */
+/** Requests the value of a study's best damper for lists, once for each revision of the study. */
 /** @import { Best, StudyRecord } from "./types.js" */
 
 import { ask, Refusal, studyPath } from "./api.js";
@@ -7,12 +7,12 @@ import { drawn } from "./numbers.js";
 import { Shown } from "./shown.js";
 import { LARGEST } from "./thumbnail.js";
 
-/** By study and revision. @type {Map<string, Promise<Best | null>>} */
+/** Values by study and revision. @type {Map<string, Promise<Best | null>>} */
 const known = new Map();
 
 /**
- * @param {StudyRecord} record as in the list
- * @returns {Promise<Best | null>} null if there is no best damper
+ * @param {StudyRecord} record record as in the list of studies
+ * @returns {Promise<Best | null>} null if the study has no best damper yet, or is too large
  */
 export function bestOf(record) {
   if (record.points_done < record.points_total || record.points_total > LARGEST) return Promise.resolve(null);
@@ -32,14 +32,14 @@ async function asked(id) {
     const { best } = leading(ranked);
     return best && spelledBest(ranked.units, best.value, new Shown(in_units));
   } catch (error) {
-    // the study stores no amplitude, or is gone
+    // the study stores no amplitude, or was deleted
     if (error instanceof Refusal) return null;
     throw error;
   }
 }
 
 /**
- * The best value in the form that is shown.
+ * The best value with its unit, and as the text that is shown.
  *
  * @param {string} units
  * @param {number} value

@@ -1,4 +1,4 @@
-/** Every question that a study answers: its meaning, and its name as a command, in Python and over HTTP. */
+/** Table of the questions that a study answers, with the command, the Python method and the route of each. */
 /** @import { StudyRecord } from "./types.js" */
 
 import { el, grid } from "./dom.js";

@@ -1,9 +1,9 @@
 /**
- * Several studies or designs: the best damper of each in a table, and their responses over the band in one
- * figure.
+ * Compares several studies or designs: a table of their best dampers, and a figure of the responses of these
+ * dampers over the band.
  *
  * @typedef {{r: number[], ratio: (number | null)[], hertz: number | null, millimetres: number | null}} Curve
- *   as ratios, with the factors to units
+ *   response as ratios, with the factors that convert frequency and amplitude to units
  * @typedef {{name: string, href: string, best: string, damper: string, curve: Curve | null}} Compared
  */
 /** @import { DesignAnswer, View } from "./types.js" */

@@ -1,4 +1,4 @@
-/** The study's damper compared with a tuned mass damper, with controls that detune the latter. */
+/** Compares the study's damper with a tuned mass damper; controls detune the tuned mass damper. */
 /** @import { Comparison, Session, Shown, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -95,7 +95,7 @@ class ComparisonTab {
   change(what) {
     Object.assign(this.asked, what);
     const { criterion, detuning, damping_detuning, tmd_mass_ratio } = this.asked;
-    // set immediately, because a moment later another tab may own the address
+    // the address is set before the request, because the user may open another tab meanwhile
     this.session.kept.keep({
       criterion: criterion === USUAL ? null : criterion,
       detuning: detuning || null,
@@ -135,7 +135,7 @@ function layout(shown) {
 }
 
 /**
- * A share from −50 to 50 per cent as a slider.
+ * A slider for a share from −50 to 50 per cent.
  *
  * @param {string} label
  * @param {number} now
@@ -156,19 +156,19 @@ function share(label, now, onChange) {
       onChange(Number(slider.value) / 100);
     },
   });
-  slider.value = String(percent); // set after the limits, because a browser would clip it to the default ones
+  slider.value = String(percent); // set after the limits, because a browser clips the value to the limits
   return el("label", { class: "slider" }, el("span", {}, label), slider, output);
 }
 
 /**
- * Which damper is better, in a sentence and a number.
+ * Elements that say which damper is better, in sentences and as a ratio.
  *
  * @param {Comparison} answer
  * @param {Shown} shown
  */
 function verdict(answer, shown) {
   const sentences = shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence)));
-  // with too few frequencies, a ratio would claim more than is known
+  // with too few frequencies, a ratio would be misleading
   if (answer.ratio === null || !answer.judged) return sentences;
   return [
     el(
@@ -190,7 +190,7 @@ function traces(answer, shown) {
   ]);
   const mode = answer.frequency_ratio.length < 2 ? "markers" : "lines";
   return curves.map(([name, title], i) => {
-    // curves with a closed form are drawn between the study's frequencies too
+    // a curve with a closed form is also drawn between the frequencies of the study
     const { frequency_ratio = [], [name]: values = [] } = name in answer.exact ? answer.exact : answer;
     return {
       type: "scatter",

@@ -1,7 +1,4 @@
-/**
- * Dampers judged by their worst case over the records of a suite or over base amplitudes: a map of a
- * measure over two dimensions, and the best dampers.
- */
+/** Shows a map of the worst cases of dampers over two dimensions, and a table of the best dampers. */
 /** @import { MapAnswer, Ranked, Ranking, Session, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -24,7 +21,7 @@ import { WORDS } from "./words.js";
 const MOST = 240;
 const TOP = 10;
 
-/** Suites, and below them studies over base amplitudes; `met` is the dimension that no designer chooses. */
+/** Views of suites and, below, of studies over base amplitudes. No designer chooses the dimension `met`. */
 const SUITE = {
   axes: WORDS.suite_axes,
   damper: WORDS.damper,
@@ -145,10 +142,10 @@ class DampersTab {
     );
   }
 
-  /** Keep in the address what differs from the default view. */
+  /** Keep choices that differ from the default view in the address. */
   keep() {
     const { metric, met } = this.view;
-    // a limit applies to one metric
+    // a limit applies to one metric, so the choice of another metric removes the limit
     const limit = metric === this.keptMetric ? {} : { limit: null };
     this.keptMetric = metric;
     const { kept } = this.session;
@@ -164,7 +161,7 @@ class DampersTab {
     this.point?.look();
   }
 
-  /** The parameters of the request for the map, without empty ones. */
+  /** The parameters of the request for the map; empty parameters are left out. */
   whole() {
     const { selection } = this.session;
     const { x, y } = this.axes;
@@ -197,11 +194,7 @@ class DampersTab {
     return this.variables.find((one) => one.name === this.view.metric);
   }
 
-  /**
-   * Markers of the smallest value, if a designer chooses both dimensions, and of the point.
-   *
-   * @param {MapAnswer} map
-   */
+  /** The markers of the point and, on a map of dampers, of the smallest value. @param {MapAnswer} map */
   marks(map) {
     const { x, y, point } = this.axes;
     const judged =
@@ -216,11 +209,7 @@ class DampersTab {
     };
   }
 
-  /**
-   * Rank the dampers. When a study has grown, select the best damper, unless the user has chosen one.
-   *
-   * @param {boolean} [grown]
-   */
+  /** Rank the dampers, and select the best damper if the user has chosen none. @param {boolean} [grown] */
   async rank(grown) {
     const mine = ++this.ranks;
     const { record, selection } = this.session;
@@ -262,7 +251,7 @@ class DampersTab {
     ];
   }
 
-  /** The conditions of a damper's worst case. @param {Ranked} one */
+  /** The record and scale, or the amplitude, of a damper's worst case. @param {Ranked} one */
   where(one) {
     const { shown } = this.session;
     if (this.kind === SUITE) return [one.record, short(one.scale)];
@@ -273,7 +262,7 @@ class DampersTab {
     ];
   }
 
-  /** The only case that is considered, if one is chosen. @returns {Record<string, string>} */
+  /** Parameters that restrict the ranking to the chosen case, if any. @returns {Record<string, string>} */
   only() {
     const { met } = this.view;
     if (!met) return {};
@@ -281,7 +270,7 @@ class DampersTab {
   }
 }
 
-/** The smallest value of a map, and where it lies; null if no value is known. @param {MapAnswer} map */
+/** The smallest value of a map with its coordinates; null if no value is known. @param {MapAnswer} map */
 function leastOf({ x, y, values }) {
   const known = values.flatMap((row, j) =>
     row.flatMap((value, i) => (value === null ? [] : [{ x: x[i], y: y[j], value }])),

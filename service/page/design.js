@@ -1,7 +1,4 @@
-/**
- * One design: while it is searched, its progress and the best damper so far; then its answer in drawing
- * values, its figures and its report.
- */
+/** Shows one design: the progress and the best damper so far, or the completed answer with its report. */
 /** @import { Answered, Built, Design, DesignAnswer, Known, OfMass, OtherName, Scale } from "./types.js" */
 /** @import { View, Worst } from "./types.js" */
 
@@ -23,7 +20,7 @@ const OTHERS = /** @type {[OtherName, string][]} */ ([
   ["particle_alone", "The particle alone"],
   ["tuned_mass_damper", "Tuned mass damper of the same mass"],
 ]);
-/** Titles of what is built instead of the damper found. @type {Record<string, string>} */
+/** Titles of dampers that may be better than the damper found. @type {Record<string, string>} */
 const BUILT = { ...Object.fromEntries(OTHERS), tuned_mass_damper: "Tuned mass damper" };
 /** @typedef {{worst: Worst}} Judged */
 const { damper, cavity, tables } = WORDS.specification;
@@ -120,7 +117,7 @@ class DesignView {
       if (this.left) return;
       this.design = now;
       this.drawBody();
-      // its buttons may have the focus, so they stay as long as their meaning is the same
+      // a button in the head may have the focus, so the head is drawn again only if the state has changed
       if (now.state !== before.state || now.message !== before.message) this.drawHead();
       if (!isActive(now.state)) say(`${now.name || now.id}: ${now.state}`);
     } catch (error) {
@@ -130,7 +127,7 @@ class DesignView {
   }
 }
 
-/** What is known so far, and the remaining budget. @param {Design} design */
+/** The progress of a design, and the best damper so far. @param {Design} design */
 function underWay(design) {
   const done = design.points + design.points_of_round;
   return [
@@ -138,7 +135,7 @@ function underWay(design) {
       "section",
       { class: "box", "aria-label": "Progress" },
       el("h2", {}, "Progress"),
-      // the bar has no value, since a search usually ends long before its budget is spent
+      // the bar has no value, because a search usually ends long before the budget is spent
       el("progress", { "aria-label": `Points of ${design.name || design.id}` }),
       el("p", {}, `${count(done)} of at most ${counted(design.budget_points, "point")}.`),
       design.stage &&
@@ -182,12 +179,7 @@ function answered(design) {
   ];
 }
 
-/**
- * The unit of the values in the figures of an answer.
- *
- * @param {DesignAnswer} answer
- * @returns {Scale}
- */
+/** The unit of the values in the figures of an answer. @param {DesignAnswer} answer @returns {Scale} */
 function scaleOf(answer) {
   const { units } = answer.worst;
   const unit = units === "m" ? "mm" : units === "1" ? `over ${reference(answer.worst)}` : units;
@@ -195,11 +187,7 @@ function scaleOf(answer) {
   return { metres: units === "m" ? 1000 : 1, unit, measure: measure(answer), atFrequency };
 }
 
-/**
- * The damper to build and its numbers, then the sentences and the details of the answer.
- *
- * @param {DesignAnswer} answer
- */
+/** The values of the damper to build, with sentences and details. @param {DesignAnswer} answer */
 function recommended(answer) {
   // an answer stored by an older version has no verdict, only sentences
   const { sentences = [], rows = [], next = "" } = answer.verdict ?? {};
@@ -228,11 +216,7 @@ function recommended(answer) {
   );
 }
 
-/**
- * The worst case without a damper, if the judged value is at one frequency.
- *
- * @param {DesignAnswer} answer
- */
+/** The worst case without a damper; null for a mean over the band. @param {DesignAnswer} answer */
 function undamped({ no_damper: none, worst }) {
   const values = isMean(worst) ? [] : (none?.response?.value ?? []);
   return values.length ? Math.max(...values.map((value) => value ?? 0)) : null;
@@ -256,7 +240,7 @@ function underEach(answer, cases) {
 }
 
 /**
- * A damper and its worst case, as on a drawing.
+ * A list of a damper's values in the units of a drawing, followed by the damper's worst case.
  *
  * @param {Built} built
  * @param {Worst} worst
@@ -277,7 +261,7 @@ function onDrawing(built, worst, probability = null, without = null) {
 }
 
 /**
- * A quantity of a damper in its unit or as a ratio; empty if the damper lacks it.
+ * A quantity of a damper as text, with its unit or as a ratio; empty if the damper lacks the quantity.
  *
  * @param {Built} built
  * @param {string} name
@@ -291,17 +275,14 @@ function quantity(built, name) {
   return ratio === null ? "" : `${of.ratio.replaceAll("_", " ")} ${short(ratio, 4)}`;
 }
 
-/**
- * The reference of a response in ratios.
- * @param {Worst} worst
- */
+/** The quantity by which a response is divided if it is a ratio. @param {Worst} worst */
 function reference(worst) {
   return tables.accelerations.includes(worst.measure)
     ? "the base amplitude times ω_n²"
     : "the base amplitude";
 }
 
-/** A damper in one line. @param {Built} built */
+/** The values of a damper in one line of text. @param {Built} built */
 export function spelledDamper(built) {
   const parts = quantities.map(({ name, called }) => [called, quantity(built, name)]);
   return parts
@@ -316,7 +297,7 @@ export function spelledWorst({ worst, feasible }) {
   return response({ measure, units, value }) + (feasible ? "" : ", exceeds a limit");
 }
 
-/** The measure of an answer, and its units. @param {Judged} answer */
+/** The measure by which an answer judges dampers, and the unit of the measure. @param {Judged} answer */
 function judged({ worst: { measure, units } }) {
   return { measure, units };
 }
@@ -383,7 +364,7 @@ function others(answer) {
   return table("Beside other dampers", ["Damper", "Worst case", "Ratio"], rows);
 }
 
-/** The responses that different starts lead to, where there are several. @param {DesignAnswer} answer */
+/** A table of the frequencies at which the start decides between responses. @param {DesignAnswer} answer */
 function starts({ starts: known, worst }) {
   if (!known?.where.length) return null;
   const rows = known.where.flatMap((at) =>
@@ -415,7 +396,7 @@ function starts({ starts: known, worst }) {
 }
 
 /**
- * The best damper for each mass of the particle, and its response.
+ * A table of the best damper for each mass of the particle, with the response.
  *
  * @param {DesignAnswer} answer
  * @param {OfMass[]} masses

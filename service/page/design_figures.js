@@ -1,7 +1,4 @@
-/**
- * The figures of a design's answer: responses over the band, under other amplitudes, and over the mass of
- * the particle.
- */
+/** The figures of a design: responses over the band, the amplitudes, and the mass of the particle. */
 /** @import { AtAmplitude, DesignAnswer, Frequency, OfMass, OtherName, OverBand, Worst } from "./types.js" */
 
 import { capital } from "./dom.js";
@@ -14,19 +11,19 @@ import { WORDS } from "./words.js";
  * The scale of the values of a figure.
  *
  * @typedef {{metres: number, unit: string, measure: string, atFrequency: string}} Scale `metres` is the
- *   factor to the shown unit; `measure` is the judged value, `atFrequency` its name at one frequency
+ *   factor to the shown unit; `measure` names the judged value, `atFrequency` the value at one frequency
  */
 
 /** @typedef {{id: string, answer: DesignAnswer}} Answered */
 
-/** Dampers whose responses are drawn beside the one found, by the key of the answer. */
+/** Keys and names of the dampers that are drawn with the damper found. */
 const OTHERS = /** @type {[OtherName, string][]} */ ([
   ["tuned_mass_damper", "tuned mass damper of the same mass"],
   ["friction_alone", "friction alone"],
   ["particle_alone", "particle alone"],
 ]);
 
-/** A short name for an axis; every quantity in these figures is of the structure. @param {string} measure */
+/** The title of an axis, without the words "of the structure". @param {string} measure */
 const shortOf = (measure) => measure.replace(" of the structure", "");
 
 /** @param {Frequency} of */
@@ -36,7 +33,7 @@ const frequencies = (of) => of.frequency_hz ?? of.frequency_ratio;
 const frequencyTitle = (of) => (of.frequency_hz ? "frequency [Hz]" : "frequency ratio r");
 
 /**
- * Draw the responses of the damper found, as drawn, and of others under the largest amplitude.
+ * Draw the responses of the damper found and of others, without tolerances, under the largest amplitude.
  *
  * @param {Answered} design
  * @param {Scale} scale
@@ -135,7 +132,7 @@ function level({ amplitude, amplitude_units: units }) {
   return units === "1" ? `${short(amplitude, 3)} times` : drawn(amplitude, units, 3);
 }
 
-/** A colour between those of the first two curves. @param {number} share */
+/** A colour between the colours of the first two curves. @param {number} share */
 function between(share) {
   const [first, last] = CURVES()
     .slice(0, 2)
@@ -144,7 +141,7 @@ function between(share) {
 }
 
 /**
- * The gain from mass: the best damper found for each mass, and others of that mass.
+ * Draw the responses of the best damper for each mass of the particle, and of other dampers with this mass.
  *
  * @param {string} id of the design
  * @param {OfMass[]} rows
@@ -185,35 +182,24 @@ export function againstMass(id, rows, { metres, unit, measure }) {
   return chart.element;
 }
 
-/**
- * Whether there was nothing to choose, so that the answer is about the damper of the specification.
- *
- * @param {DesignAnswer} answer
- */
+/** Whether the specification leaves nothing to choose. @param {DesignAnswer} answer */
 export function given(answer) {
   return !Object.keys(answer.specification.choose ?? {}).length;
 }
 
-/**
- * The name of the damper that the search found. Answers kept by earlier versions have none.
- *
- * @param {DesignAnswer} answer
- */
+/** The name of the damper found; older answers have no name. @param {DesignAnswer} answer */
 export function calledOf(answer) {
   return answer.called ?? (given(answer) ? "as given" : "recommended");
 }
 
-/**
- * Whether the verdict is another kind of damper than the one found, or none.
- *
- * @param {DesignAnswer} answer
- */
+/** Whether the verdict recommends another or no damper. @param {DesignAnswer} answer */
 export function isBeaten(answer) {
   return !["recommended", "as given"].includes(calledOf(answer));
 }
 
 /**
- * Whether another damper is the one that the answer is about: without a particle it is friction alone.
+ * Whether another damper, given by its key, is the same as the damper found. For example, a damper without a
+ * particle is the same as friction alone.
  *
  * @param {DesignAnswer} answer
  * @param {string} name
@@ -224,11 +210,7 @@ export function isItself({ design }, name) {
   return (name === "friction_alone" && mass === 0) || (name === "particle_alone" && friction === 0);
 }
 
-/**
- * Whether the rms over the band is judged, which belongs to no single frequency.
- *
- * @param {Worst} worst
- */
+/** Whether the judged value is the rms over the band. @param {Worst} worst */
 export function isMean(worst) {
   return worst.measure in WORDS.specification.tables.at_a_frequency;
 }

@@ -15,14 +15,14 @@ import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 const { structure, damper, ratios, limits, numbers, contact_time: contactTime } = WORDS.specification;
-/** The ways to state a quantity of the damper. */
+/** Ways to state a quantity of the damper, with their labels. */
 const WAYS = /** @type {[string, string][]} */ ([
   ["given", "given"],
   ["range", "in a range"],
   ["list", "from a list"],
 ]);
 
-/** @typedef {Record<string, number | string>} Named a value that has a name */
+/** @typedef {Record<string, number | string>} Named a value with a name */
 
 /** The example with which an empty form begins. */
 const EMPTY = {
@@ -64,7 +64,7 @@ export async function designForm(root, { query }) {
   });
 }
 
-/** The specification of an existing design, to be changed. @param {string} id */
+/** A copy of the specification of an existing design, with which the form begins. @param {string} id */
 async function copy(id) {
   const design = await ask(designPath(id));
   const name = design.name || design.id;
@@ -88,7 +88,7 @@ function labelOf(name) {
  */
 function fieldsOf(held, records) {
   const measures = measuresOf(held);
-  // the content of a document is shown even if it is not valid
+  // fields of the document are shown even if they are not valid
   const { bands } = shakenBy(held);
   const limited = limits.filter(
     (each) => !each.over_bands || bands || held.get(`limits.${each.name}`) !== undefined,
@@ -125,7 +125,7 @@ function fieldsOf(held, records) {
 }
 
 /**
- * A quantity of the damper: its value or its allowed values, and its tolerance.
+ * The fields of a quantity of the damper: its value or its allowed values, and its tolerance.
  *
  * @param {Held} held
  * @param {SpecifiedField & {ratio: string}} unit
@@ -163,7 +163,7 @@ function damperField(held, unit) {
 }
 
 /**
- * Values, each with its name if it has one.
+ * A field for a list of values, each of which may have a name.
  *
  * @param {Held} held
  * @param {string} path
@@ -193,7 +193,7 @@ function list(held, path, each) {
 }
 
 /**
- * The numbers of a value, of a range, or of a list whose values may have names.
+ * The numbers in a value, a range, or a list whose values may have names.
  *
  * @param {unknown} said
  * @param {SpecifiedField} each
@@ -204,7 +204,7 @@ function numbersIn(said, each) {
   return list.map((one) => Number(typeof one === "object" ? one[each.name] : one));
 }
 
-/** The tolerance: in the unit, or as a share. @param {Held} held @param {SpecifiedField} each */
+/** The field for a tolerance, as a number or in per cent. @param {Held} held @param {SpecifiedField} each */
 function tolerance(held, each) {
   const path = `tolerances.${each.name}`;
   const value = held.get(path);

@@ -1,7 +1,4 @@
-/**
- * The list of designs, and the view for each address below it: the list, the form of a new design, or one
- * design.
- */
+/** The views below `#/designs`: the list of designs, the form of a new design, and one design. */
 /** @import { DesignSummary, View } from "./types.js" */
 
 import { el, fill, heading } from "./dom.js";

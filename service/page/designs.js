@@ -1,9 +1,9 @@
 /**
- * The best designs of a study and its Pareto front, as tables that lead to their points.
+ * Tables of the best designs of a study and of its Pareto front, with buttons that select the designs.
  *
  * @typedef {Ranked & {text: string}} Marked
  * @typedef {{best: Marked | null, other: Marked | null, pareto: Marked[], ranked: Ranking | null}} Found with
- *   the ranking itself
+ *   `ranked`, the answer of the service
  */
 /** @import { Ranked, Ranking, Session, Shown } from "./types.js" */
 
@@ -129,7 +129,7 @@ export class DesignsPanel {
   listed(answer, title, against) {
     const { selection, shown, words } = this.session;
     const columns = selection.varied.filter((name) => name !== FREQUENCY);
-    // a quantity that is already a column is not shown twice
+    // a quantity that already has a column is not shown twice
     const respect = against && columns.includes(WORDS.respects[against]) ? undefined : against;
     const heads = [
       `Value${shown.inBrackets(VALUE)}`,
@@ -166,14 +166,14 @@ export class DesignsPanel {
   }
 }
 
-/** The criteria for judging designs, named for the shown units. @param {Session} session */
+/** The criteria for judging designs, with names for the shown units. @param {Session} session */
 function objectivesOf({ selection, shown, words }) {
   const band = selection.varied.includes(FREQUENCY);
   const texts = shown.has(VALUE) ? WORDS.objectives_in_units : words.objectives;
   return Object.entries(texts).filter(([name]) => band || name === "resonance");
 }
 
-/** Respects in which designs of a study can be compared, besides the criterion. @param {Session} session */
+/** The second criteria that a Pareto front of the study can have. @param {Session} session */
 function respectsOf({ selection, shown, words, variables }) {
   const useful = (/** @type {string} */ source) =>
     source in selection.axes ? selection.varied.includes(source) : variables.includes(source);
@@ -183,7 +183,7 @@ function respectsOf({ selection, shown, words, variables }) {
 }
 
 /**
- * The name of a respect, or the title of its quantity if it is shown in units.
+ * The name of a second criterion. If its quantity is shown in units, the name is the title of the quantity.
  *
  * @param {Shown} shown
  * @param {string} respect

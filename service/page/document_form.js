@@ -1,7 +1,4 @@
-/**
- * A form whose fields and JSON are two views of one document. Either can be edited, and the service reports
- * faults.
- */
+/** A form for one document, which can be edited in fields or as JSON and which the service checks. */
 /** @import { Child } from "./types.js" */
 
 import { Refusal, refusalBox, send } from "./api.js";
@@ -14,21 +11,21 @@ import { counted } from "./numbers.js";
  *   a form may begin
  * @typedef {{document: unknown, get: <T>(path: string) => T | undefined, set: (path: string, value: unknown)
  * => void, again: () => void, put: (document: unknown) => void}} Held access to the document by the paths
- * of its fields; undefined removes a field. `again` draws the fields anew, `put` replaces the document
+ * of fields. `set` with undefined removes a field, `again` draws all fields, `put` replaces the document
  */
 /**
  * @template Cost, Answer
  * @typedef {{title: string, help: HTMLElement | false, json: string, path: string, submit: string, cost:
  *   string, can: string, starts: Start[], first: string, beside?: HTMLElement, fields: (held: Held) =>
  *   Child[], estimated: (cost: Cost) => Child, waits?: () => void, done: (answer: Answer) => void}} Form
- *   `waits` is called when it is submitted, `done` with the answer
+ *   `waits` is called when the form is submitted, and `done` is called with the answer
  */
 
 /**
  * @template Cost, Answer
  * @param {HTMLElement} root
  * @param {Form<Cost, Answer>} form
- * @returns {() => void} leaves it
+ * @returns {() => void} a function that leaves the form
  */
 export function documentForm(root, form) {
   const drawn = new DocumentForm(form);
@@ -40,7 +37,7 @@ export function documentForm(root, form) {
 class DocumentForm {
   /** @type {unknown} */
   document = {};
-  /** The last request that checks the document. */
+  /** Number of the last request that checks the document. */
   number = 0;
   submitted = false;
   about = el("div", { class: "quiet about" });
@@ -103,7 +100,7 @@ class DocumentForm {
     this.begin(first);
   }
 
-  /** Answers that arrive after the form was left are ignored. */
+  /** Leave the form, and ignore the answers to earlier requests. */
   leave() {
     this.number += 1;
   }
@@ -124,7 +121,7 @@ class DocumentForm {
     fill(this.estimate, "Fill in the fields. Missing values and the expected cost are shown here.");
   }
 
-  /** Draw the fields anew. The keyboard focus stays at its field instead of moving to the top of the page. */
+  /** Draw all fields again. The field that had the keyboard focus gets the focus again. */
   draw() {
     const label = labelOf(document.activeElement);
     fill(this.fields, ...this.form.fields(this.held()));
@@ -164,7 +161,7 @@ class DocumentForm {
   }
 
   async askForCost() {
-    // the earlier request is not aborted, because that would end the process that computes it
+    // the earlier request is not aborted, because the service would end the process that computes the answer
     const mine = ++this.number;
     try {
       const cost = await send(this.form.path, this.document, { dry_run: true });
@@ -208,11 +205,11 @@ class DocumentForm {
 /** @typedef {{id: string, name: string}} Stored */
 
 /**
- * The message if the same content is stored under another name; null otherwise.
+ * The message that the same content is stored under another name; null if the name is the requested one.
  *
- * @param {string} path of its list
+ * @param {string} path of the list of such items
  * @param {Stored} stored
- * @param {unknown} name that was asked for
+ * @param {unknown} name that was requested
  */
 function storedAlready(path, stored, name) {
   if (!isStoredAlready(stored.name, name)) return null;
@@ -223,7 +220,7 @@ function storedAlready(path, stored, name) {
   ];
 }
 
-/** Whether a name that was asked for is not the stored one. @param {string} stored @param {unknown} name */
+/** Whether a requested name differs from the stored name. @param {string} stored @param {unknown} name */
 export function isStoredAlready(stored, name) {
   return typeof name === "string" && name.trim() !== "" && name.trim() !== stored.trim();
 }
@@ -237,19 +234,14 @@ function labelOf(field) {
   return name && `${field?.closest("fieldset")?.querySelector("legend")?.textContent} ${name}`;
 }
 
-/** @typedef {Record<string, unknown>} Branch of a document: an object, or a list by its indices */
+/** @typedef {Record<string, unknown>} Branch an object of a document, or a list with indices as keys */
 
 /** @param {unknown} value @returns {value is Branch} */
 function isBranch(value) {
   return value !== null && typeof value === "object";
 }
 
-/**
- * @template T
- * @param {unknown} document
- * @param {string} path
- * @returns {T | undefined}
- */
+/** @template T @param {unknown} document @param {string} path @returns {T | undefined} */
 function at(document, path) {
   const step = (/** @type {unknown} */ held, /** @type {string} */ key) =>
     isBranch(held) ? held[key] : undefined;
@@ -257,7 +249,7 @@ function at(document, path) {
 }
 
 /**
- * Put a value at a path; undefined removes it, and branches that become empty.
+ * Set the value at a path. undefined removes the value, and also objects that then are empty.
  *
  * @param {unknown} held
  * @param {string[]} path

@@ -1,5 +1,5 @@
 /**
- * Makes elements so that text is never read as markup: what a user typed is inserted only as text.
+ * Functions that make elements. They insert text only as text, so that a typed text is never read as markup.
  *
  * @typedef {Record<string, unknown>} Attributes
  */
@@ -10,8 +10,8 @@
  *
  * @template {keyof HTMLElementTagNameMap} Tag
  * @param {Tag} tag
- * @param {Attributes} [attributes] `onclick` and the like are listeners; true gives an empty attribute, null,
- *   undefined and false give none; `value` and `checked` are set as properties.
+ * @param {Attributes} [attributes] A function, as for `onclick`, is a listener. `value` and `checked` are set
+ *   as properties. true sets an empty attribute; null, undefined and false set none.
  * @param {...Child} children
  * @returns {HTMLElementTagNameMap[Tag]}
  */
@@ -36,22 +36,17 @@ function texts(children) {
     .map((child) => (child instanceof Node ? child : String(child)));
 }
 
-/**
- * Replace the children of an element.
- *
- * @param {Element} element
- * @param {...Child} children
- */
+/** Replace the children of an element. @param {Element} element @param {...Child} children */
 export function fill(element, ...children) {
   element.replaceChildren(...texts(children));
 }
 
-/** A view's title, with further elements on its line. @param {string} title @param {...Child} beside */
+/** The title of a view, with further elements beside it. @param {string} title @param {...Child} beside */
 export function heading(title, ...beside) {
   return el("div", { class: "row spread" }, el("h1", {}, title), ...beside);
 }
 
-/** A part of a view. @param {string} title @param {...Child} children */
+/** A box of a view with a heading. @param {string} title @param {...Child} children */
 export function box(title, ...children) {
   return el("section", { class: "box" }, el("h2", {}, title), ...children);
 }
@@ -61,7 +56,7 @@ export function quiet(...children) {
   return el("p", { class: "quiet" }, ...children);
 }
 
-/** A part whose content is shown once it is opened. @param {string} title @param {...Child} children */
+/** A part of a view that a user can open and close. @param {string} title @param {...Child} children */
 export function details(title, ...children) {
   return el("details", {}, el("summary", {}, title), ...children);
 }
@@ -71,12 +66,12 @@ export function button(text, onclick, looks = {}) {
   return el("button", { type: "button", onclick, ...looks }, text);
 }
 
-/** A small button. @param {Child} text @param {() => void} onclick @param {string} [says] if not the text */
+/** A small button. @param {Child} text @param {() => void} onclick @param {string} [says] spoken label */
 export function smallButton(text, onclick, says) {
   return button(text, onclick, { class: "small", "aria-label": says });
 }
 
-/** Facts by their names. @param {[string, Child][]} entries @param {string} [kind] "numbers": large */
+/** A list of names with values. @param {[string, Child][]} entries @param {string} [kind] "numbers": large */
 export function facts(entries, kind = "") {
   const rows = entries.map(([name, value]) => el("div", {}, el("dt", {}, name), el("dd", {}, value)));
   return el("dl", { class: `facts ${kind}`.trim() }, rows);
@@ -86,7 +81,7 @@ export function facts(entries, kind = "") {
  * A select with its label.
  *
  * @param {string} label
- * @param {[string, string][]} options value and text of each
+ * @param {[string, string][]} options value and text of each option
  * @param {string} value
  * @param {(value: string) => void} onChange
  */
@@ -112,12 +107,12 @@ export function checkbox(label, checked, onChange) {
 }
 
 /**
- * A table that scrolls by itself if it is too wide.
+ * A table. A table that is too wide scrolls without the rest of the page.
  *
  * @param {string} title for screen readers
- * @param {Child[]} columns their heads
+ * @param {Child[]} columns heads of the columns
  * @param {Child[][]} rows
- * @param {boolean} [named] whether the first cell names its row
+ * @param {boolean} [named] whether the first cell of a row is the head of the row
  * @returns {HTMLElement}
  */
 export function grid(title, columns, rows, named = true) {
@@ -181,7 +176,7 @@ export function confirmed(title, text, action) {
 }
 
 /**
- * Delay a function until it has not been called for a while.
+ * Delay the call of a function until no further call has come for some time.
  *
  * @template {unknown[]} A
  * @param {number} milliseconds
@@ -198,8 +193,7 @@ export function debounced(milliseconds, run) {
 }
 
 /**
- * Parse JSON while it is typed. As long as the text is not a JSON object, the result is null, the fault is
- * shown, and the button is disabled.
+ * Parse typed JSON. If the text is no object, return null, show the fault and disable the button.
  *
  * @param {HTMLTextAreaElement} text
  * @param {HTMLElement} wrong where the fault is shown

@@ -1,7 +1,4 @@
-/**
- * Dampers under an earthquake: the damper at the study's point compared with no damper, a tuned mass
- * damper, and each of its parts alone.
- */
+/** Compares a study's damper under an earthquake with other dampers and with no damper. */
 /** @import { Earthquake, EarthquakeCase, EarthquakeHistory, Session, Tab, Trace, View } from "./types.js" */
 
 import { Refusal, refusalBox } from "./api.js";
@@ -25,12 +22,10 @@ const SENSITIVE =
   "Sensitive: starts that differ by a tenth of a micrometre lead to very different responses, " +
   "so one number means little. ";
 const USUAL_RECORD = "el-centro";
-/** Cases whose motion is drawn; curves for each part of the damper alone would hide the others. */
+/** Cases whose motion is drawn; curves of friction alone and of a particle alone would hide these curves. */
 const MOVING = ["none", "tmd", "hybrid"];
 
-/**
- * The fields: key of the request, label with unit, and factor to the shown unit.
- */
+/** Fields of the form: key in the request, label with unit, and factor to the shown unit. */
 const FIELDS = /** @type {[string, string, number][]} */ ([
   ["mass_kg", "Mass of the structure [kg]", 1],
   ["natural_frequency_hz", "Natural frequency [Hz]", 1],
@@ -46,7 +41,7 @@ const FIELDS = /** @type {[string, string, number][]} */ ([
   ["scale", "Factor on the record", 1],
 ]);
 
-/** The cavity of a study that does not describe it. */
+/** Default values of 0 for the friction of the particle and the tilt of the cavity. */
 const LEVEL = Object.fromEntries(Object.values(WORDS.before).map((name) => [name, 0]));
 
 /** @type {Tab} */
@@ -78,9 +73,9 @@ class Compared {
 
   /**
    * @param {string} stem of downloads
-   * @param {() => Record<string, number>} own the sizes with which it begins
-   * @param {string} note about them
-   * @param {string} back label of the button that restores them
+   * @param {() => Record<string, number>} own function that returns the sizes with which the form begins
+   * @param {string} note text about these sizes
+   * @param {string} back label of the button that restores these sizes
    */
   constructor(stem, own, note, back) {
     this.own = own;
@@ -155,7 +150,7 @@ class Compared {
     const { asked } = this;
     const value = Number((asked[key] * scale).toPrecision(6));
     const oninput = () => {
-      // a missing value is null, and the service reports it
+      // an empty box gives null, which the service reports as a fault
       asked[key] = /** @type {number} */ (box.value === "" ? null : Number(box.value) / scale);
       this.look();
     };
@@ -213,7 +208,7 @@ class Compared {
 }
 
 /**
- * The point of the study in units: with its own structure if it has one, else with the paper's.
+ * The point of the study in units. Values of the structure that the study lacks are those of the paper.
  *
  * @param {Session} session
  */
@@ -304,7 +299,7 @@ function traces(found) {
 }
 
 /**
- * The motion without a damper, with a tuned mass damper and with the study's damper, each as a curve.
+ * The curves of the motion without a damper, with a tuned mass damper, and with the study's damper.
  *
  * @param {Earthquake} found
  * @param {(history: EarthquakeHistory, name: string, shade: string, dash: string) => Trace} drawn

@@ -1,6 +1,5 @@
 /**
- * The fields of the excitation: a single one, several that act one at a time, or records, stored or
- * generated.
+ * The fields of the excitations of a specification: bands of frequencies, and stored or generated records.
  */
 /** @import { GroundRecord, Held, SpecifiedField } from "./types.js" */
 
@@ -16,7 +15,7 @@ const { motions, frequency, sweep, random_vibration, shock, most, tail } = WORDS
 const { measures, measures_under_records } = WORDS.specification.tables;
 const PLACE = "excitation";
 
-/** Kinds of excitation. */
+/** Kinds of excitation, with their labels. */
 const KINDS = /** @type {[string, string][]} */ ([
   ["band", "over a band of frequencies"],
   ["sweep", "a sweep"],
@@ -31,7 +30,7 @@ const TITLES = {
   shock: "Shock",
   records: "Ground-motion records",
 };
-/** The values with which the form begins when another kind of excitation is chosen. */
+/** The values with which the form of each kind of excitation begins. */
 const BEGINNING = {
   band: { base_amplitude_m: 0.001, frequency_hz: 2.5 },
   sweep: { sweep: { start_hz: 2, stop_hz: 3, rate_hz_per_s: 0.1, base_amplitude_m: 0.001 } },
@@ -43,9 +42,9 @@ const BEGINNING = {
 };
 /** @param {string} kind */
 const beginning = (kind) => structuredClone(BEGINNING[/** @type {Kind} */ (kind)]);
-/** Kinds of records that are generated. */
+/** Kinds of excitation that are generated records. */
 const GENERATED = /** @type {Kind[]} */ (["sweep", "random_vibration", "shock"]);
-/** The value with which a field of a sweep begins when it replaces another. */
+/** The value with which a field of a sweep begins when this field replaces another field. */
 const USUAL = /** @type {Record<string, number>} */ ({
   rate_hz_per_s: 0.1,
   rate_octaves_per_minute: 1,
@@ -54,7 +53,7 @@ const USUAL = /** @type {Record<string, number>} */ ({
   base_velocity_m_per_s: 0.05,
   base_acceleration_m_per_s2: 1,
 });
-/** Fields relative to an amplitude of the base, which records do not have. */
+/** Quantity in units for each ratio to the base amplitude; records have no base amplitude. */
 const IN_UNITS = { clearance_ratio: "clearance_m", friction_ratio: "friction_force_n" };
 
 /** @typedef {Record<string, unknown>} Excitation */
@@ -65,26 +64,22 @@ function kindOf(each) {
   return kind ?? "band";
 }
 
-/** Every excitation of the document; an empty one if there is none. @param {Held} held */
+/** The excitations of the document, or a list with one empty object if there are none. @param {Held} held */
 function allOf(held) {
   return [/** @type {Excitation | Excitation[]} */ (held.get(PLACE) ?? {})].flat();
 }
 
-/**
- * The kinds of the excitations: bands of frequencies, records (including generated ones), or both.
- *
- * @param {Held} held
- */
+/** Whether bands exist, and whether records exist among the excitations. @param {Held} held */
 export function shakenBy(held) {
   const kinds = allOf(held).map(kindOf);
   return { bands: kinds.includes("band"), records: kinds.some((kind) => kind !== "band") };
 }
 
 /**
- * A picker of the kind of excitation, then each excitation in its own group.
+ * A picker of the kind of excitation, and the fields of every excitation.
  *
  * @param {Held} held
- * @param {GroundRecord[]} records those of the service
+ * @param {GroundRecord[]} records ground-motion records of the service
  */
 export function excitationFields(held, records) {
   const all = allOf(held);
@@ -99,12 +94,7 @@ export function excitationFields(held, records) {
   return [picker("Kind of excitation", KINDS, kind, change), everyOne(held, records)];
 }
 
-/**
- * @param {Held} held
- * @param {GroundRecord[]} records
- * @param {string} place
- * @param {Kind} kind
- */
+/** @param {Held} held @param {GroundRecord[]} records @param {string} place @param {Kind} kind */
 function fieldsOfKind(held, records, place, kind) {
   if (kind === "band") return fieldsAt(held, place);
   if (kind === "records") return recordFields(held, records, place);
@@ -113,7 +103,7 @@ function fieldsOfKind(held, records, place, kind) {
 }
 
 /**
- * Ends and rate of a sweep, and its constant quantity.
+ * The fields of a sweep: its ends, its rate, and the quantity that stays constant.
  *
  * @param {Held} held
  * @param {string} path
@@ -126,7 +116,7 @@ function sweepFields(held, path) {
   ];
 }
 
-/** The table of a power spectral density, duration and draws. @param {Held} held @param {string} path */
+/** The fields of random vibration: spectrum, duration, seeds. @param {Held} held @param {string} path */
 function vibrationFields(held, path) {
   return [
     list(held, `${path}.frequency_hz`, random_vibration.frequency),
@@ -135,7 +125,7 @@ function vibrationFields(held, path) {
   ];
 }
 
-/** Shape, size and length of a pulse. @param {Held} held @param {string} path */
+/** The fields of a shock: shape, size and length of the pulse. @param {Held} held @param {string} path */
 function shockFields(held, path) {
   const change = (/** @type {string} */ shape) => held.set(`${path}.shape`, shape);
   return [
@@ -145,7 +135,7 @@ function shockFields(held, path) {
 }
 
 /**
- * Numbers separated by commas.
+ * A field for numbers that are separated by commas.
  *
  * @param {Held} held
  * @param {string} path
@@ -157,7 +147,7 @@ function list(held, path, each, usual = "") {
 }
 
 /**
- * A picker of one among several fields, and the box of the picked field.
+ * A picker with which one of several fields is chosen, and the box of the chosen field.
  *
  * @param {Held} held
  * @param {string} path
@@ -185,7 +175,7 @@ function oneFieldOf(held, path, title, fields, drawn = number) {
 }
 
 /**
- * Records, their scales, and the time after them.
+ * The fields of records: the records, their scales, and the computed time after a record.
  *
  * @param {Held} held
  * @param {GroundRecord[]} records
@@ -217,7 +207,7 @@ function scaleFields(held, place) {
 }
 
 /**
- * Each excitation in its own group, with buttons to add one.
+ * Every excitation in its own group, with buttons that add a further excitation.
  *
  * @param {Held} held
  * @param {GroundRecord[]} records
@@ -246,7 +236,7 @@ function everyOne(held, records) {
 }
 
 /**
- * One of several excitations.
+ * The group of one excitation, if there are several.
  *
  * @param {Held} held
  * @param {GroundRecord[]} records
@@ -264,27 +254,27 @@ function oneOf(held, records, each, i) {
   ]);
 }
 
-/** A new excitation over a band, like the last one. @param {Held} held */
+/** A new excitation over a band, with the values of the last excitation over a band. @param {Held} held */
 function likeLast(held) {
   const over = allOf(held).filter((each) => kindOf(each) === "band");
   const { name, ...like } = /** @type {Excitation} */ (over[over.length - 1] ?? BEGINNING.band);
   return structuredClone(like);
 }
 
-/** Add an excitation; a single one becomes the first of a list. @param {Held} held @param {unknown} more */
+/** Add an excitation; all excitations then form a list. @param {Held} held @param {unknown} more */
 function add(held, more) {
   held.set(PLACE, [...allOf(held), more]);
   dropMeasure(held);
   held.again();
 }
 
-/** Remove a measure that does not exist for the present excitations. @param {Held} held */
+/** Remove the chosen measure if the present excitations do not have this measure. @param {Held} held */
 function dropMeasure(held) {
   if (!(String(held.get("measure")) in measuresOf(held))) held.set("measure", undefined);
 }
 
 /**
- * The measures that exist under all the excitations.
+ * The measures by which dampers can be judged under all excitations of the document.
  *
  * @param {Held} held
  * @returns {Record<string, string>}
@@ -320,7 +310,7 @@ function nameField(held, i) {
   return field(path, "Name", box);
 }
 
-/** The constant quantity, its amplitude, and the band. @param {Held} held @param {string} place */
+/** The fields of a band: constant quantity and frequencies. @param {Held} held @param {string} place */
 function fieldsAt(held, place) {
   const has = (/** @type {string} */ name) => held.get(`${place}.${name}`) !== undefined;
   const now = motions.find((each) => has(each.name)) ?? motions[0];

@@ -1,8 +1,8 @@
 /**
- * Faults of a form, each shown below the field that it names, in the words and the unit of that field.
+ * Shows faults of a form below the fields that they name, with the label and the unit of each field.
  *
- * @typedef {{label?: string, unit?: string, scale?: string}} Looks the look of a field: its label, its unit,
- *   and the factor from SI to that unit
+ * @typedef {{label?: string, unit?: string, scale?: string}} Looks label and unit of a field, and the factor
+ *   from SI to this unit
  */
 /** @import { Child, Fault } from "./types.js" */
 
@@ -10,12 +10,12 @@ import { sentences } from "./api.js";
 import { capital, el, fill, prose } from "./dom.js";
 import { short } from "./numbers.js";
 
-/** A number as the service writes it, not a part of a word. */
+/** Pattern of a number as the service writes numbers, but not inside a word. */
 const NUMBER = /(?<![\w.,])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.,]*\w)/g;
-/** A key of a range, not a part of a path. */
+/** Pattern of a key of a range, but not inside a path. */
 const KEY = /(?<![\w.`])`?(start|stop|num)`?(?![\w`]|\.\w)/g;
 const TITLES = { start: "“from”", stop: "“to”", num: "“values”" };
-/** Counts have no unit. */
+/** Pattern of texts about a count, in which numbers have no unit. */
 const COUNTED = /list|values|points/;
 
 /**
@@ -23,8 +23,8 @@ const COUNTED = /list|values|points/;
  *
  * @param {string} path in the document
  * @param {string} title
- * @param {Child | Child[]} inputs a single one, labelled by the title; or several, each with its own label
- * @param {{label?: string, unit?: string, scale?: number, wide?: boolean}} [looks] of the typed value
+ * @param {Child | Child[]} inputs one input, labelled by the title, or several inputs with their own labels
+ * @param {{label?: string, unit?: string, scale?: number, wide?: boolean}} [looks] looks of the typed value
  */
 export function field(path, title, inputs, { label, unit, scale = 1, wide = false } = {}) {
   return el(
@@ -42,7 +42,7 @@ export function field(path, title, inputs, { label, unit, scale = 1, wide = fals
 }
 
 /**
- * Show each fault at its field, and mark the field; faults without a field are shown elsewhere.
+ * Show each fault at its field, and mark the field. Faults that belong to no field are shown in `elsewhere`.
  *
  * @param {Element} fields
  * @param {Fault[]} faults
@@ -69,17 +69,17 @@ export function showFaults(fields, faults, elsewhere, all = true) {
   return { wrong: faults.length - missing, missing };
 }
 
-/** Remove all marks; the fault of a file stays until another file is chosen. @param {Element} fields */
+/** Remove faults and marks, except the fault of an uploaded file. @param {Element} fields */
 function clearFaults(fields) {
   for (const place of fields.querySelectorAll(".faults:not(.upload)")) fill(place);
   for (const marked of fields.querySelectorAll("[aria-invalid]")) marked.removeAttribute("aria-invalid");
 }
 
 /**
- * A fault with the label and the unit of the field in the form.
+ * The text of a fault, with the label and the unit of the field in the form.
  *
  * @param {Fault} fault
- * @param {Looks} looks of its field
+ * @param {Looks} looks label, unit and factor of the field
  */
 export function worded(fault, { label, unit, scale }) {
   const factor = Number(scale ?? 1);
@@ -92,18 +92,18 @@ export function worded(fault, { label, unit, scale }) {
     COUNTED.test(text) ? text : text.replace(NUMBER, (value) => short(Number(value) * factor));
   const found = fault.found === "nothing" ? "" : `, not ${inUnit(fault.found)}`;
   const message = `${capital(label ?? fault.field)} [${unit}]: allowed is ${inUnit(fault.allowed)}${found}.`;
-  // the unit of the service does not matter to a user who types another one
+  // advice on units is left out, because the form shows another unit than the service uses
   return asTitled(sentences(message, fault.advice.startsWith("give it in") ? "" : fault.advice));
 }
 
-/** A sentence with the titles of the fields of a range instead of its keys. @param {string} text */
+/** A sentence in which titles of fields replace the keys of a range. @param {string} text */
 function asTitled(text) {
   return text.replace(KEY, (_, key) => /** @type {Record<string, string>} */ (TITLES)[key]);
 }
 
 /**
- * The element of a field: that of the longest known beginning of its path, or of the quantity whose range
- * or tolerance it is.
+ * The element of a field. If no element has the complete path, parts at the end of the path are left out, one
+ * after the other. If this does not help, only the first part is left out.
  *
  * @param {Element} fields
  * @param {string} name

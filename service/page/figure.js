@@ -1,9 +1,8 @@
 /**
- * Figures in the colours of the page, with downloads. The plotting library is loaded when the first one is
+ * Figures in the colours of the page, with downloads. The plotting library is loaded when the first figure is
  * drawn.
  *
- * @typedef {Record<string, unknown>} Trace an object that the plotting library draws; each kind has its own
- *   keys
+ * @typedef {Record<string, unknown>} Trace a curve, a map or markers, as an object for the plotting library
  * @typedef {Record<string, unknown> & {dtick?: unknown, title?: string}} Axis
  * @typedef {Record<string, unknown> & {xaxis?: Axis, yaxis?: Axis, yaxis2?: Axis}} Layout
  * @typedef {{x: number, y: number, pointIndex: number, data: {name: string}}} Point of a trace
@@ -13,8 +12,8 @@
  *   downloadImage: (plot: Plot, options: object) => Promise<string>}} Library
  * @typedef {{label: string, name: string, height?: number, keyboard?: string, python?: () => string,
  * clicked?: (point: Point) => void, zoomed?: (change: Record<string, unknown>) => void}} Options `label` is
- * for screen readers, `name` is the stem of downloads. With `keyboard`, a text about the keys, the figure
- * can be focused. `python` gives equivalent Python code
+ * for screen readers, `name` is the stem of the names of downloads. `keyboard` describes the keys of a figure
+ * that can be focused. `python` returns equivalent Python code
  */
 /** @import { Drawn, Titles } from "./types.js" */
 
@@ -22,16 +21,16 @@ import { button, details, el, fill, say } from "./dom.js";
 import { tableOf } from "./figure_table.js";
 import { short } from "./numbers.js";
 
+/** Wait in browsers that do not tell when a page is idle. */
+const UNTIL_IDLE_MILLISECONDS = 1000;
+
 /** @type {Promise<Library> | undefined} */
 let loading;
 
-/**
- * The library would insert the style rules of its maps, which are not used here, into the page; if this id
- * exists, it does not.
- */
+/** Id of an element with which the plotting library omits its style rules for geographic maps. */
 const RULES_OF_MAPS = "9f215cf04c5486422605d13261cb87401f4e7763b6296af81e98efbc0130da53";
 
-/** The figures on the page, which are drawn again when the colours change. @type {Set<Figure>} */
+/** The figures on the page. They are drawn again when the colours change. @type {Set<Figure>} */
 const shown = new Set();
 
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
@@ -41,7 +40,7 @@ window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () 
   }
 });
 
-/** @returns {Promise<Library>} the plotting library; after a failure the next call loads it again */
+/** @returns {Promise<Library>} the plotting library; if loading fails, the next call tries again */
 function plotly() {
   loading ??= new Promise((resolve, reject) => {
     const failed = () => {
@@ -60,9 +59,14 @@ function plotly() {
   return loading;
 }
 
-/** Load the plotting library while other things are asked for; a failure is reported with the first figure. */
+/**
+ * Load the plotting library as soon as the page has nothing else to do: the first map then appears in half
+ * the time. If loading fails, the first figure reports the failure.
+ */
 export function prepareFigures() {
-  plotly().catch(() => undefined);
+  const load = () => void plotly().catch(() => undefined);
+  if ("requestIdleCallback" in window) requestIdleCallback(load);
+  else setTimeout(load, UNTIL_IDLE_MILLISECONDS);
 }
 
 /** A colour of the style sheet. @param {string} name */
@@ -70,7 +74,7 @@ export function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
-/** Colours of curves, distinguishable with any colour vision; in grey the dashes distinguish them. */
+/** Colours of curves, which can be distinguished with any colour vision. In a grey print the dashes help. */
 export const CURVES = () => [
   colour("curve-1"),
   colour("curve-2"),
@@ -80,7 +84,7 @@ export const CURVES = () => [
 ];
 export const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
 
-/** The marker of the point of a study. @param {number} size @param {number} [width] of its line */
+/** The marker of the selected point of a study. @param {number} size @param {number} [width] line width */
 export function thisPoint(size, width = 2.5) {
   const marker = { symbol: "circle-open", size, color: "#ff3030", line: { width, color: "#ff3030" } };
   return { type: "scatter", mode: "markers", marker, hoverinfo: "skip" };
@@ -89,14 +93,12 @@ export function thisPoint(size, width = 2.5) {
 /** Whether the page is shown on a phone. */
 export const NARROW = window.matchMedia("(max-width: 40rem)");
 
-/**
- * 1, 2 and 5 in every decade of a logarithmic axis, as complete numbers: the library would write 2 for 20.
- */
+/** Ticks at 1, 2 and 5 in every decade of a logarithmic axis. The plotting library would label 20 as 2. */
 const PLACES = Array.from({ length: 13 }, (_, i) => i - 6).flatMap((power) =>
   [1, 2, 5].map((first) => Number(`${first}e${power}`)),
 );
 
-/** The ticks of an axis with three marks per decade. @param {Axis} given */
+/** The ticks of a logarithmic axis with three ticks per decade. @param {Axis} given */
 function ticks(given) {
   return given.dtick === "D2"
     ? { dtick: null, tickvals: PLACES, ticktext: PLACES.map((one) => short(one)) }
@@ -134,7 +136,7 @@ function styled(layout) {
   return merged;
 }
 
-/** A figure, empty until it is drawn. */
+/** A figure. The element is empty until the figure is drawn. */
 export class Figure {
   /** Draws the figure again. */
   again = async () => {};
@@ -189,7 +191,7 @@ export class Figure {
   }
 
   /**
-   * Both are called again when the colours change.
+   * Draw the figure; both functions are called again when the colours of the page change.
    *
    * @param {() => Trace[]} traces
    * @param {() => Layout} layout
@@ -208,7 +210,7 @@ export class Figure {
     await this.again();
   }
 
-  /** Listeners can be attached to a plot only once it is drawn. */
+  /** Attach the listeners to the plot, which must have been drawn before. */
   wire() {
     if (this.wired) return;
     this.wired = true;

@@ -1,5 +1,5 @@
 /**
- * The content of a figure, as a table of comma-separated values.
+ * Converts the content of a figure into a table of comma-separated values.
  *
  * @typedef {{title?: {text?: string}, type?: string, range?: number[]}} Titled
  * @typedef {{type?: string, name?: string, x: unknown[], y: unknown[], z?: unknown[][], customdata?:
@@ -12,11 +12,7 @@ function titleOf(axis) {
   return String(axis?.title?.text ?? "").replace(/<[^>]*>/g, "");
 }
 
-/**
- * A coordinate without the rounding of a unit conversion in its last digit: 9, not 8.999999999999998.
- *
- * @param {unknown} value
- */
+/** A number without rounding errors: 9 instead of 8.999999999999998. @param {unknown} value */
 function plain(value) {
   return typeof value === "number" ? Number(value.toPrecision(15)) : value;
 }
@@ -35,10 +31,10 @@ function line(row) {
 }
 
 /**
- * One row per point: for a map its two coordinates and the value; for curves the curve's name and both
- * coordinates.
+ * A table with one row per point. A row of a map has two coordinates and the value; a row of a curve has the
+ * name of the curve and two coordinates.
  *
- * @param {Drawn[]} traces as they were drawn
+ * @param {Drawn[]} traces traces of the drawn figure
  * @param {Titles} layout
  * @returns {string}
  */

@@ -1,4 +1,4 @@
-"""The page's files as they are served: compressed once, with their digest in the address, so that browsers cache them."""
+"""Files of the page, each compressed once, at addresses that contain a digest so that browsers can cache the files."""
 
 import gzip
 import re
@@ -14,14 +14,10 @@ from damperlab.service.page.words import MODULE, words_module
 
 PLOTLY = "plotly.min.js"
 SMALL = "plotly-cartesian.min.js"
-"""Plotly's bundle of cartesian figures, a third of the size of all of Plotly. `make install-dev` and `make dist` put it
-into the package.
-"""
+"""Plotly's bundle for cartesian figures, which `make install-dev` and `make dist` put into the package."""
 _BLOCK = rb"/\*\*(?:(?!\*/)[\s\S])*\*/"
 _COMMENT = re.compile(rb"^[ \t]*(?:" + _BLOCK + rb"|//.*)\n|" + _BLOCK + rb" ?", re.MULTILINE)
-"""Comments on complete lines, and comments with the type of an expression. No module has a multi-line text that could
-contain one.
-"""
+"""Pattern of comments in modules of the page, which have no multi-line strings that might look like comments."""
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -37,11 +33,11 @@ class PageFile:
     Parameters
     ----------
     content, packed : bytes
-        Plain, and with gzip.
+        Content of the file, plain and compressed with gzip.
     media_type : str
-        Its ``Content-Type``.
+        Media type, sent as ``Content-Type``.
     etag : str
-        A digest of the content, in quotation marks as in HTTP.
+        Digest of the content, in quotation marks as in HTTP.
     """
 
     content: bytes
@@ -51,14 +47,14 @@ class PageFile:
 
     @classmethod
     def of(cls, content: bytes, suffix: str) -> "PageFile":
-        """Compress a file without a time stamp, so equal contents give equal bytes."""
+        """Compress a file. The time stamp of gzip is left out, so that equal contents give equal bytes."""
         digest = sha256(content).hexdigest()[:20]
         return cls(content, gzip.compress(content, 6, mtime=0), MEDIA_TYPES[suffix], f'"{digest}"')
 
 
 @cache
 def page_version() -> str:
-    """Digest of all files of the page. It is part of their addresses, which change when a file changes."""
+    """Return a digest of all files of the page, which is part of every address."""
     digest = sha256(version("plotly").encode() + b"\0" + plotly_path().name.encode())
     for name in page_names():
         digest.update(name.encode() + b"\0" + _read(name))
@@ -67,7 +63,7 @@ def page_version() -> str:
 
 @cache
 def page_names() -> tuple[str, ...]:
-    """Names of the page's own files and of the module of its words, sorted."""
+    """Return the sorted names of the page's own files and of the module `MODULE`."""
     folder = files("damperlab.service") / "page"
     written = {entry.name for entry in folder.iterdir() if Path(entry.name).suffix in MEDIA_TYPES}
     return tuple(sorted(written | {MODULE}))
@@ -75,7 +71,7 @@ def page_names() -> tuple[str, ...]:
 
 @cache
 def page_file(name: str) -> PageFile | None:
-    """Give a file of the page by its name; None if there is no such file."""
+    """Return a file of the page by its name, or None if there is no such file."""
     if name == PLOTLY:
         return PageFile.of(plotly_path().read_bytes(), ".js")
     if name not in page_names():
@@ -85,7 +81,7 @@ def page_file(name: str) -> PageFile | None:
 
 @cache
 def first_page(docs: str) -> PageFile:
-    """Give the start page, with the addresses of its files and of the documentation."""
+    """Return the start page, into which the addresses of its files and of the documentation are written."""
     modules = [name for name in page_names() if name.endswith(".js")]
     links = "\n".join(f'<link rel="modulepreload" href="page/{page_version()}/{name}">' for name in modules)
     text = _read("index.html").decode()
@@ -95,7 +91,7 @@ def first_page(docs: str) -> PageFile:
 
 
 def _read(name: str) -> bytes:
-    """Read a file. The comments of a module, a fifth of its size, are removed."""
+    """Read a file. Comments, which are a fifth of the size of a module, are removed."""
     if name == MODULE:
         return words_module()
     content = (files("damperlab.service") / "page" / name).read_bytes()
@@ -103,11 +99,11 @@ def _read(name: str) -> bytes:
 
 
 def plotly_path() -> Path:
-    """Give the plotting library: the small bundle if the package has it, else that of plotly's wheel."""
+    """Return the path of the plotting library: the small bundle if the package has it, else plotly's own bundle."""
     small = Path(str(files("damperlab.service") / "page" / "library" / SMALL))
     if small.is_file():
         return small
-    # Located without an import: the package takes seconds to import, and only one of its files is needed.
+    # The package plotly is not imported: the import takes seconds, and only one file of the package is needed.
     spec = find_spec("plotly")
     assert spec is not None
     assert spec.submodule_search_locations is not None

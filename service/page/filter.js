@@ -1,7 +1,4 @@
-/**
- * The filter of a list, kept in the address: part of a name and a state, or the trash. Studies also have a
- * tag and a range of a parameter.
- */
+/** The filter of a list by name and state, and of studies also by tag and range, kept in the address. */
 /** @import { Child, Kept } from "./types.js" */
 
 import { debounced, el, fill, picker } from "./dom.js";
@@ -10,9 +7,9 @@ import { LENGTH_IN_SI, MILLIMETRES } from "./shown.js";
 import { titled } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
-/** The dimensions of every kind of study, each once. */
+/** The dimensions of all kinds of study, without repetitions. */
 const AXES = [...new Set([...WORDS.axes, ...WORDS.amplitude_axes, ...WORDS.suite_axes])];
-/** The choice that is not a state: it lists deleted items. */
+/** The choice in the picker of states that lists deleted items. */
 const TRASH = "trash";
 
 export class Filter {
@@ -36,7 +33,7 @@ export class Filter {
     );
   }
 
-  /** @param {string} what @param {string} label @param {Record<string, unknown>} attributes of its box */
+  /** @param {string} what @param {string} label @param {Record<string, unknown>} attributes of the box */
   typed(what, label, attributes) {
     const oninput = () => ((this.found[what] = input.value.trim()), this.soon());
     const input = el("input", { ...attributes, value: this.found[what], oninput });
@@ -57,18 +54,18 @@ export class Filter {
     return Object.values(this.found).some(Boolean);
   }
 
-  /** The filter as parameters of a list. @returns {Record<string, unknown>} */
+  /** The filter as parameters of the request for a list. @returns {Record<string, unknown>} */
   wanted() {
     return { ...this.found, state: this.gone() ? "" : this.found.state, trash: this.gone() || null };
   }
 
-  /** Why the filter cannot match, if this is known without a request. */
+  /** The reason why nothing can match the filter, if this is known without a request; otherwise empty. */
   nothing() {
     return "";
   }
 }
 
-/** The filter of studies. The ends of its range are in the unit of the label. */
+/** The filter of the list of studies. The ends of the range are in the unit of the label. */
 export class StudyFilter extends Filter {
   /** @param {Kept} kept @param {() => void} look */
   constructor(kept, look) {
@@ -107,7 +104,7 @@ export class StudyFilter extends Filter {
     fill(this.ends, this.found.axis && fields);
   }
 
-  /** Choose the axis of the range. @param {string} axis */
+  /** Choose the parameter of the range. @param {string} axis */
   over(axis) {
     Object.assign(this.found, { axis, from: "", to: "" });
     this.drawEnds();

@@ -83,7 +83,7 @@ function said(held, path) {
   return held.get(path) !== undefined;
 }
 
-/** The table, typed or from a file. @param {Held} held */
+/** The field for the measured table, which is typed or read from a file. @param {Held} held */
 function measuredField(held) {
   const text = el("textarea", {
     rows: 8,
@@ -105,7 +105,7 @@ function measuredField(held) {
   return field("measured", title, [text, file], { wide: true });
 }
 
-/** A quantity that is known, to be estimated, or neither. @param {Held} held @param {FittedField} each */
+/** The fields of a quantity, which may be given or estimated. @param {Held} held @param {FittedField} each */
 function quantityField(held, each) {
   const place = `structure.${each.path}`;
   const range = `fit.${each.name}`;
@@ -128,7 +128,7 @@ function quantityField(held, each) {
 }
 
 /**
- * The range of the search; both ends empty for the default range.
+ * The fields of the range in which a parameter is estimated. Two empty fields mean the default range.
  *
  * @param {Held} held
  * @param {string} path
@@ -199,7 +199,7 @@ function json(title, document) {
   return document && details(title, el("pre", { tabindex: 0 }, JSON.stringify(document, null, 2)));
 }
 
-/** Rows over frequency, or samples over time; lengths in millimetres. @param {Fitted} found */
+/** Measured and fitted curves over frequency or time, with lengths in millimetres. @param {Fitted} found */
 function tracesOf({ rows, units, time_s, measured_m, model_m }) {
   const by = rows && units.amplitude !== "m" ? 1 : 1000;
   const column = (/** @type {"measured" | "model"} */ name, /** @type {number[]} */ overTime) =>

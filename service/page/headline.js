@@ -1,4 +1,4 @@
-/** The first thing shown of a study: the recommended design, or why there is none yet. */
+/** The box at the top of a study: the recommended design, or the reason why no design is recommended yet. */
 /** @import { Frequencies, Ranked, Ranking, Session, Shown } from "./types.js" */
 
 import { capital, el, prose, quiet } from "./dom.js";
@@ -6,23 +6,21 @@ import { count, short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
 import { WORDS } from "./words.js";
 
-/** Designs are judged by an amplitude, at one frequency or over a band. */
+/** The result by which designs are judged, at one frequency or over a band. */
 export const VALUE = "amplitude_ratio";
-/** If less of a study is computed, its best design means little. */
+/** Computed share of a study below which the best design may still change much. */
 const FRAGMENT = 0.5;
-/**
- * Doubts that apply to whichever design is shown; the others concern only the optimum.
- */
+/** Doubts that concern every design of a study, not only the optimum. */
 const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
 
 /**
- * The recommended design of a study. That is the best one, unless its friction clamps the structure: then it
- * is the best with impacts.
+ * The recommended design of a study, which usually is the best design. If the friction of the best design
+ * clamps the structure, the best design with impacts is recommended instead.
  *
  * @param {Pick<Ranking, "designs" | "best_with_impacts" | "clamped">} ranked the service's ranking
  * @returns {{best: Ranked | null, other: Ranked | null}} `best` is the recommended design. If the best design
- *   of all has no impacts, it and the best with impacts are the two, and `other` is the one that is not
- *   recommended.
+ *   has no impacts, there is a second candidate, the best design with impacts; `other` is then the candidate
+ *   that is not recommended.
  */
 export function leading(ranked) {
   const first = ranked.designs[0] ?? null;
@@ -30,17 +28,12 @@ export function leading(ranked) {
   return striking && ranked.clamped ? { best: striking, other: first } : { best: first, other: striking };
 }
 
-/** Whether a tuned mass damper does better than every design. @param {Ranking} ranked */
+/** Whether a tuned mass damper is better than every design of the study. @param {Ranking} ranked */
 export function isBeaten(ranked) {
   return ranked.brief.damper === "tuned_mass_damper";
 }
 
-/**
- * The ranking in a box.
- *
- * @param {Session} session
- * @param {Ranking} ranked
- */
+/** A box with the recommended design of a ranking. @param {Session} session @param {Ranking} ranked */
 export function headline({ record, selection, shown }, ranked) {
   const { best, other } = leading(ranked);
   if (!best) return null;
@@ -53,7 +46,7 @@ export function headline({ record, selection, shown }, ranked) {
   const value = shown.withError(VALUE, best.value, best.error) + shown.unit(VALUE);
   const next = ranked.next_frequencies;
   const judged = shown.has(VALUE) ? WORDS.objectives_in_units[ranked.objective] : ranked.long_name;
-  // while points are missing, a better design may follow; a band is judged at the frequencies so far
+  // a study with missing points may still get a better design
   const soFar = record.points_done < record.points_total ? " so far" : "";
   const beaten = isBeaten(ranked);
   const title = beaten
@@ -97,11 +90,11 @@ export function headline({ record, selection, shown }, ranked) {
 }
 
 /**
- * If only one frequency was computed, a link to the form of a new study: this one over a band.
+ * If only one frequency was computed, a link to the form of a new study with the same designs over a band.
  *
  * @param {string} id
  * @param {Shown} shown
- * @param {Frequencies | null | undefined} next none if there is a band
+ * @param {Frequencies | null | undefined} next frequencies of the new study; null if the study has a band
  */
 export function judgedOver(id, shown, next) {
   if (!next) return null;

@@ -1,15 +1,15 @@
-/** Links to the documentation, if the service has it. */
+/** Links to the documentation, if the service offers the documentation. */
 
 import { el } from "./dom.js";
 
-/** Its address; empty if the service has no documentation. */
+/** Address of the documentation; empty if the service has none. */
 const PLACE = document.documentElement.dataset.docs ?? "";
 
 /**
- * A link to a page of the documentation, opened in a new tab.
+ * A link that opens a page of the documentation in a new tab.
  *
- * @param {string} page its address within the site
- * @param {string} about its subject
+ * @param {string} page address of the page within the documentation
+ * @param {string} about subject of the page
  * @returns {HTMLElement | false}
  */
 export function help(page, about) {
@@ -30,7 +30,7 @@ export function help(page, about) {
   );
 }
 
-/** The link as an entry of the navigation. */
+/** The link to the documentation in the navigation. */
 export function documentationLink() {
   return PLACE !== "" && el("a", { href: PLACE, target: "_blank", rel: "noopener" }, "Documentation");
 }

@@ -1,4 +1,4 @@
-/** A computed motion: columns over time, as sampled by the service, and quantities derived from them. */
+/** A computed motion: the samples that the service sends, and quantities derived from the samples. */
 
 /**
  * @typedef {{time: number[], u: number[], u_rate: number[], v: number[], v_rate: number[], p: (number |
@@ -12,7 +12,7 @@ export class History {
     this.columns = columns;
     this.r = r;
     this.first = columns.time[0] ?? 0;
-    /** The time of each sample in cycles since the first one. */
+    /** The time of each sample in cycles since the first sample. */
     this.cycles = columns.time.map((time) => ((time - this.first) * r) / (2 * Math.PI));
     this.length = Math.round(this.cycles[this.cycles.length - 1] ?? 0);
   }
@@ -27,12 +27,12 @@ export class History {
     return this.columns.impact.flatMap((struck, i) => (struck ? [i] : []));
   }
 
-  /** The base at a time in cycles, over Z. @param {number} cycle */
+  /** The displacement of the base over Z, at a time in cycles. @param {number} cycle */
   base(cycle) {
     return this.at("u", cycle) - this.at("v", cycle);
   }
 
-  /** The last sample at or before a time in cycles. @param {number} cycle */
+  /** The index of the last sample at or before a time in cycles. @param {number} cycle */
   before(cycle) {
     let low = 0;
     let high = this.cycles.length - 1;
@@ -45,7 +45,7 @@ export class History {
   }
 
   /**
-   * The value of a column at a time in cycles, interpolated linearly between samples.
+   * The value of a column at a time in cycles, by linear interpolation between samples.
    *
    * @param {keyof Columns} name
    * @param {number} cycle
@@ -65,11 +65,7 @@ export class History {
     return this.columns.p.map((p, i) => (p === null ? null : p - this.columns.u[i]));
   }
 
-  /**
-   * States once per cycle at the same phase: a Poincaré section.
-   *
-   * @returns {{u: number[], u_rate: number[]}}
-   */
+  /** The Poincaré section of the structure at each cycle. @returns {{u: number[], u_rate: number[]}} */
   get strobes() {
     const whole = Array.from({ length: this.length }, (_, k) => k);
     return { u: whole.map((k) => this.at("u", k)), u_rate: whole.map((k) => this.at("u_rate", k)) };

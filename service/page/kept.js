@@ -1,8 +1,8 @@
-/** The choices of a view, kept in its address: a link leads to the same view, and Back undoes one step. */
+/** Keeps the choices of a view in its address. A link leads to the same view, and Back undoes one step. */
 
 import { nearest } from "./numbers.js";
 
-/** Changes that follow each other faster than this, for example those of a slider, are one step. */
+/** Changes that follow each other within this time, as with a slider, are one step for Back. */
 const ONE_STEP_MILLISECONDS = 1000;
 
 export class Kept {
@@ -15,7 +15,7 @@ export class Kept {
   }
 
   /**
-   * The kept value of a name if it is possible, else the default.
+   * The kept value of a choice, or its default if the kept value is not possible.
    *
    * @template {string} T
    * @param {string} name @param {readonly string[]} possible @param {T} usual
@@ -26,7 +26,7 @@ export class Kept {
   }
 
   /**
-   * A kept number, within two limits.
+   * A kept number, or its default if the number is not within two limits.
    *
    * @param {string} name
    * @param {number} low
@@ -38,16 +38,16 @@ export class Kept {
     return value >= low && value <= high ? value : usual;
   }
 
-  /** Whether something is on. @param {string} name @param {boolean} usual */
+  /** Whether a kept option is switched on. @param {string} name @param {boolean} usual */
   on(name, usual) {
     return this.one(name, ["yes", "no"], usual ? "yes" : "no") === "yes";
   }
 
   /**
-   * Keep the present choices; defaults are left out.
+   * Keep choices in the address.
    *
-   * @param {Record<string, string | number | boolean | null | undefined>} values null, undefined and "" stand
-   *   for the default
+   * @param {Record<string, string | number | boolean | null | undefined>} values null, undefined or ""
+   *   removes a choice from the address, so that its default holds
    */
   keep(values) {
     const before = this.href;
@@ -67,7 +67,7 @@ export class Kept {
     return this.at(this.path);
   }
 
-  /** The address of another view with all choices kept here. @param {string} path */
+  /** The address of another view, with the choices of this view. @param {string} path */
   at(path) {
     const query = new URLSearchParams(this.values).toString();
     return query ? `${path}?${query}` : path;
@@ -75,7 +75,7 @@ export class Kept {
 }
 
 /**
- * A value of an axis in the fewest digits that distinguish it from its neighbours.
+ * A value of an axis, written with the fewest digits that distinguish the value from its neighbours.
  *
  * @param {(number | string)[]} values
  * @param {number} place

@@ -1,16 +1,16 @@
-/** Reads typed lists: values separated by commas, semicolons or spaces. */
+/** Reads typed lists, in which commas, semicolons or spaces separate the values. */
 
 import { el, fill, smallButton } from "./dom.js";
 
-/** A single comma between two digits: a decimal comma, or two values. */
+/** Pattern of a single comma between digits, which is a decimal comma or separates two values. */
 const EITHER = /(?<=^|\s)[+-]?\d+,\d+(?=\s|$)/;
-/** Separators of numbers other than commas. */
+/** Separators of numbers, besides commas. */
 const SPACES = /[;\s]+/;
-/** The same for values with names, which contain spaces: `rubber 0.3`. */
+/** Separator of values with names, besides commas. Such values contain spaces, as in `rubber 0.3`. */
 export const SEMICOLON = /;/;
 
 /**
- * The parts of a list. "0,2" stays one part, since its meaning is unclear; "1,2,3" and "0.2,0.5" are lists.
+ * The parts of a typed list. "0,2" stays one part, because its meaning is unclear; "1,2,3" has three parts.
  *
  * @param {string} text
  * @param {RegExp} [between]
@@ -25,7 +25,7 @@ export function parts(text, between = SPACES) {
 }
 
 /**
- * The question about an unclear list, and both readings; null if it is clear.
+ * A question about an unclear list, with the two ways to read the list; null if the list is clear.
  *
  * @param {string} text
  * @param {RegExp} [between]
@@ -47,9 +47,9 @@ export function doubt(text, between = SPACES) {
 /**
  * @param {string} value
  * @param {(parts: string[]) => void} onChange called with the typed parts
- * @param {Record<string, unknown>} [attributes] of the box
- * @param {RegExp} [between] as in `parts`
- * @returns {HTMLElement[]} the box, and the place for the question
+ * @param {Record<string, unknown>} [attributes] attributes of the box
+ * @param {RegExp} [between] separators, as in `parts`
+ * @returns {HTMLElement[]} the box, and the place for a question about an unclear list
  */
 export function listBox(value, onChange, attributes = {}, between = undefined) {
   const box = el("input", { type: "text", ...attributes, value, oninput: () => typed(box.value) });

@@ -1,6 +1,5 @@
 /**
- * The view of each address. Addresses are fragments, so each can be linked to and the server has only one
- * page.
+ * Shows the view of each address, which is the fragment of the page's URL.
  *
  * @typedef {(() => void) | void} Leave
  * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave>} View
@@ -94,7 +93,7 @@ async function nowhere(root) {
   fill(root, el("h1", {}, "No such view"), el("p", {}, el("a", { href: "#/" }, "All studies")));
 }
 
-/** Ask for a key in place of the present view, once. */
+/** Show the form for a key in place of the present view, unless it is shown already. */
 function signIn() {
   if (document.getElementById("key")) return;
   shown += 1;
@@ -105,7 +104,8 @@ function signIn() {
 }
 
 /**
- * Write the comma of a number as a decimal point: the browser would leave it out and make 605 of 60,5.
+ * Replace a typed comma in a number by a decimal point. The browser would ignore the comma, and read 60,5 as
+ * 605.
  *
  * @param {InputEvent} event
  */

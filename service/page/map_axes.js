@@ -1,4 +1,4 @@
-/** The dimensions of a map, kept in the address, and the point on it. */
+/** The two dimensions of a map, which are kept in the address, and the position of the point on the map. */
 /** @import { MapAnswer, Session, Shown } from "./types.js" */
 
 import { picker } from "./dom.js";
@@ -6,7 +6,7 @@ import { picker } from "./dom.js";
 export class MapAxes {
   /**
    * @param {Session} session
-   * @param {string[]} usual the first two are shown if none is chosen
+   * @param {string[]} usual default dimensions; the map shows the first two
    * @param {string[]} choices
    */
   constructor(session, [x, y], choices) {
@@ -22,13 +22,13 @@ export class MapAxes {
     return { x: this.x, y: this.y };
   }
 
-  /** Both dimensions, as kept in the address. */
+  /** Both dimensions in the form for the address; null if they are the default dimensions. */
   get kept() {
     const usual = this.x === this.usual.x && this.y === this.usual.y;
     return usual ? { x: null, y: null } : this.both;
   }
 
-  /** The drawn position of the study's point. */
+  /** The position of the selected point on the map, in the shown units. */
   get point() {
     const { selection, shown } = this.session;
     const at = (/** @type {string} */ name) => selection.value(name) * shown.factor(name);
@@ -39,7 +39,7 @@ export class MapAxes {
    * Move the point of the study to a clicked position.
    *
    * @param {{x: number, y: number}} point
-   * @param {number | undefined} rows of the map; with a single row nothing lies along y
+   * @param {number | undefined} rows number of rows of the map; a map with one row has no dimension y
    */
   choose(point, rows) {
     const { selection, shown } = this.session;
@@ -48,7 +48,7 @@ export class MapAxes {
   }
 
   /**
-   * Pickers of both dimensions; choosing the other's dimension swaps them.
+   * Pickers of the two dimensions. If both would show the same dimension, the dimensions are swapped.
    *
    * @param {string[]} choices
    * @param {() => void} changed
@@ -69,7 +69,7 @@ export class MapAxes {
   }
 }
 
-/** The computed share of a map, and its note. @param {MapAnswer} map @param {Shown} shown */
+/** The computed share, the failures and the note of a map. @param {MapAnswer} map @param {Shown} shown */
 export function said(map, shown) {
   const share = map.complete < 1 ? `${Math.floor(100 * map.complete)} % of this map is computed. ` : "";
   const failed = map.points_failed ? `${map.points_failed} points failed. ` : "";

@@ -1,26 +1,19 @@
-/**
- * The traces of a resonance map: the values, their contour lines, marks of locked, failed or missing
- * points, and the best designs.
- */
+/** The traces of a resonance map: values, contour lines, classes of points, and the best designs. */
 /** @import { Catalogue, Figure, Layout, MapAnswer, Row, Trace } from "./types.js" */
 
 import { colour, NARROW, thisPoint } from "./figure.js";
 import { extentOf, isLogarithmic, isWide, short } from "./numbers.js";
 import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 
-/** Largest number of symbols of one class on a map; more would hide the values. */
+/** Largest number of symbols of one class on a map; more symbols would hide the values. */
 const MOST_SYMBOLS = 900;
 const LOCKED = 1;
-/**
- * The point to which the response class belongs, if a map is reduced over a dimension.
- *
- * @type {Record<string, string>}
- */
+/** Words for the point of a response class on a reduced map. @type {Record<string, string>} */
 const WHERE = { max: " where it is largest", min: " where it is smallest" };
 const FAILED_FROM = 2;
 /** Largest number of values for which every value is written along the axis. */
 const FEW = 8;
-/** Smallest number of points along either axis for contour lines; with fewer, lines would be invented. */
+/** Smallest number of points along each axis for contour lines; fewer points do not determine lines. */
 const CONTOUR_POINTS = 6;
 const CONTOUR_LINES = 12;
 /** Relative difference below which values are equal up to rounding. */
@@ -31,8 +24,8 @@ const ROUNDING = 1e-9;
  * @typedef {{contours: boolean, classes: boolean}} Overlays
  * @typedef {{x: number, y: number, text: string}} Mark
  * @typedef {{best: (Mark & {acts: boolean, name?: string}) | null, other: (Mark & {acts: boolean}) | null,
- *   pareto: Mark[], point: {x: number, y: number} | null}} Marks If the recommended design has
- *   impacts, `other` is the best design without; otherwise it is the best with impacts.
+ *   pareto: Mark[], point: {x: number, y: number} | null}} Marks If the recommended design has impacts,
+ *   `other` is the best design without impacts; otherwise `other` is the best design with impacts.
  */
 
 /**
@@ -100,9 +93,9 @@ export function mapTraces(map, overlays, marks, words, beside) {
 }
 
 /**
- * Round levels within the values, at most `CONTOUR_LINES`; none if the values are equal up to rounding, for
- * example if all points so far are locked. The library's own levels would then leave no line to draw, and
- * it would fail.
+ * Round levels for contour lines within the values, at most `CONTOUR_LINES`. If the values are equal up to
+ * rounding, for example because all points are locked, there are no levels. The plotting library would choose
+ * levels of its own, find no line to draw, and fail.
  *
  * @param {(number | null)[][]} z
  */
@@ -118,7 +111,7 @@ function contourLevels(z) {
 }
 
 /**
- * The codes of a variable, which is the shown one or a companion.
+ * The response class or the status of every point of a map, whichever variable the map shows.
  *
  * @param {MapAnswer} map
  * @param {"response_class" | "status"} name
@@ -128,7 +121,7 @@ function codesOf(map, name) {
 }
 
 /**
- * Values as they are coloured, and the colour bar.
+ * The values that determine the colours, and the colour bar.
  *
  * @param {MapAnswer} map
  * @param {(number | null)[][]} [beside]
@@ -165,17 +158,13 @@ function scale(map, beside) {
   };
 }
 
-/** The position of the bar: beside the map, or below it on a phone. */
+/** The position of the colour bar: beside the map, or below the map on a phone. */
 function barLook() {
   const common = { thickness: 14, outlinewidth: 0 };
   return NARROW.matches ? { ...common, orientation: "h", y: -0.22, yanchor: "top", x: 0.5 } : common;
 }
 
-/**
- * Codes as steps of colour with their names.
- *
- * @param {MapAnswer} map
- */
+/** The colours and names of a variable with codes, and the colour bar. @param {MapAnswer} map */
 function codes(map) {
   const meanings = map.meanings[map.metric];
   const known = Object.keys(meanings)
@@ -213,7 +202,7 @@ function hover(map, coded) {
 }
 
 /**
- * One symbol at each point that meets a condition, thinned if there are too many.
+ * Symbols at the points that meet a condition. If there are too many such points, some are left out.
  *
  * @param {MapAnswer} map
  * @param {number[][] | undefined} codes
@@ -290,7 +279,7 @@ function markers({ best, other, pareto, point }) {
       color: "white",
       line: { width: 2, color: "black" },
     });
-  // white with a black edge: visible on light cells, and on dark ones, where it mostly lies
+  // white with a black edge, which is visible on light and on dark cells
   if (other)
     add([other], other.acts ? "best with impacts" : "best, no impact", {
       symbol: "star",
@@ -319,12 +308,7 @@ function markers({ best, other, pareto, point }) {
   return traces;
 }
 
-/**
- * The layout of a map.
- *
- * @param {MapAnswer} map
- * @returns {Layout}
- */
+/** The layout of a map. @param {MapAnswer} map @returns {Layout} */
 export function mapLayout(map) {
   return {
     xaxis: { title: map.x_title ?? axisTitle(map.x_dimension), ...span(map.x) },
@@ -335,11 +319,7 @@ export function mapLayout(map) {
   };
 }
 
-/**
- * Type and range of an axis, from the outer edge of the first cell to that of the last.
- *
- * @param {number[]} values
- */
+/** Type and range of an axis, up to the outer edges of the cells. @param {number[]} values */
 function span(values) {
   const log = isLogarithmic(values);
   const along = log ? values.map(Math.log10) : values;
@@ -347,7 +327,7 @@ function span(values) {
     along.length > 1
       ? [(along[1] - along[0]) / 2, (along[along.length - 1] - along[along.length - 2]) / 2]
       : [0.5, 0.5];
-  // within a decade the library would write every digit, one over the other
+  // within a decade, the tick labels of the plotting library would overlap
   const few = { tickvals: values, ticktext: values.map((value) => short(value, 3)) };
   const ticks = !log ? {} : values.length <= FEW ? few : { dtick: "D2" };
   return {
@@ -370,11 +350,7 @@ export async function drawMap(chart, map, traces, lines = () => lineTraces(map))
   else await chart.draw(traces, () => mapLayout(map));
 }
 
-/**
- * A curve in place of a map, if only one dimension varies.
- *
- * @param {MapAnswer} map
- */
+/** A curve in place of a map, if only one dimension varies. @param {MapAnswer} map */
 function lineTraces(map) {
   return [
     {

@@ -15,7 +15,7 @@ import { sliders } from "./sliders.js";
 import { DIMENSIONS } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
-/** Number of values requested along either axis, about as many as a screen can show. */
+/** Largest number of values requested along each axis, about as many as a screen can show. */
 const MOST = 240;
 const PATIENCE_MILLISECONDS = 1500;
 const USUAL_METRIC = "amplitude_ratio";
@@ -30,7 +30,7 @@ class MapTab {
   map = null;
   found = NOTHING_FOUND;
   asked = 0;
-  /** The last request. */
+  /** The last request, as text. */
   last = "";
   note = el("p", { class: "quiet note" });
   trouble = el("div");
@@ -124,7 +124,7 @@ class MapTab {
     this.look();
   }
 
-  /** Keep what differs from the default view. */
+  /** Keep choices that differ from the default view in the address. */
   keep() {
     const { metric, contours, classes, window } = this.view;
     this.session.kept.keep({
@@ -137,10 +137,7 @@ class MapTab {
     });
   }
 
-  /**
-   * The request for the map: the other dimensions are fixed at the point; the frequency is left open if the
-   * worst is judged.
-   */
+  /** The request for the map at the point; without a frequency, the map shows the worst case. */
   whole() {
     const { selection } = this.session;
     const { x, y } = this.axes;
@@ -148,7 +145,7 @@ class MapTab {
     return { x, y, metric: this.view.metric, ...selection.at(except) };
   }
 
-  /** The request at the resolution of the screen. */
+  /** The request for the map, limited to the zoomed range and to the resolution of a screen. */
   question() {
     return { ...this.whole(), most: MOST, ...this.view.window };
   }
@@ -176,7 +173,7 @@ class MapTab {
     await drawMap(this.chart, map, () => mapTraces(map, view, this.marks(), this.session.words));
   }
 
-  /** The marks: only designs that lie in this map. */
+  /** The marks of the designs that lie in this map, and of the point. */
   marks() {
     const { selection, shown } = this.session;
     const { x, y } = this.axes;
@@ -202,14 +199,14 @@ class MapTab {
   }
 
   /**
-   * A zoomed range is kept in the address and requested again, since a thinned map shows more there.
+   * Keep a zoomed range in the address, and request the map again, which then has more points in this range.
    *
    * @param {Record<string, unknown>} event
    */
   zoomed(event) {
     if (event["xaxis.autorange"] && this.view.window.x_range) return this.change({ window: {} });
     if (event["xaxis.range[0]"] === undefined && event["yaxis.range[0]"] === undefined) return;
-    // kept in ratios, so that an address has the same meaning in units
+    // the range is kept in ratios, so that the address does not depend on the shown units
     const span = (/** @type {"x" | "y"} */ axis) => {
       const { type, range = [] } = this.chart.plot.layout[`${axis}axis`] ?? {};
       return range
@@ -237,7 +234,7 @@ class MapTab {
   }
 }
 
-/** The other kept choices of a map. @param {Kept} kept @param {string[]} variables */
+/** The kept choices of a map, besides its dimensions. @param {Kept} kept @param {string[]} variables */
 function keptLook(kept, variables) {
   const { x_range, y_range } = kept.values;
   const span = /^[-+.\de]+,[-+.\de]+$/;
@@ -259,7 +256,7 @@ function usualAxes(varied) {
 }
 
 /**
- * Limit calls to one per interval, with a last one at the end.
+ * Limit the calls of a function to one per interval. The last call is never lost.
  *
  * @param {number} milliseconds
  * @param {() => void} run

@@ -7,8 +7,8 @@ import { inBrackets } from "./shown.js";
 import { WORDS } from "./words.js";
 
 /**
- * Results of a study. Those of a suite are in units; those over base amplitudes are in units if the study
- * is shown so, else ratios.
+ * Results of a study. Results of a suite are in units. Results of a study over base amplitudes are in units
+ * if the study is shown in units, otherwise ratios.
  *
  * @param {Session} session @returns {Variable[]}
  */
@@ -22,11 +22,7 @@ export function measures({ words, variables, shown, selection }) {
   return shown.inUnits ? [...inUnits, ...plain] : plain;
 }
 
-/**
- * The name of a result, with its shown unit.
- *
- * @param {{long_name: string, units: string}} variable
- */
+/** The name of a result, with its shown unit. @param {{long_name: string, units: string}} variable */
 export function unitOf({ long_name, units }) {
   return long_name + inBrackets(units);
 }
@@ -34,7 +30,7 @@ export function unitOf({ long_name, units }) {
 const USUAL = "amplitude_ratio";
 
 /**
- * The choice of a result that is a quantity, kept in the address.
+ * The choice of a result, which is kept in the address. Results that are codes are not offered.
  *
  * @param {Session} session
  * @param {string} key in the address

@@ -1,4 +1,4 @@
-/** The model at rest, with the symbols used in a specification. */
+/** A sketch of the model at rest, with the symbols of a specification. */
 
 import { coil, cylinder, svg } from "./sketch.js";
 
@@ -24,9 +24,9 @@ function label(x, y, words, sub) {
 const PARTICLE = ", with the particle m, which has the clearance d on either side and rebounds with e";
 
 /**
- * Base, spring, dashpot, friction pad, cavity and particle.
+ * The sketch of the model, in which a particle is optional.
  *
- * @param {boolean} particle whether there is one
+ * @param {boolean} particle whether to draw a particle
  */
 export function modelSketch(particle = true) {
   const box = HALF + 28;

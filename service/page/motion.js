@@ -1,7 +1,4 @@
-/**
- * The steady motion of one design: an animated sketch, time history with the gap, phase portrait, spectrum,
- * and where the energy goes.
- */
+/** The steady motion of one design: sketch, history, phase portrait, spectrum, forces and energies. */
 /** @import { Session, Shown, Simulated, StudyRecord, Trace } from "./types.js" */
 
 import { refusalBox } from "./api.js";
@@ -16,16 +13,16 @@ import { sketch } from "./sketch.js";
 import { designDimensions } from "./vocabulary.js";
 
 const COMPUTING = "Computing the motion …";
-/** Cycles shown of a response that repeats: as many complete periods as fit into this number. */
+/** Number of cycles to show of a response that repeats, rounded down to complete periods. */
 const CYCLES = 6;
 const MOST_CYCLES = 60;
-/** Cycles shown of a response that does not repeat, or whose period is unknown. */
+/** Number of cycles to show of a response that does not repeat, or whose period is unknown. */
 const CYCLES_OF_OTHERS = 12;
-/** Largest number of samples that the service sends; with fewer, impacts could be left out. */
+/** Largest number of samples that the service sends; fewer samples could leave out impacts. */
 const SAMPLES = 20000;
-/** Space between a closed curve and the frame, over the curve's width. */
+/** Space between a closed curve and the frame, as a share of the curve's width. */
 const MARGIN = 0.05;
-/** Share of the largest amplitude below which a value is rounding. */
+/** Share of the largest amplitude below which a value is only rounding. */
 const NOTHING = 1e-6;
 const MEASURES = [
   "impacts_per_cycle",
@@ -75,7 +72,7 @@ export class MotionPanel {
    * Compute and draw the motion of the point.
    *
    * @param {number} r frequency ratio
-   * @param {number} period cycles after which the stored response repeats, 0 if it does not
+   * @param {number} period cycles after which the stored response repeats; 0 if the response does not repeat
    * @param {AbortSignal} signal
    */
   async look(r, period, signal) {
@@ -84,7 +81,7 @@ export class MotionPanel {
     if (!time.element.isConnected) fill(element, goesOn);
     /** @param {string} words */
     const tell = (words) => {
-      // the shown motion stays until the next one arrives, unless kernels must be compiled first
+      // the old motion is shown until the new motion arrives; if kernels are compiled, a message replaces it
       if (words && !goesOn.isConnected) fill(element, goesOn);
       fill(goesOn, words || COMPUTING);
     };
@@ -179,7 +176,7 @@ function forceLayout(history, shown) {
 }
 
 /**
- * Space around curves along an axis, since a line that touches the frame looks cut off.
+ * The range of an axis with some space around the curves, because a line at the frame would look cut off.
  *
  * @param {{x: number[], y: number[]}[]} traces
  * @param {"x" | "y"} axis
@@ -194,17 +191,13 @@ function around(traces, axis) {
   return { autorangeoptions: { include: [low - room, high + room] } };
 }
 
-/** Cycles to show, as complete periods. @param {number} period */
+/** Number of cycles to show, if possible a multiple of the period. @param {number} period */
 function cyclesShown(period) {
   if (period < 1) return CYCLES_OF_OTHERS;
   return period <= CYCLES ? period * Math.floor(CYCLES / period) : Math.min(period, MOST_CYCLES);
 }
 
-/**
- * The units of lengths, speeds and frequencies: either all are in units, or none.
- *
- * @param {Shown} shown
- */
+/** The units of lengths, speeds and frequencies: all ratios or none. @param {Shown} shown */
 function unitsOf(shown) {
   const inUnits = shown.has("impact_speed_max");
   const factor = (/** @type {string} */ name) => (inUnits ? shown.factor(name) : 1);
@@ -220,7 +213,7 @@ function unitsOf(shown) {
 }
 
 /**
- * The point as a request.
+ * The request for the simulation of the point.
  *
  * @param {Session} session
  * @param {number} r
@@ -271,7 +264,7 @@ function shownNote(record, answer, history) {
   );
 }
 
-/** The measured results of the simulation. @param {Simulated} answer @param {Session} session */
+/** The results of the simulation with their values. @param {Simulated} answer @param {Session} session */
 function measures({ metrics }, { words, shown }) {
   const measured = (/** @type {string} */ name) => metrics[name] ?? 0;
   const known = words.variables.filter(
@@ -419,11 +412,11 @@ function impactMarks(x, y) {
 }
 
 /**
- * The nonzero forces, over the cycles.
+ * The curves of the forces over the cycles. A force that is always 0 is left out.
  *
  * @param {number[]} cycles
  * @param {Record<string, number[]>} forces from the service, over k·Z
- * @param {number} factor from these to the shown unit
+ * @param {number} factor from these forces to the shown unit
  */
 function forceTraces(cycles, forces, factor) {
   return FORCES.filter(([name]) => forces[name].some((force) => force !== 0)).map(([name, title], i) => ({

@@ -1,4 +1,4 @@
-/** Numbers, times and sizes as text, and the extent of numbers. */
+/** Writes numbers, times and sizes as text, and finds the smallest and the largest of several numbers. */
 
 /**
  * A number with a few significant digits.
@@ -25,7 +25,7 @@ export function counted(value, noun) {
 }
 
 /**
- * A quantity in the unit of a drawing, millimetres for metres.
+ * A quantity as on a drawing, with lengths in millimetres.
  *
  * @param {number} value
  * @param {string} units in SI
@@ -37,7 +37,7 @@ export function drawn(value, units, digits) {
     : `${short(value, digits)} ${units}`;
 }
 
-/** A time span. @param {number | null | undefined} seconds */
+/** A duration as text. @param {number | null | undefined} seconds */
 export function duration(seconds) {
   if (seconds === null || seconds === undefined) return "–";
   if (seconds < 1e-3) return `${short(seconds * 1e6, 3)} µs`;
@@ -59,13 +59,13 @@ export function size(bytes) {
   return `${short(bytes, 3)} ${units[step]}`;
 }
 
-/** A time, in the reader's time zone. @param {string | null} iso */
+/** Date and time in the time zone of the browser. @param {string | null} iso */
 export function moment(iso) {
   if (!iso) return "–";
   return new Date(iso).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
 }
 
-/** Whether values grow by a factor instead of a step. @param {number[]} values */
+/** Whether values grow by a constant factor, not by a constant step. @param {number[]} values */
 export function isLogarithmic(values) {
   if (values.length < 3 || values[0] <= 0) return false;
   const last = values[values.length - 1];
@@ -73,7 +73,7 @@ export function isLogarithmic(values) {
   return factor > 1.05 && values.every((value, i) => Math.abs(value / (values[0] * factor ** i) - 1) < 1e-6);
 }
 
-/** The index of the value nearest to a wanted one. @param {number[]} values @param {number} wanted */
+/** The index of the value nearest to `wanted`. @param {number[]} values @param {number} wanted */
 export function nearest(values, wanted) {
   let best = 0;
   values.forEach((value, i) => {
@@ -82,14 +82,10 @@ export function nearest(values, wanted) {
   return best;
 }
 
-/** Values whose ratio exceeds this are coloured by their logarithm. */
+/** Ratio of the largest to the smallest value above which values are coloured by their logarithm. */
 const WIDE = 20;
 
-/**
- * The smallest and the largest known value; both NaN if none is known.
- *
- * @param {(number | null)[][]} rows
- */
+/** The smallest and the largest known value, or NaN. @param {(number | null)[][]} rows */
 export function extentOf(rows) {
   let [low, high] = [NaN, NaN];
   for (const row of rows) {

@@ -1,4 +1,4 @@
-/** All designs together: parallel coordinates, brushed with the pointer on an axis or with sliders. */
+/** Shows all designs as parallel coordinates. The axes are limited with the pointer or with sliders. */
 /** @import { Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -25,11 +25,11 @@ export class ParallelPanel {
   said = el("p", { class: "quiet", role: "status" });
   /** @type {Ranked[]} */
   found = [];
-  /** Whether friction clamps the structure with the first design. @type {boolean | undefined} */
+  /** Whether the friction of the first design clamps the structure. @type {boolean | undefined} */
   clamped;
   /** @type {Axis[]} */
   axes = [];
-  /** Ends of each brush, as shares of its axis. @type {Record<string, [number, number]>} */
+  /** Ends of the brush (selected range) of each axis, 0 to 1. @type {Record<string, [number, number]>} */
   brushes = {};
   /** @type {Record<string, [HTMLInputElement, HTMLInputElement, HTMLOutputElement]>} */
   inputs = {};
@@ -80,7 +80,7 @@ export class ParallelPanel {
     return el("label", { class: "field" }, el("span", {}, label), input);
   }
 
-  /** The limits as parameters of the question. */
+  /** The limits on impact speed and sticking, as parameters of the request. */
   filters() {
     const { speed, stuck } = this.limits;
     return {
@@ -149,7 +149,7 @@ export class ParallelPanel {
   }
 
   /**
-   * A drag along an axis brushes it; a click on it removes the brush.
+   * Let the pointer select a range: a drag along an axis makes a brush, and a click on the axis removes it.
    *
    * @param {Axis} axis
    * @param {SVGElement} handle
@@ -194,7 +194,7 @@ export class ParallelPanel {
     );
   }
 
-  /** One end of a brush. @param {Axis} axis @param {0 | 1} end */
+  /** A slider for one end of a brush. @param {Axis} axis @param {0 | 1} end */
   slider({ name, title }, end) {
     const oninput = () => {
       const value = Number(slider.value) / STEPS;
@@ -268,7 +268,7 @@ export class ParallelPanel {
     output.textContent = `${least} to ${most}`;
   }
 
-  /** @param {number} inside number of designs within the brushes @param {Ranked | null} best of them */
+  /** @param {number} inside number of designs within the brushes @param {Ranked | null} best best of these */
   say(inside, best) {
     const { selection, shown } = this.session;
     const { found, total } = this;

@@ -1,4 +1,4 @@
-/** A request that may wait for the compiler; its progress is reported until the answer arrives. */
+/** Requests that may have to wait for the compiler, and reports of its progress. */
 /** @import { Answer, Readiness } from "./types.js" */
 
 import { send } from "./api.js";
@@ -7,12 +7,13 @@ import { counted } from "./numbers.js";
 const LOOK_MILLISECONDS = 1000;
 
 /**
- * Send a document to be computed, and report meanwhile whether kernels are being compiled for it.
+ * Request a computation. Until the answer arrives, report whether kernels are being compiled for the request.
  *
  * @template {string} Path
  * @param {Path} path
  * @param {unknown} document
- * @param {(words: string) => void} tell called with the progress of compiling; empty if nothing is compiled
+ * @param {(words: string) => void} tell called with the progress of the compiler; the text is empty if
+ *   nothing is compiled
  * @param {AbortSignal} [signal]
  * @param {Record<string, unknown>} [parameters]
  * @returns {Promise<Answer<Path>>}
@@ -27,7 +28,7 @@ export async function sendPatiently(path, document, tell, signal = undefined, pa
       );
       if (waits) tell(ready.phase === "compiling" ? compiling(ready) : "");
     } catch {
-      return; // the answer to the request itself reports the fault
+      return; // the fault is reported by the answer to the main request
     }
     if (waits) setTimeout(look, LOOK_MILLISECONDS);
   };
@@ -41,9 +42,9 @@ export async function sendPatiently(path, document, tell, signal = undefined, pa
 }
 
 /**
- * A sentence that kernels are being compiled, and how many are done.
+ * A sentence that says how many kernels have been compiled.
  *
- * @param {{phase_done: number | null, phase_total: number | null}} at how many of them
+ * @param {{phase_done: number | null, phase_total: number | null}} at numbers of compiled and of all scenes
  */
 export function compiling(at) {
   return `Compiling kernels, ${at.phase_done} of ${counted(at.phase_total ?? 0, "scene")} done …`;

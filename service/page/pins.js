@@ -1,4 +1,4 @@
-/** Pinned points: their frequency responses in one figure with that of the selected point. */
+/** Shows the frequency responses of pinned points and of the selected point in one figure. */
 /** @import { Curve, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -9,7 +9,7 @@ import { FREQUENCY } from "./selection.js";
 import { times } from "./shown.js";
 
 const PATIENCE_MILLISECONDS = 200;
-/** Largest number of pins: the number of line styles besides that of the point. */
+/** Largest number of pins, and number of line styles for their curves. */
 const MOST = 4;
 
 export class PinsPanel {
@@ -45,7 +45,7 @@ export class PinsPanel {
     );
   }
 
-  /** Grid indices of the pins that lie in the study. @returns {number[][]} */
+  /** Grid indices of the pins in the address; pins outside the study are ignored. @returns {number[][]} */
   readPins() {
     const { kept, selection } = this.session;
     const texts = (kept.values.pins ?? "").split(",").filter(Boolean);
@@ -73,7 +73,7 @@ export class PinsPanel {
     this.look();
   }
 
-  /** A pin in the list, with buttons to select and to remove it. @param {number[]} pin @param {number} i */
+  /** A pin in the list, with buttons to select or remove the pin. @param {number[]} pin @param {number} i */
   item(pin, i) {
     const { selection, shown } = this.session;
     const words = this.along.map(
@@ -112,7 +112,7 @@ export class PinsPanel {
     }
   }
 
-  /** @param {Curve[]} curves that of the point first */
+  /** @param {Curve[]} curves curve of the selected point, followed by the curves of the pins */
   async drawCurves(curves) {
     const { shown } = this.session;
     await this.chart.draw(

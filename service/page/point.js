@@ -1,4 +1,4 @@
-/** One design point: its curve over the frequency, its motion, and its stored results. */
+/** Shows one design point: its frequency response, its motion, and its stored results. */
 /** @import { Curve, Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -21,7 +21,7 @@ export class PointPanel {
   /** @type {AbortController | undefined} */
   asking;
 
-  /** @param {Session} session @param {() => Ranked | null} best the best design that is known, or null */
+  /** @param {Session} session @param {() => Ranked | null} best returns the best known design */
   constructor(session, best) {
     this.session = session;
     const { selection, record } = session;
@@ -70,7 +70,7 @@ export class PointPanel {
       const place = this.frequencyPlace(response);
       fill(about, stored(session, response, runs, place));
       await this.drawCurve(response, place);
-      // cycles after which the stored response repeats; 0 if it does not, or if this is unknown
+      // cycles after which the stored response repeats; 0 if the response has no known period
       const period = Math.max(0, periods?.values[place] ?? 0);
       await this.motion.look(response.frequency_ratio[place], period, signal);
       say(`${heading.textContent}: ${about.querySelector("dd")?.textContent ?? ""}`);
@@ -79,7 +79,7 @@ export class PointPanel {
     }
   }
 
-  /** The response over the frequency, its run times and its periods. @param {AbortSignal} signal */
+  /** Request the amplitude, the run time and the period over the frequency. @param {AbortSignal} signal */
   ask(signal) {
     const { selection, record, variables } = this.session;
     const path = studyPath(record.id, "frequency-response");
@@ -89,11 +89,7 @@ export class PointPanel {
     return Promise.all([ask(path, at, { signal }), along("run_time"), along("period")]);
   }
 
-  /**
-   * The shown frequency: that of the largest response, or the one of the slider.
-   *
-   * @param {Curve} response
-   */
+  /** The index of the largest response, or of the selected frequency. @param {Curve} response */
   frequencyPlace(response) {
     const { selection } = this.session;
     if (!selection.worst || empty(response)) return selection.place[FREQUENCY];
@@ -117,7 +113,7 @@ export class PointPanel {
   }
 }
 
-/** The point in symbols. @param {Session} session */
+/** The values of the point, with the symbols of the dimensions. @param {Session} session */
 function title({ selection, record, shown }) {
   return designDimensions(record.definition).flatMap((name, i) => [
     i > 0 && " · ",

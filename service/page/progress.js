@@ -1,4 +1,4 @@
-/** A study's state: its badge, its progress, and the buttons for actions on it. */
+/** Shows the state and the progress of a study or a design, and the buttons that control it. */
 /** @import { Listed, StudyRecord } from "./types.js" */
 
 import { ask, refusalBox } from "./api.js";
@@ -20,7 +20,7 @@ export function isActive(state) {
   return !WORDS.ended.includes(state);
 }
 
-/** A remark on results of an earlier solver. @param {StudyRecord} record */
+/** A note if an earlier solver computed the results. @param {StudyRecord} record */
 export function outdatedNote(record) {
   return (
     record.outdated &&
@@ -28,7 +28,7 @@ export function outdatedNote(record) {
   );
 }
 
-/** A state as a sign and a word, never by colour alone. @param {string} state */
+/** A state as a sign and a word, which can be read without colours. @param {string} state */
 export function badge(state) {
   return el(
     "span",
@@ -38,11 +38,7 @@ export function badge(state) {
   );
 }
 
-/**
- * The activity of a study before its first block; empty afterwards.
- *
- * @param {StudyRecord} record
- */
+/** The activity of a study before its first block, or an empty text. @param {StudyRecord} record */
 function preparation(record) {
   if (record.phase === "starting") return "Starting workers …";
   if (record.phase === "waiting") return "Waiting for workers …";
@@ -80,8 +76,8 @@ export function progressBar(record) {
  * @template {Listed & {outdated?: boolean, points_done?: number}} T
  * @param {"studies" | "designs"} kind
  * @param {T} record
- * @param {(record: T | null) => void} onChange called with the new record, null if it was deleted
- * @param {boolean} [gone] whether it is in the trash
+ * @param {(record: T | null) => void} onChange called with the new record, or null after a deletion
+ * @param {boolean} [gone] whether the study or design is in the trash
  */
 export function actions(kind, record, onChange, gone = false) {
   const place = el("span", { class: "row" });
@@ -90,7 +86,7 @@ export function actions(kind, record, onChange, gone = false) {
   const title = `Delete this ${kind === "studies" ? "study" : "design"}?`;
   const post = async (/** @type {string} */ verb) =>
     /** @type {T} */ (await ask(`${path}/${verb}`, {}, { method: "POST" }));
-  /** @param {string} label @param {() => Promise<T | null | undefined>} act undefined: nothing changed */
+  /** @param {string} label @param {() => Promise<T | null | undefined>} act undefined if nothing changes */
   const steering = (label, act) => {
     const onclick = async () => {
       try {
@@ -117,7 +113,7 @@ export function actions(kind, record, onChange, gone = false) {
     await ask(path, {}, { method: "DELETE" });
     return null;
   };
-  // the new version is another study; this one is unchanged
+  // the new version is another study, and the shown study is unchanged
   const recompute = async () => {
     location.hash = `#/studies/${(await post("recompute")).id}`;
     return undefined;

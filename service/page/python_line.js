@@ -1,4 +1,4 @@
-/** The line of Python that gives the content of a figure. */
+/** Writes the Python code that returns the content of a figure. */
 
 /** @param {unknown} value @returns {string} */
 function literal(value) {
@@ -13,9 +13,9 @@ function literal(value) {
 }
 
 /**
- * A call of the client, with its import.
+ * A call of a method of the Python client, with the import.
  *
- * @param {string | null} study id of the study; null for the client itself
+ * @param {string | null} study id of the study whose method is called; null for a method of the client
  * @param {string} method
  * @param {Record<string, unknown>} given arguments by name; null and undefined are left out
  */

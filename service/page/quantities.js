@@ -1,5 +1,5 @@
 /**
- * The quantities that a study varies, as ratios or in units, and the conversions between them.
+ * The quantities that a study varies, as ratios and in units, and the conversion between ratios and units.
  *
  * @typedef {Record<string, unknown>} Physical
  */
@@ -9,10 +9,10 @@ import { scaled } from "./axis_field.js";
 import { titled } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
-/** The structure that converts ratios into units by default: the prototype of the paper. */
+/** The default structure for the conversion of ratios into units: the prototype of the paper. */
 export const STRUCTURE = WORDS.structure;
 
-/** Fields of ratios; each begins with the service's default. */
+/** Form fields of ratios. Each field begins with the default of the service. */
 export const RATIOS = fields("axes", WORDS.design_point, {
   clearance_ratio: { low: 0.5, high: 40, step: 0.5 },
   friction_ratio: { low: 0, high: 2, step: 0.01 },
@@ -22,7 +22,7 @@ export const RATIOS = fields("axes", WORDS.design_point, {
   damping_ratio: { field: "damping_ratio", low: 0, high: 0.1, step: 0.0002 },
 });
 
-/** Fields of physical quantities; each begins with the paper's prototype. */
+/** Form fields of physical quantities. Each field begins with the value of the paper's prototype. */
 export const PHYSICAL = fields("physical", WORDS.prototype, {
   mass_kg: { label: "Mass of the structure M", unit: "kg", low: 0.1, high: 100, step: 0.1 },
   natural_frequency_hz: { label: "Natural frequency", unit: "Hz", low: 0.1, high: 50, step: 0.1 },
@@ -62,12 +62,12 @@ function fields(section, begins, looks) {
   return Object.fromEntries(whole);
 }
 
-/** For each ratio, the corresponding physical quantity, if it has a field here. */
+/** The physical quantity that corresponds to each ratio, for quantities with a field in `PHYSICAL`. */
 export const STANDS_FOR = Object.fromEntries(
   Object.entries(WORDS.stands_for).filter(([, name]) => name in PHYSICAL),
 );
 
-/** The quantities that define ratios; NaN if not a single number. @param {Physical | undefined} physical */
+/** The values by which ratios are defined; NaN for missing values. @param {Physical | undefined} physical */
 function structureOf(physical) {
   const [mass, frequency, amplitude] = ["mass_kg", "natural_frequency_hz", "base_amplitude_m"].map((name) =>
     typeof physical?.[name] === "number" ? physical[name] : NaN,
@@ -76,11 +76,11 @@ function structureOf(physical) {
 }
 
 /**
- * The factor from a ratio to its physical quantity.
+ * The factor that converts a ratio into the corresponding physical quantity.
  *
  * @param {string} ratio
  * @param {Physical | undefined} physical
- * @returns {number | null} null if the structure is not given in single numbers
+ * @returns {number | null} null if a value of the structure is missing or is a range
  */
 export function unitFactor(ratio, physical) {
   const { mass, frequency, amplitude, acceleration } = structureOf(physical);
@@ -94,21 +94,21 @@ export function unitFactor(ratio, physical) {
 }
 
 const BEGINNING_DIGITS = 3;
-/** g [m/s²]. */
+/** Standard gravity [m/s²]. */
 const STANDARD_GRAVITY = 9.80665;
 
 /**
- * Tilt of the cavity and friction of the particle at a study's point, in the names of a physical block.
+ * Tilt of the cavity and friction coefficient of the particle at the selected point, named as in `physical`.
  *
- * @param {StudyRecord} record of the study
- * @param {(ratio: string) => number} value of the point
- * @param {Physical} physical the structure in single numbers
+ * @param {StudyRecord} record record of the study
+ * @param {(ratio: string) => number} value function that returns a ratio of the selected point
+ * @param {Physical} physical single values of the structure
  */
 export function cavityOf({ definition, dimensions }, value, physical) {
   const { particle_friction_coefficient: friction, tilt_deg: angle } = definition.physical ?? {};
   const of = (/** @type {string} */ ratio) =>
     dimensions.includes(ratio) ? value(ratio) / weightOf(physical) : 0;
-  // the point has one value along an axis
+  // if the tilt is an axis, the tilt of the point follows from its gravity ratio
   const tilt =
     typeof angle === "number" ? angle : (Math.asin(Math.min(1, of("gravity_ratio"))) * 180) / Math.PI;
   const lying = tilt === 90 ? 0 : Math.cos((tilt * Math.PI) / 180);
@@ -118,13 +118,13 @@ export function cavityOf({ definition, dimensions }, value, physical) {
   return { particle_friction_coefficient: Number(rubs.toPrecision(12)), tilt_deg: tilt };
 }
 
-/** g over Z·ω_n². @param {Physical} physical */
+/** The ratio of standard gravity to Z·ω_n². @param {Physical} physical */
 function weightOf(physical) {
   return STANDARD_GRAVITY / structureOf(physical).acceleration;
 }
 
 /**
- * The study with its ratios converted to units; rounded if the structure is not given yet.
+ * The study with ratios converted to units. If the study gives no structure, the values are rounded.
  *
  * @param {Definition} study
  * @returns {Definition}
@@ -143,7 +143,8 @@ export function inUnits(study) {
 }
 
 /**
- * The study in ratios alone. It is unchanged if its tilt is a range, which corresponds to no range of ratios.
+ * The study with all quantities converted to ratios. If the tilt is a range, the study is unchanged, because
+ * no range of ratios corresponds to a range of tilts.
  *
  * @param {Definition} study
  * @returns {Definition}

@@ -1,4 +1,4 @@
-/** Ground-motion records: those of the service, figures of each, and uploads from a file. */
+/** Form fields that choose or upload ground-motion records, and figures of a record. */
 /** @import { GroundRecord } from "./types.js" */
 
 import { ask, faultText, Refusal, refusalBox } from "./api.js";
@@ -8,9 +8,9 @@ import { short } from "./numbers.js";
 import { WORDS } from "./words.js";
 
 /**
- * Choose a record, or upload a file.
+ * Fields to choose a record of the service, or to upload a file.
  *
- * @param {string} chosen id
+ * @param {string} chosen id of the chosen record
  * @param {(id: string) => void} onChange
  */
 export function recordPicker(chosen, onChange) {
@@ -74,7 +74,7 @@ async function put(given, options) {
 }
 
 /**
- * Upload of a file that becomes a record.
+ * A field that uploads a file as a record.
  *
  * @param {(kept: GroundRecord) => void | Promise<void>} onKept the record as listed by the service
  */
@@ -126,7 +126,7 @@ export function uploadField(onKept) {
 }
 
 /**
- * Figures of the chosen record, drawn once they are opened.
+ * Figures of the chosen record. They are drawn when the user opens them.
  *
  * @returns {{element: HTMLElement, show: (id: string) => void}}
  */

@@ -1,7 +1,4 @@
-/**
- * Searches with follow-up studies: around the best design until it is known well enough, and for the
- * largest friction of the particle at which the best design keeps its value.
- */
+/** Searches with follow-up studies, for a better design and for the largest friction of the particle. */
 /** @import { Refinement, Session } from "./types.js" */
 
 import { ask, refusalBox, send, studyPath } from "./api.js";
@@ -13,7 +10,7 @@ import { FREQUENCY } from "./selection.js";
 import { WORDS } from "./words.js";
 
 const LOOK_MILLISECONDS = 500;
-/** Kind of a note whose sentence is the same in units and in ratios. */
+/** Kind of note that is written in the same way for units and for ratios. */
 const FRICTION = "particle_friction";
 
 export class RefinePanel {
@@ -24,7 +21,7 @@ export class RefinePanel {
 
   /**
    * @param {Session} session
-   * @param {() => Record<string, unknown>} judged parameters of the ranking above
+   * @param {() => Record<string, unknown>} judged function that returns the criteria of the shown ranking
    */
   constructor(session, judged) {
     this.session = session;
@@ -80,7 +77,7 @@ export class RefinePanel {
   }
 
   /**
-   * Show what is known, and give the studies that remain to be computed.
+   * Request the state of a search and show it. Return the follow-up studies that remain to be computed.
    *
    * @param {"refine" | "particle-friction"} what
    */
@@ -93,7 +90,7 @@ export class RefinePanel {
     return (answer.follow_ups ?? []).filter(({ id }) => !known.includes(id));
   }
 
-  /** Wait for a study, and show its progress. @param {{id: string}} study */
+  /** Wait until a study has ended, and show its progress. @param {{id: string}} study */
   async ended(study) {
     const words = this.told.appendChild(el("p", {}));
     for (;;) {

@@ -8,7 +8,7 @@ import { WORDS } from "./words.js";
 export const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
 
 /**
- * Tags as shown in a list; a click on one shows the studies that have it.
+ * The tags of a study, as buttons. A click on a tag shows all studies with this tag.
  *
  * @param {string[]} tags
  * @param {(tag: string) => void} choose
@@ -72,11 +72,7 @@ function nameBox(value) {
   return el("input", { class: "wide", value, maxlength: 200, autocomplete: "off" });
 }
 
-/**
- * @template {string} Path
- * @param {Path} path
- * @param {object} said
- */
+/** @template {string} Path @param {Path} path @param {object} said */
 function change(path, said) {
   const headers = { "Content-Type": "application/json" };
   return ask(path, {}, { method: "PATCH", body: JSON.stringify(said), headers });
@@ -87,7 +83,7 @@ function change(path, said) {
  *
  * @param {string} what name of the fields
  * @param {Record<string, HTMLElement>} fields by their labels
- * @param {() => Promise<string | void>} save gives the fault, or nothing if they are saved
+ * @param {() => Promise<string | void>} save saves the fields, and returns the fault if this fails
  */
 function savedForm(what, fields, save) {
   const trouble = el("div");

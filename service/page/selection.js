@@ -14,9 +14,9 @@ function placeOf(values, wanted) {
     : nearest(values, Number(wanted));
 }
 
-/** The point, and whether the frequency is left open, in which case a map shows the worst over the band. */
+/** The selected point. If no frequency is selected, a map shows the worst case over the band. */
 export class Selection extends EventTarget {
-  /** @param {Axes} axes values along each dimension: numbers, or texts for the records of a suite */
+  /** @param {Axes} axes values along each dimension: numbers, or the ids of records for a suite */
   constructor(axes) {
     super();
     this.axes = axes;
@@ -43,7 +43,7 @@ export class Selection extends EventTarget {
   }
 
   /**
-   * The values of the dimensions, as parameters of a question; those of length 1 are left out.
+   * The values of the point, as parameters of a request. Dimensions with a single value are left out.
    *
    * @param {string[]} [except]
    * @returns {Record<string, number>}
@@ -67,23 +67,19 @@ export class Selection extends EventTarget {
     this.dispatchEvent(new Event("chosen"));
   }
 
-  /** Choose the grid point nearest to some values. @param {Record<string, number | string>} values */
+  /** Choose the grid point nearest to given values. @param {Record<string, number | string>} values */
   chooseValues(values) {
     const known = Object.entries(values).filter(([name]) => name in this.axes);
     this.choose(Object.fromEntries(known.map(([name, value]) => [name, placeOf(this.axes[name], value)])));
   }
 
-  /** Choose the point of a design; the frequency stays. @param {Record<string, number>} design */
+  /** Choose the point of a design. The frequency is unchanged. @param {Record<string, number>} design */
   chooseDesign(design) {
     const named = this.varied.filter((name) => name !== FREQUENCY);
     this.chooseValues(Object.fromEntries(named.map((name) => [name, design[name]])));
   }
 
-  /**
-   * Select a design as long as the user has chosen no point, so that a study opens at its optimum.
-   *
-   * @param {Record<string, number>} design
-   */
+  /** Select a design, unless the user has chosen a point. @param {Record<string, number>} design */
   rest(design) {
     const elsewhere = this.varied.filter((name) => name !== FREQUENCY && this.value(name) !== design[name]);
     if (this.chosen || elsewhere.length === 0) return;

@@ -1,4 +1,4 @@
-/** The settings of a study apart from its axes: contact, starts, and when a response counts as steady. */
+/** Form fields for the settings of a study: excitation, cavity, contact, starts, and steady response. */
 /** @import { Definition, Spec } from "./types.js" */
 
 import { axisField } from "./axis_field.js";
@@ -11,7 +11,7 @@ import { WORDS } from "./words.js";
 const STARTS = { ensemble: { n: 10, seed: 0 }, continuation: { direction: "up" } };
 
 /**
- * A number with its label.
+ * A field for a number, with a label.
  *
  * @param {string} label
  * @param {string} path
@@ -23,7 +23,7 @@ export function numberField(label, path, value, onChange) {
   return field(path, label, box);
 }
 
-/** The field of a quantity that acts on the particle between impacts. @param {string} name */
+/** The field for the tilt of the cavity or the friction of the particle. @param {string} name */
 export function cavityField(name) {
   const about = WORDS.fitted.find((each) => each.name === name);
   if (!about) throw new Error(`no words for ${name}`);
@@ -31,7 +31,8 @@ export function cavityField(name) {
 }
 
 /**
- * Fields of friction and tilt, which act on the particle between impacts; 0 leaves them out of the study.
+ * The fields for the friction of the particle and for gravity in the cavity. A value of 0 is not written into
+ * the study.
  *
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change
@@ -47,12 +48,7 @@ export function cavityFields(study, change) {
   });
 }
 
-/**
- * The field of the excitation.
- *
- * @param {Definition} study
- * @param {(study: Definition) => void} redraw
- */
+/** The field of the excitation. @param {Definition} study @param {(study: Definition) => void} redraw */
 export function excitationField(study, redraw) {
   const now = study.excitation ?? "base";
   const put = (/** @type {string} */ next) =>
@@ -99,7 +95,7 @@ export function contactField(study, change, redraw) {
 }
 
 /**
- * The fields of the start of each point.
+ * The fields for the initial state of each point.
  *
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change
@@ -132,7 +128,7 @@ export function startField(study, change, redraw) {
 }
 
 /**
- * The fields that decide when a response counts as steady.
+ * The fields for the criterion by which a response is accepted as steady.
  *
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change

@@ -1,7 +1,7 @@
 /**
- * A live list of stored studies or designs, whose cards can be sorted, compared and deleted together.
+ * A list of stored studies or designs that is kept up to date. Items can be sorted, compared and deleted.
  *
- * @typedef {{text: string, unit: string, value: number}} Best the value of its best damper
+ * @typedef {{text: string, unit: string, value: number}} Best the value of the best damper of an item
  */
 /** @import { Child, Filter, Kept, Listed } from "./types.js" */
 
@@ -14,7 +14,7 @@ const LOOK_MILLISECONDS = 2000;
 const PAGE = 50;
 /** Largest number of items that the service lists at once. */
 const MOST = 200;
-/** Largest number of items to compare: the number of colours for curves. */
+/** Largest number of items that can be compared, which is the number of colours for curves. */
 export const MOST_COMPARED = 5;
 const SORTS = /** @type {[string, string][]} */ ([
   ["", "newest first"],
@@ -56,8 +56,8 @@ export class Shelf {
   trouble = el("div");
 
   /**
-   * @param {HTMLElement} list place of the cards
-   * @param {HTMLElement} controls place of the controls for all of them
+   * @param {HTMLElement} list element for the items
+   * @param {HTMLElement} controls element for the controls of the list
    * @param {Shelved<T>} what
    */
   constructor(list, controls, what) {
@@ -81,11 +81,7 @@ export class Shelf {
     return this.what.filter.gone();
   }
 
-  /**
-   * Request the list again; unchanged items stay as they are.
-   *
-   * @param {string} [cursor] of a further page
-   */
+  /** Request the list again, and draw changed items. @param {string} [cursor] cursor of a further page */
   async look(cursor) {
     clearTimeout(this.timer);
     const mine = ++this.asked;
@@ -125,13 +121,13 @@ export class Shelf {
     const wanted = this.sorted().map((record) => this.card(record));
     const { ul } = this;
     const same = wanted.length === ul.children.length && wanted.every((item, i) => ul.children[i] === item);
-    // moving an element would take the keyboard focus from it
+    // items are moved only if their order has changed, because a moved element loses the keyboard focus
     if (!same) fill(ul, wanted);
     for (const id of this.chosen) if (!this.records.some((one) => one.id === id)) this.chosen.delete(id);
     this.drawBar();
   }
 
-  /** Items without a best value come last; values in different units are not mixed. */
+  /** Sort the items. A sort by best value groups items by unit, and puts items without a value last. */
   sorted() {
     if (this.sort === "name") return [...this.records].sort((a, b) => a.name.localeCompare(b.name));
     if (this.sort !== "best") return this.records;
@@ -150,7 +146,7 @@ export class Shelf {
     const drawn = JSON.stringify([record, this.gone]);
     const held = known.item.contains(document.activeElement);
     const mine = this.acted.delete(id);
-    // an item with the focus stays as it is while the study continues, unless it was acted on
+    // an item with the keyboard focus is not drawn again, unless the user has pressed one of its buttons
     if (known.drawn === drawn || (held && known.drawn && !mine)) return known.item;
     known.drawn = drawn;
     this.draw(known.item, record);
@@ -194,7 +190,7 @@ export class Shelf {
 
   /** @param {HTMLElement} place @param {T} record */
   async drawBest(place, record) {
-    // awaited even without a request, so that the item is inserted before it is filled
+    // `await` is used even without a request, so that the item is in the page before it is filled
     const best = await (this.gone ? null : this.what.best(record));
     this.bests.set(record.id, best);
     if (best) fill(place, el("span", { class: "quiet" }, "best "), el("strong", {}, best.text));

@@ -1,6 +1,4 @@
-/**
- * Whether quantities are shown as ratios or in units; the choice is remembered, and the same on every view.
- */
+/** Shows quantities as ratios or in units, as the user has chosen for all views. */
 /** @import { MapAnswer, MapDifference, Row, Worded, Words } from "./types.js" */
 
 import { el } from "./dom.js";
@@ -11,14 +9,14 @@ import { WORDS } from "./words.js";
 
 const REMEMBERED = "damperlab.ratios";
 
-/** The quantity in units for each ratio: symbol, name, unit, and the factor from SI. */
+/** Symbol, name, unit, and factor from SI of the quantity that is shown in place of each ratio. */
 const QUANTITIES = WORDS.in_units;
 
-/** Lengths in SI are shown in mm, like those that correspond to ratios. */
+/** Pattern of the names of lengths in SI units, which are shown in mm. */
 export const LENGTH_IN_SI = /_m$/;
 export const MILLIMETRES = 1000;
 
-/** Error relative to a value above which a shown digit of the value may be wrong. */
+/** Relative error above which a shown digit of a value may be wrong. */
 const SHOWN_DIGIT = 5e-6;
 
 export class Shown {
@@ -30,30 +28,30 @@ export class Shown {
     this.inUnits = this.possible && localStorage.getItem(REMEMBERED) !== "yes";
   }
 
-  /** Remember a new choice. @param {boolean} inUnits */
+  /** Store the choice in the browser. @param {boolean} inUnits */
   remember(inUnits) {
     if (inUnits) localStorage.removeItem(REMEMBERED);
     else localStorage.setItem(REMEMBERED, "yes");
   }
 
-  /** Whether one quantity is shown in units. @param {string} name */
+  /** Whether a quantity, given by its ratio, is shown in units. @param {string} name */
   has(name) {
     return this.inUnits && name in this.factors;
   }
 
-  /** The factor from a ratio, or from a quantity in SI, to the shown value. @param {string} name */
+  /** The factor from a ratio, or from a length in SI units, to the shown value. @param {string} name */
   factor(name) {
     if (LENGTH_IN_SI.test(name)) return MILLIMETRES;
     return this.has(name) ? this.factors[name] : 1;
   }
 
-  /** The unit, with the space before it; empty for a ratio. @param {string} name */
+  /** The unit of a quantity after a space; empty for a ratio. @param {string} name */
   unit(name) {
     const unit = LENGTH_IN_SI.test(name) ? "mm" : this.has(name) ? QUANTITIES[name][2] : WORDS.units[name];
     return unit ? ` ${unit}` : "";
   }
 
-  /** The unit in brackets. @param {string} name */
+  /** The unit of a quantity in brackets; empty for a ratio. @param {string} name */
   inBrackets(name) {
     return this.unit(name).replace(" ", " [") + (this.unit(name) ? "]" : "");
   }
@@ -116,7 +114,7 @@ export class Shown {
   }
 
   /**
-   * The error of a value in a table; a word if it is only rounding.
+   * The error of a value, for a table. A word replaces an error that is only rounding.
    *
    * @param {string} name
    * @param {number | null | undefined} value
@@ -143,7 +141,7 @@ export class Shown {
   }
 
   /**
-   * The words of an answer, in units if the study is shown so.
+   * The texts of an answer, in units if the page shows quantities in units.
    *
    * @param {Worded} answer
    * @returns {Required<Words>}
@@ -152,21 +150,21 @@ export class Shown {
     return { note: "", verdict: [], doubts: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
   }
 
-  /** The name under which a quantity is requested in its shown units. @param {string} name */
+  /** The name of a quantity in a request, in SI units if units are shown. @param {string} name */
   nameInSi(name) {
     return this.has(name) ? WORDS.names_in_si[name] : name;
   }
 
-  /** A value in SI if it is shown in units, else the ratio. @param {string} name @param {number} value */
+  /** A ratio, converted to SI if it is shown in units. @param {string} name @param {number} value */
   inSi(name, value) {
     return this.has(name) ? (value * this.factors[name]) / QUANTITIES[name][3] : value;
   }
 
   /**
-   * A difference of maps that was requested by `nameInSi`, in the shown units.
+   * Convert a difference of maps, requested with names from `nameInSi`, into the shown units.
    *
    * @param {MapDifference} answer
-   * @param {{x: string, y: string, metric: string}} names of its axes and its metric as ratios
+   * @param {{x: string, y: string, metric: string}} names names of the axes and the metric as ratios
    */
   mapInSi(answer, { x, y, metric }) {
     const by = (/** @type {string} */ name) => (this.has(name) ? QUANTITIES[name][3] : this.factor(name));
@@ -185,7 +183,7 @@ export class Shown {
     };
   }
 
-  /** A map of the service in the shown units. @param {MapAnswer} answer */
+  /** Convert a map of the service into the shown units. @param {MapAnswer} answer */
   map(answer) {
     const { metric, x_dimension: x, y_dimension: y } = answer;
     return {
@@ -201,7 +199,7 @@ export class Shown {
 }
 
 /**
- * Numbers times a factor; unknown values stay unknown.
+ * Numbers multiplied by a factor. null stays null.
  *
  * @template {number | null} T
  * @param {T[]} values
@@ -215,7 +213,8 @@ export function times(values, factor) {
 }
 
 /**
- * A unit of the service for display, in brackets after a name; lengths are in mm. Empty for a ratio.
+ * A unit of the service in brackets, for use after a name. Lengths are shown in mm. The text is empty for a
+ * ratio.
  *
  * @param {string} units
  */
@@ -226,7 +225,7 @@ export function inBrackets(units) {
 }
 
 /**
- * The switch between ratios and units, if the study has both.
+ * The switch between ratios and units; null if the study cannot be shown in units.
  *
  * @param {Shown} shown
  * @param {() => void} again redraws the view

@@ -1,17 +1,9 @@
-/**
- * Signing in with a key, if the service requires one. The key is exchanged for a cookie that no script can
- * read.
- */
+/** Sign-in with a key, which is exchanged for a cookie that no script can read. */
 
 import { ask, refusalBox, send } from "./api.js";
 import { button, el, fill } from "./dom.js";
 
-/**
- * A form that takes a key.
- *
- * @param {() => void} onDone called once the user is signed in
- * @returns {Node[]}
- */
+/** A form that takes a key. @param {() => void} onDone called once the user is signed in @returns {Node[]} */
 export function signInForm(onDone) {
   const key = el("input", {
     id: "key",
@@ -53,14 +45,14 @@ export function signInForm(onDone) {
   return [el("h1", {}, "Sign in"), el("p", {}, words), form];
 }
 
-/** Show in the header who is signed in, with a button to sign out. */
+/** Show the name of the signed-in user in the header, with a button to sign out. */
 export async function showSession() {
   const place = /** @type {HTMLElement} */ (document.getElementById("session"));
   let session;
   try {
     session = await ask("session");
   } catch {
-    return; // the shown view reports the failure
+    return; // the present view reports the failure
   }
   if (!session.needed || !session.signed_in) {
     fill(place);

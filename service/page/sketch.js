@@ -1,7 +1,4 @@
-/**
- * An animated sketch of the damper's computed motion: base, spring and dashpot, friction pad, cavity and
- * particle.
- */
+/** An animated sketch of the structure, the particle and the friction pad in a computed motion. */
 /** @import { History } from "./types.js" */
 
 import { button, el, quiet, smallButton } from "./dom.js";
@@ -9,7 +6,7 @@ import { button, el, quiet, smallButton } from "./dom.js";
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 760;
 const HEIGHT = 190;
-/** Rest positions of the base, the mass and the floor, in the picture's units. */
+/** Rest positions of the base, the mass and the floor, in units of the picture. */
 const WALL = 70;
 const MIDDLE = 420;
 const FLOOR = 160;
@@ -19,12 +16,12 @@ const TRAVEL = 120;
 const HALF_CAVITY = 110;
 const SECONDS_PER_CYCLE = 1.6;
 const SLOW = 4;
-/** Shares of a cycle: the time for which an impact is shown, and one step of the button. */
+/** The time for which an impact is shown, and the step of a button, as shares of a cycle. */
 const FLASH = 0.02;
 const STEP = 1 / 64;
-/** Slip slower than this share of the base's speed is shown as sticking. */
+/** Ratio of the slip speed to the speed of the base below which the sketch shows sticking. */
 const STUCK = 1e-9;
-/** A particle closer to a wall than this share of the clearance is shown in contact with it. */
+/** Distance of the particle from a wall, over the clearance, below which the sketch shows contact. */
 const RIDES = 1e-6;
 
 /**
@@ -61,7 +58,7 @@ export function cylinder(length) {
 }
 
 /**
- * The sketch with its controls; it stands still until it is played.
+ * The sketch with its controls. The animation begins when the user presses the button.
  *
  * @param {History} history
  * @param {{clearance: number | null, friction: number}} design clearance over Z, and the friction ratio
@@ -185,7 +182,7 @@ class Sketch {
     this.words.textContent = `Cycle ${cycle.toFixed(2)}: x = ${x}${contact}${place}`;
   }
 
-  /** Show the particle, and describe what it does. @param {number} cycle @param {number} clearance */
+  /** Show the particle, and say whether it touches a wall. @param {number} cycle @param {number} clearance */
   showParticle(cycle, clearance) {
     const { history, particle } = this;
     const [left, right] = this.walls;

@@ -1,4 +1,4 @@
-/** Slices: a result along every axis through the selected point. */
+/** Shows slices: curves of a result along each dimension through the selected point. */
 /** @import { MapAnswer, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -55,7 +55,7 @@ export class SlicesPanel {
     });
   }
 
-  /** The request for a slice: a map of one row, or one with a row at the point. @param {string} name */
+  /** The request for a slice: a map that has a row through the point. @param {string} name */
   question(name) {
     const { selection } = this.session;
     const others = DIMENSIONS.filter((one) => one !== name && one !== FREQUENCY);

@@ -1,4 +1,4 @@
-/** Sliders of the point, one for each varied dimension. For the keyboard they replace clicks on the map. */
+/** Sliders that move the point by pointer or keyboard, one for each varied dimension. */
 /** @import { Selection, Shown } from "./types.js" */
 
 import { checkbox, el, fill } from "./dom.js";
@@ -10,7 +10,7 @@ import { NAMES, symbol } from "./vocabulary.js";
  *
  * @param {Selection} selection
  * @param {Shown} shown
- * @param {boolean} [curves] whether curves over the frequency are shown, so that the frequency is not chosen
+ * @param {boolean} [curves] whether curves over the frequency are shown, so that no slider sets the frequency
  */
 export function sliders(selection, shown, curves = false) {
   const place = el("fieldset", { class: "sliders" });

@@ -1,4 +1,4 @@
-/** Fields of a specification: a single number or a range, at its place in the document. */
+/** Form fields of a specification: numbers, ranges and lists, each at a path in the document. */
 /** @import { Child, Held, SpecifiedField } from "./types.js" */
 
 import { capital, el } from "./dom.js";
@@ -6,7 +6,7 @@ import { field } from "./faults.js";
 import { listBox } from "./lists.js";
 
 /**
- * Fields with a title, and a place for faults.
+ * A group of fields with a title, and a place for faults.
  *
  * @param {string} title
  * @param {string} path
@@ -23,7 +23,7 @@ export function group(title, path, children) {
 }
 
 /**
- * One number.
+ * A field for one number.
  *
  * @param {Held} held
  * @param {string} path
@@ -43,7 +43,7 @@ export function number(held, path, each, title = titled(each)) {
 }
 
 /**
- * A number, or a range.
+ * Fields for a number or a range.
  *
  * @param {Held} held
  * @param {string} path
@@ -86,7 +86,7 @@ export function shown(value, each) {
 }
 
 /**
- * A typed number; other text stays as it is, and the service checks it.
+ * The typed number, in the unit of the document. Any other text is returned unchanged; the service checks it.
  *
  * @param {string} typed
  * @param {SpecifiedField} each
@@ -99,7 +99,7 @@ export function read(typed, each) {
 }
 
 /**
- * A text field for a list of numbers, or of the entries that `entry` makes of the parts of the text.
+ * A text field for a list of numbers. If `entry` is given, it converts each part of the text into an entry.
  *
  * @param {Held} held
  * @param {string} path

@@ -1,8 +1,9 @@
-/** The list of studies: live, searchable, and with help if there is none yet. */
+/** The list of studies, which can be searched and is kept up to date; an empty list shows help. */
 /** @import { StudyRecord, View } from "./types.js" */
 
 import { bestOf } from "./best.js";
 import { el, fill, heading, prose } from "./dom.js";
+import { prepareFigures } from "./figure.js";
 import { StudyFilter } from "./filter.js";
 import { Kept } from "./kept.js";
 import { badge, outdatedNote, progressBar } from "./progress.js";
@@ -40,6 +41,7 @@ export async function studiesView(root, { query }) {
     best: bestOf,
   });
   await shelf.look();
+  if (shelf.records.length) prepareFigures();
   return () => shelf.leave();
 }
 

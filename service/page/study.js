@@ -1,4 +1,4 @@
-/** One study: its state, and its questions in tabs. */
+/** Shows one study: its state, and tabs with its results. */
 /** @import { Catalogue, StudyRecord, View } from "./types.js" */
 
 import { address, ask, follow, Refusal, studyPath } from "./api.js";
@@ -9,7 +9,6 @@ import { dampersTab } from "./dampers_tab.js";
 import { earthquakeTab } from "./earthquake.js";
 import { box, el, facts, fill, prose, quiet, say } from "./dom.js";
 import { explorerTab } from "./explorer.js";
-import { prepareFigures } from "./figure.js";
 import { leading } from "./headline.js";
 import { help } from "./help.js";
 import { Kept, plainly } from "./kept.js";
@@ -39,7 +38,7 @@ const TABS = [
   ["data", "Data", dataTab],
 ];
 
-/** Tabs of studies whose dampers are judged by their worst case. @type {[string, string, Tab][]} */
+/** Tabs of suites and of studies over base amplitudes. @type {[string, string, Tab][]} */
 const DAMPER_TABS = [
   ["map", "Map and dampers", dampersTab],
   ["beside", "Compare", besideTab],
@@ -49,7 +48,6 @@ const DAMPER_TABS = [
 /** @type {View} */
 export async function studyView(root, { parts, query }) {
   const [id, tab = "map"] = parts;
-  prepareFigures();
   const session = await sessionOf(id, tab, query);
   const view = new StudyView(session);
   const place = el("div", { class: "tab" });
@@ -59,7 +57,7 @@ export async function studyView(root, { parts, query }) {
 }
 
 /**
- * A study and its selected point, which is that of the address or the best design.
+ * A study and its selected point. The address gives the point; otherwise the best design is selected.
  *
  * @param {string} id
  * @param {string} tab
@@ -95,12 +93,12 @@ async function sessionOf(id, tab, query) {
   };
 }
 
-/** The head of a study; it follows the study to its end. */
+/** The head of a study, which shows the progress until the study has ended. */
 class StudyView {
   title = el("h1");
   steering = el("span", { class: "row" });
   state = el("div");
-  /** The state for which the buttons were made. */
+  /** The state of the study for which the buttons were made. */
   steered = "";
   /** @type {(() => void) | undefined} */
   stop;
@@ -117,7 +115,7 @@ class StudyView {
       el("a", { class: "button small", href: copy }, "Edit a copy"),
       this.steering,
     ];
-    // an element with the focus stays as it is while the study continues
+    // an element with the keyboard focus is not replaced while the study runs
     this.head = el(
       "div",
       { class: "head" },
@@ -146,11 +144,7 @@ class StudyView {
     );
   }
 
-  /**
-   * Buttons for the study in its state; if a button with the focus disappears, the title gets the focus.
-   *
-   * @param {StudyRecord} now
-   */
+  /** Make the buttons for the state of the study, and keep the keyboard focus. @param {StudyRecord} now */
   steer(now) {
     const { steering, title } = this;
     const held = steering.contains(document.activeElement);
@@ -195,12 +189,12 @@ async function restAtBest(record, selection) {
     const { best } = leading(await ask(studyPath(record.id, "optimal-designs"), { top: 1 }));
     if (best) selection.rest(best);
   } catch (error) {
-    // Nothing is computed yet, or the study stores no amplitude, so any point will do.
+    // Nothing is computed yet, or the study stores no amplitude. Then the point is not moved.
     if (!(error instanceof Refusal)) throw error;
   }
 }
 
-/** Keep the point in the address, so that a link leads back to it. @param {Session} session */
+/** Keep the point in the address, so that a link leads to the point. @param {Session} session */
 function keepPoint({ selection, kept }) {
   if (!selection.chosen) return;
   const point = selection.varied.map((name) => [name, plainly(selection.axes[name], selection.place[name])]);
@@ -209,7 +203,7 @@ function keepPoint({ selection, kept }) {
 }
 
 /**
- * Links to the tabs, and the shown tab.
+ * Links to the tabs of a study, followed by the content of the current tab.
  *
  * @param {string} current
  * @param {HTMLElement} place

@@ -43,9 +43,9 @@ export async function studyForm(root, { query }) {
 }
 
 /**
- * An existing study, to be changed and run again, over other frequencies if the address gives them.
+ * A copy of an existing study, with which the form begins. The address may give other frequencies.
  *
- * @param {URLSearchParams} query `from` is its id, `frequencies` start, stop and number
+ * @param {URLSearchParams} query `from` is the id of the study; `frequencies` gives start, stop and number
  */
 async function copy(query) {
   const record = await ask(studyPath(query.get("from") ?? ""));
@@ -149,7 +149,7 @@ function withParticleAgain(study) {
   return study.physical ? inUnits(next) : next;
 }
 
-/** The part of the time that compiling kernels takes. @param {Estimate} cost */
+/** A phrase about the time that compiling kernels takes. @param {Estimate} cost */
 function compilingPart(cost) {
   return cost.compiling_seconds ? `, ${duration(cost.compiling_seconds)} of it to compile kernels` : "";
 }

@@ -1,4 +1,4 @@
-/** The fields of a survey: dampers under ground-motion records that are scaled up and down. */
+/** The fields of a survey, a study of dampers under a suite of scaled ground-motion records. */
 /** @import { Definition, GroundRecord, Quantity } from "./types.js" */
 
 import { axisField } from "./axis_field.js";
@@ -26,12 +26,12 @@ const AXES = Object.fromEntries(
   ].map((quantity) => [quantity.field.split(".")[1], quantity]),
 );
 
-/** The entry for a survey among the studies from which a new one may start. */
+/** The entry for a survey in the list of studies from which a new study may start. */
 export const SURVEY = {
   name: "ground-motion suite",
   about: [
     "Dampers under ground-motion records, scaled up step by step: which damper is best under its worst " +
-      "record, and how likely each exceeds a limit.",
+      "record, and how likely each damper is to exceed a limit.",
   ],
   definition: {
     name: "ground-motion suite",
@@ -50,7 +50,7 @@ export const SURVEY = {
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change
  * @param {(study: Definition) => void} redraw
- * @param {GroundRecord[]} records those of the service
+ * @param {GroundRecord[]} records ground-motion records of the service
  */
 export function surveyFields(study, change, redraw, records) {
   const name = el("input", {
@@ -64,7 +64,7 @@ export function surveyFields(study, change, redraw, records) {
     field("name", "Name", name, { wide: true }),
     recordsField(study, change, records),
     Object.entries(AXES).map(([key, quantity]) => {
-      // omitted values are those of the paper's prototype
+      // a missing value is the value of the paper's prototype
       const spec = study.axes?.[key] ?? quantity.usual / (quantity.scale ?? 1);
       return axisField(quantity, spec, (value) => change(quantity.field, value));
     }),
@@ -104,12 +104,12 @@ export function surveyFields(study, change, redraw, records) {
 }
 
 /**
- * A choice of all records, and the upload of a file.
+ * Fields to choose among all records, and to upload a file.
  *
  * @param {{records?: unknown}} study
  * @param {(path: string, value: unknown) => void} change
- * @param {GroundRecord[]} records those of the service
- * @param {string} [field] field at which faults of records are shown
+ * @param {GroundRecord[]} records ground-motion records of the service
+ * @param {string} [field] path of the field at which faults of records are shown
  */
 export function recordsField(study, change, records, field = "records") {
   const chosen = new Set(ids(study.records).map((id) => whole(id, records)));
@@ -154,7 +154,7 @@ export function recordsField(study, change, records, field = "records") {
 }
 
 /**
- * Records of a document: texts, or the entries of a stored study.
+ * The ids of the records of a document. A record is given by its id, or by an object as in a stored study.
  *
  * @param {unknown} given
  * @returns {string[]}
@@ -166,7 +166,7 @@ function ids(given) {
 }
 
 /**
- * The complete id of a record that is given by its id or by the name of its earthquake.
+ * The complete id of a record. The record is given by its id or by the name of the earthquake.
  *
  * @param {string} written
  * @param {GroundRecord[]} records

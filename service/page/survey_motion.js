@@ -1,7 +1,4 @@
-/**
- * The motion of one case of a survey: drift, base and structure, the particle in its cavity, spectrum,
- * energies.
- */
+/** The motion of one case of a survey, with spectrum and energies. */
 /** @import { Earthquake, EarthquakeCase, EarthquakeHistory, Session } from "./types.js" */
 
 import { refusalBox } from "./api.js";
@@ -86,7 +83,7 @@ export class SurveyMotion {
     );
   }
 
-  /** The case as a request. */
+  /** The request for the motion of the case. */
   question() {
     const { selection, record } = this.session;
     const { mass_kg, tail_s, contact } = record.definition;
@@ -157,7 +154,7 @@ export class SurveyMotion {
   }
 }
 
-/** @param {string} title of the quantity shown over time */
+/** @param {string} title title of the quantity that is shown over time */
 export function overTime(title) {
   return { xaxis: { title: "time [s]" }, yaxis: { title: title } };
 }
@@ -205,7 +202,7 @@ export function line(history, y, name, shade, dash = "solid") {
 }
 
 /**
- * The position of the particle relative to the middle of its cavity, and the walls.
+ * The curves of the position of the particle relative to the middle of its cavity, and of the walls.
  *
  * @param {EarthquakeHistory} history
  * @param {number} clearance
@@ -229,7 +226,7 @@ function cavityTraces(history, clearance) {
 }
 
 /**
- * Amplitudes of the drift over the frequency.
+ * The curve of the amplitude of the drift over the frequency.
  *
  * @param {EarthquakeHistory} history
  * @param {string} name

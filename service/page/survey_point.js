@@ -1,4 +1,4 @@
-/** One damper of a survey: its result over the scale of every record, and how likely it exceeds a limit. */
+/** Shows one damper of a survey: a result over the scale of each record, and the fragility curve. */
 /** @import { Fragility, Row, Session, Trace, Variable } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
@@ -11,7 +11,7 @@ import { RECORD } from "./selection.js";
 import { inBrackets, times } from "./shown.js";
 
 const SCALE = "scale";
-/** Largest number of records whose curves are drawn; more would hide each other. */
+/** Largest number of records whose curves are drawn; more curves would hide each other. */
 const MOST_RECORDS = 12;
 const ONE_SCALE =
   "Compute the study with several factors on the records to see how the result grows, and how likely it is " +
@@ -131,7 +131,7 @@ export class SurveyPoint {
     }
   }
 
-  /** Name the damper. */
+  /** Write the values of the damper into the title. */
   name() {
     const { shown } = this.session;
     const at = Object.entries(this.damper).flatMap(([name, value], i) => [
@@ -166,7 +166,7 @@ export class SurveyPoint {
     return { x: SCALE, y, metric: this.view.metric, record, ...selection.at([RECORD, SCALE, y]) };
   }
 
-  /** The results in the shown units. @param {string} one */
+  /** Request the results under one record over the scales, in the shown units. @param {string} one */
   async overScales(one) {
     const { selection, record } = this.session;
     const question = this.question(one);
@@ -175,18 +175,14 @@ export class SurveyPoint {
     return times(values[selection.axes[y].length === 1 ? 0 : selection.place[y]], this.factor);
   }
 
-  /** Keep the limit in the address, in the unit in which it was typed. */
+  /** Keep the typed limit in the address, in the unit of the box. */
   keepLimit() {
     const limit = Number(this.box.value);
     this.limited = this.view.metric;
     this.session.kept.keep({ limit: limit > 0 ? limit : null });
   }
 
-  /**
-   * The middle of the results, as an example; a limit is used only if the user gave it.
-   *
-   * @param {Row[]} rows
-   */
+  /** Show the median of the results as an example of a limit. @param {Row[]} rows */
   suggest(rows) {
     const known = rows
       .flat()
@@ -198,10 +194,10 @@ export class SurveyPoint {
   }
 
   /**
-   * Draw the fragility, unless a newer request than the one with this number has begun: the limit may not
-   * apply to its result.
+   * Draw the fragility curve. Nothing is drawn if a newer request has begun, because the limit may not apply
+   * to the result of the newer request.
    *
-   * @param {number} mine
+   * @param {number} mine number of the request
    */
   async askFragility(mine) {
     if (mine !== this.number) return;

@@ -1,4 +1,4 @@
-/** A small picture of a study's map for the list of studies, requested once, when it becomes visible. */
+/** A small picture of a study's map, for the list of studies. It is requested when it becomes visible. */
 /** @import { StudyRecord } from "./types.js" */
 
 import { ask, Refusal, studyPath } from "./api.js";
@@ -6,15 +6,15 @@ import { el } from "./dom.js";
 import { extentOf, isWide } from "./numbers.js";
 import { orderOf } from "./vocabulary.js";
 
-/** Values along either axis of a picture. */
+/** Largest number of values along each axis of a picture. */
 const MOST = 32;
-/** Largest number of points of a study with a picture; for more, the service would read too much. */
+/** Largest number of points of a study with a picture. For a larger study the service would read too much. */
 export const LARGEST = 1_000_000;
 /** Largest number of pictures requested at the same time. */
 const AT_ONCE = 2;
-/** A running study is drawn again this many times, after equal shares of its points. */
+/** Number of times that the picture of a running study is drawn again, after equal shares of its points. */
 const STEPS = 5;
-/** matplotlib's colour scale cividis at nine equally spaced places: the colours of the maps. */
+/** The colours of maps: nine equally spaced colours of matplotlib's colour scale cividis. */
 const CIVIDIS = [
   [0, 34, 78],
   [26, 56, 111],
@@ -27,17 +27,9 @@ const CIVIDIS = [
   [254, 232, 56],
 ];
 
-/**
- * The pictures begun so far, by study and its number of computed points.
- *
- * @type {Map<string, HTMLCanvasElement>}
- */
+/** The existing pictures, by study and progress. @type {Map<string, HTMLCanvasElement>} */
 const begun = new Map();
-/**
- * The drawing function of each canvas that has not been visible yet.
- *
- * @type {WeakMap<Element, () => Promise<void>>}
- */
+/** The functions that draw canvases once they are visible. @type {WeakMap<Element, () => Promise<void>>} */
 const waiting = new WeakMap();
 /** @type {(() => Promise<void>)[]} */
 const queue = [];
@@ -55,10 +47,10 @@ const seen = new IntersectionObserver((entries) => {
 });
 
 /**
- * The picture of a study, empty until it becomes visible and is drawn.
+ * The picture of a study. It is empty until it becomes visible and is drawn.
  *
- * @param {StudyRecord} record as in the list
- * @returns {HTMLElement} a place of the picture's size, which gives the reason if there is nothing to draw
+ * @param {StudyRecord} record record as in the list of studies
+ * @returns {HTMLElement} the picture, or an element that gives the reason why there is no picture
  */
 export function thumbnail(record) {
   const plane = planeOf(record);
@@ -69,20 +61,16 @@ export function thumbnail(record) {
   const canvas = el("canvas", { class: "thumbnail", width: 1, height: 1, "aria-hidden": "true" });
   begun.set(key, canvas);
   waiting.set(canvas, async () => {
-    // requested again if it failed; the list itself reports the fault
+    // a picture that failed is requested again with the next list, which reports the fault
     if (!(await drawn(canvas, record.id, plane))) begun.delete(key);
   });
   seen.observe(canvas);
   return canvas;
 }
 
-/**
- * The dimensions of a picture; none if it cannot show anything.
- *
- * @param {StudyRecord} record
- */
+/** The two dimensions of a picture, if the study has two. @param {StudyRecord} record */
 function planeOf(record) {
-  // a study that ended half-way may have no point of the plane, and the request is then refused
+  // a study that stopped early may have no point in the plane; the service would refuse the request
   const there =
     record.points_done > 0 && (record.state === "running" || record.points_done === record.points_total);
   if (!there || record.points_total > LARGEST) return null;
@@ -92,7 +80,7 @@ function planeOf(record) {
   return y ? { x, y } : null;
 }
 
-/** Why a study has no picture, in a few words. @param {StudyRecord} record */
+/** The reason why a study has no picture, in a few words. @param {StudyRecord} record */
 function whyNone(record) {
   if (record.points_done === 0) return "nothing computed yet";
   if (record.points_total > LARGEST) return "too large for a picture";
@@ -116,7 +104,7 @@ async function work() {
 }
 
 /**
- * Draw a picture; false if the study is gone or the service does not answer.
+ * Draw a picture. Return false if the study was deleted or the service does not answer.
  *
  * @param {HTMLCanvasElement} canvas
  * @param {string} id
@@ -133,14 +121,14 @@ async function drawn(canvas, id, plane) {
 }
 
 /**
- * One pixel per value, the first row at the bottom.
+ * Paint one pixel for each value, with the first row at the bottom.
  *
  * @param {HTMLCanvasElement} canvas
  * @param {(number | null)[][]} rows
  */
 function paint(canvas, rows) {
   [canvas.width, canvas.height] = [rows[0].length, rows.length];
-  // such a small canvas need not be in the memory of the graphics card
+  // a canvas as small as this need not be in the memory of the graphics card
   const context = canvas.getContext("2d", { willReadFrequently: true });
   const extent = extentOf(rows);
   if (!context || Number.isNaN(extent[0])) return;

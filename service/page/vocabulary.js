@@ -1,4 +1,4 @@
-/** The parts of studies and the meaning of their results, requested once. */
+/** Names and meanings of dimensions and results. The catalogue of the service is requested once. */
 /** @import { Catalogue, Definition, StudyRecord } from "./types.js" */
 
 import { ask } from "./api.js";
@@ -22,7 +22,7 @@ const SYMBOLS = WORDS.symbols;
 
 export const DIMENSIONS = WORDS.dimensions;
 
-/** Dimensions without meaning if there is no particle. */
+/** Dimensions that have no meaning without a particle. */
 export const OF_PARTICLE = WORDS.of_particle;
 
 /** The dimensions of a design of a study. @param {Definition} definition */
@@ -51,7 +51,7 @@ export function titled(dimension) {
   return called(dimension) + (unit ? ` [${unit}]` : "");
 }
 
-/** Name and symbol in the markup of the plotting library. @param {string} dimension */
+/** Name and symbol of a dimension in the markup of the plotting library. @param {string} dimension */
 export function axisTitle(dimension) {
   return titled(dimension).replace(/_(\w)/, "<sub>$1</sub>");
 }
@@ -73,18 +73,18 @@ export function kindOf(dimensions) {
   return dimensions.includes(AMPLITUDE) ? "amplitudes" : "harmonic";
 }
 
-/** The dimensions of a kind of study in the order in which a map shows them. @param {string[]} dimensions */
+/** The dimensions of a kind of study, in the order of preference for maps. @param {string[]} dimensions */
 export function orderOf(dimensions) {
   return { suite: WORDS.suite_axes, amplitudes: WORDS.amplitude_axes, harmonic: WORDS.axes }[
     kindOf(dimensions)
   ];
 }
 
-/** The tunings of a mass damper, for a picker. */
+/** The criteria by which a tuned mass damper is tuned, for a picker. */
 export const TUNINGS = Object.entries(WORDS.criteria);
 
 /**
- * Response classes: a colour distinguishable with any colour vision (Okabe and Ito 2008), and a shape.
+ * The colour and the shape of each response class (colours of Okabe and Ito 2008).
  *
  * @type {Record<string, {colour: string, shape: string}>}
  */
@@ -102,9 +102,9 @@ export const CLASS_LOOKS = {
 };
 
 /**
- * Whether the service can subtract the maps of two studies, as far as a list of studies shows; the service
- * also compares the values along the axes. A study without friction of the particle, or without gravity,
- * has the value 0.
+ * Whether the service can probably subtract the maps of two studies. Only dimensions and numbers of values
+ * are compared here; the service also compares the values. The particle's friction, or gravity, may be a
+ * dimension of only one of the two studies: it is 0 in the other study.
  *
  * @param {Pick<StudyRecord, "dimensions" | "shape">} one
  * @param {Pick<StudyRecord, "dimensions" | "shape">} other

@@ -5,15 +5,10 @@
 export type SpecifiedField = { name: string; label: string; unit: string; scale: number } & Usual;
 type Usual = { usual_value?: number | null };
 
-/**
- * A quantity of a prototype. `path`: its place in a study; `free`: can be estimated; `usual`: always shown.
- */
+/** A quantity of a prototype: `path` in a study, `free` to be estimated, `usual` if always shown. */
 export type FittedField = SpecifiedField & { path: string; free: boolean; usual: boolean };
 
-/**
- * The module `words.js`, which `service/page/words.py` writes: the words of the service that the page
- * shows.
- */
+/** The module `words.js`, which `service/page/words.py` writes. */
 export const WORDS: {
   /** The questions to a study: the kinds of study that answer each, and its name in every interface. */
   questions: { summary: string; route: string; command: string; method: string; kinds: string[] }[];
@@ -21,7 +16,7 @@ export const WORDS: {
   symbols: Record<string, string>;
   /** Dimensions that every harmonic study has. */
   dimensions: string[];
-  /** Dimensions that only some have, each with its quantity in a physical block. */
+  /** Dimensions that only some harmonic studies have, each with its quantity in a physical block. */
   before: Record<string, string>;
   /** Readable names of every dimension, including those of ground-motion suites. */
   names: Record<string, string>;
@@ -29,10 +24,7 @@ export const WORDS: {
   units: Record<string, string>;
   /** Dimensions without meaning if there is no particle. */
   of_particle: string[];
-  /**
-   * Dimensions in the order in which a map shows them, of a harmonic study, of a suite and of a study over
-   * base amplitudes.
-   */
+  /** Dimensions in the order in which a map of each kind of study shows them. */
   axes: string[];
   tag_pattern: string;
   tag_words: string;
@@ -41,10 +33,7 @@ export const WORDS: {
   /** Dimensions of a suite, and of a study over base amplitudes, that a designer chooses. */
   damper: string[];
   amplitude_damper: string[];
-  /**
-   * Results that a study over base amplitudes has in units: the ratio of each, its readable name, and its
-   * unit.
-   */
+  /** Results in units of a study over base amplitudes: the ratio, the name and the unit of each. */
   results_in_units: Record<string, [string, string, string]>;
   /** The default design point. */
   design_point: Record<string, number>;

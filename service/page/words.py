@@ -1,4 +1,4 @@
-"""The service's vocabulary for the page, as a module generated from the registries."""
+"""The module `words.js`, which gives the page the names, units and limits that the Python code defines."""
 
 import json
 from typing import Any
@@ -62,25 +62,25 @@ from damperlab.studies.vocabulary import (
 )
 
 _IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_per_cycle": ENERGY}
-"""The name in SI units of each result that has one."""
+"""Names in SI units of the results that can be given in SI units."""
 
 _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
-"""Units of the results that are not lengths."""
+"""Units of results in SI units that are not lengths."""
 
 _KINDS = {"harmonic": HARMONIC, "suite": SUITE, "amplitudes": AMPLITUDES_KIND}
-"""Kinds of study by their names on the page."""
+"""Kinds of study, by name on the page."""
 
 MODULE = "words.js"
-"""The module's name for imports; `words.d.ts` has its types."""
+"""Name of the module; `words.d.ts` has its types."""
 
 
 _SOURCES = {each.name for each in PHYSICAL_QUANTITIES}
 _SELDOM = ("damping_n_s_per_m", *MADE_BY.values())
-"""Fields that the form of a fit shows only if a document has them."""
+"""Fields that the form of a fit shows only for documents with these fields."""
 
 
 def words_module() -> bytes:
-    """Give the module: one constant; the same registries give the same bytes."""
+    """Return the text of the module, which defines one constant. The text depends only on the Python code."""
     text = json.dumps(_words(), ensure_ascii=False, indent=1)
     return f"/** Made by the service. */\nexport const WORDS = {text};\n".encode()
 
@@ -139,7 +139,7 @@ def _words() -> dict[str, Any]:
 
 
 def _fitted(name: str, meaning: str) -> dict[str, Any]:
-    """Give a quantity of a prototype, and its place in the known values."""
+    """Describe a quantity of a prototype; `path` is its place in the known values of a fit."""
     place = "physical." if name in _SOURCES else "" if name in BESIDE_AXES else "axes."
     return _specified(name, meaning) | {
         "path": f"{place}{name}",
@@ -149,7 +149,7 @@ def _fitted(name: str, meaning: str) -> dict[str, Any]:
 
 
 def _specification() -> dict[str, Any]:
-    """Give every field of a specification for its form."""
+    """Describe every field of a specification for the form of a new design."""
     chosen = [_specified(name, SPECIFIED[name].meaning) | {"ratio": RATIO_OF[name]} for name in CHOSEN]
     for each in chosen:
         each["called"] = each["label"].partition(",")[0]
@@ -220,7 +220,7 @@ def _specification() -> dict[str, Any]:
 
 
 def _specified(name: str, meaning: str) -> dict[str, Any]:
-    """Give a field of a specification: its label, the shown unit, and the factor from the unit in its name to the shown one."""
+    """Describe a field of a specification. `scale` is the factor from the unit of the document to the shown unit."""
     unit = _unit_of(meaning).strip("[]")
     label = meaning.removesuffix(f" [{unit}]")
     return {
@@ -236,7 +236,7 @@ def _unit_of(meaning: str) -> str:
 
 
 def _prototype() -> dict[str, float]:
-    """Give the paper's prototype in SI units, with the base amplitude of the smallest cavity, excited at resonance."""
+    """Return the paper's prototype in SI units, excited at resonance with the base amplitude of the smallest cavity."""
     defaults = {
         name: default
         for name, (_, default) in QUANTITIES.items()
@@ -250,7 +250,7 @@ def _prototype() -> dict[str, float]:
 
 
 def _names_in_si() -> dict[str, str]:
-    """Name the base amplitude and those dimensions of a suite that no harmonic study has."""
+    """Return the names of the base amplitude, and of the dimensions that only ground-motion suites have."""
     amplitude = AMPLITUDE_DIMENSIONS[AMPLITUDE][1].removesuffix(" Z")
     return {AMPLITUDE: _capital(amplitude)} | {
         name: _capital(words.removesuffix(f" {SUITE_SYMBOLS.get(name, '')}"))
@@ -260,14 +260,12 @@ def _names_in_si() -> dict[str, str]:
 
 
 def _shown_unit(unit: str) -> str:
-    """Give the displayed unit: lengths are in mm."""
+    """Return the unit that the page shows; lengths are shown in mm."""
     return {"m": "mm", "1": ""}.get(unit, unit)
 
 
 def _in_units() -> dict[str, tuple[str, str, str, float]]:
-    """Give symbol, label, unit and scale of the quantity that the page shows in place of each ratio if a study is in
-    units.
-    """
+    """Return symbol, label, unit and scale of the quantity that replaces each ratio if the page shows units."""
     shown = {}
     for name, (symbol, label, unit, scale) in PRINTED.items():
         if name in SYMBOLS:
@@ -279,13 +277,13 @@ def _in_units() -> dict[str, tuple[str, str, str, float]]:
 
 
 def _names_in_si_of_ratios() -> dict[str, str]:
-    """Give, for each ratio, the name under which it is requested in SI units."""
+    """Return, for each ratio, the name under which the service gives the quantity in SI units."""
     coordinates = {ratio: name for name, ratio in COORDINATE_SOURCES.items()}
     return coordinates | _IN_SI
 
 
 def _judged() -> list[str]:
-    """Name the results that should be small, without errors, energies and counts."""
+    """Return the names of results that a good damper makes small. Errors, energies and counts are left out."""
     lengths = [
         name for names in AMPLITUDES.items() for name in names if not name.startswith("amplitude_error")
     ]

@@ -1,1 +1,1 @@
-"""Every question to a study's cube: one file each, and one list of them in `every`."""
+"""Questions about the cube of a study. Each question has its own file, and `every` lists all questions."""

@@ -1,4 +1,4 @@
-"""The questions to a study's cube, in the order of every interface. A new question needs one file, and one line here."""
+"""All questions about the cube of a study, in the order in which every interface lists the questions."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Converts an answer into a document, and back into the same Dataset at a client."""
+"""Convert the Dataset of an answer into a document, and convert the document back into the same Dataset in a client."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 ENVELOPE = frozenset(
     ("study", "name", "state", "metric", "units", "long_name", "values", "meanings", "at", "columns")
 )
-"""Parts of a document apart from the columns and the attributes of the answer."""
+"""Keys of a document that are neither names of columns nor attributes of the answer."""
 
 
 class Parts(NamedTuple):
@@ -30,15 +30,15 @@ class Parts(NamedTuple):
 
 @dataclass(frozen=True)
 class Form:
-    """A form of documents.
+    """The functions that convert the Dataset of an answer into a document, and back.
 
     Parameters
     ----------
     write : callable
-        Makes a document of a Dataset. It contains `columns`, a description of each column, so that a program can
-        rebuild the Dataset.
+        Function that makes a document from a Dataset. The document contains `columns`, a description of each column,
+        so that a program can rebuild the Dataset.
     read : callable
-        Makes the parts of the Dataset from a document.
+        Function that makes the parts of the Dataset from a document.
     """
 
     write: "Callable[[xr.Dataset], dict[str, Any]]"
@@ -46,17 +46,17 @@ class Form:
 
 
 def metric_of(answer: "xr.Dataset") -> str:
-    """Name the metric of an answer; it comes before its companions."""
+    """Return the name of the metric of an answer, which is its first variable."""
     return str(next(iter(answer.data_vars)))
 
 
 def columns(answer: "xr.Dataset") -> dict[str, dict[str, Any]]:
-    """Describe every variable and coordinate by name: ``dtype`` as numpy spells it, and the attributes."""
+    """Return the numpy ``dtype`` and the attributes of every variable and coordinate, by name."""
     return {str(name): {"dtype": array.dtype.str, **array.attrs} for name, array in answer.variables.items()}
 
 
 def _map(answer: "xr.Dataset") -> dict[str, Any]:
-    """Write ``x`` and ``y`` (the grid values), and ``values`` as [y][x], with the rest of `_described`."""
+    """Return the entries of `_described`, with ``values`` as [y][x], and the grid values ``x`` and ``y``."""
     y, x = (str(name) for name in answer[metric_of(answer)].dims)
     return {
         "x_dimension": x,
@@ -74,7 +74,7 @@ def _read_map(document: Mapping[str, Any]) -> Parts:
 
 
 def _curve(answer: "xr.Dataset") -> dict[str, Any]:
-    """Write ``frequency_ratio`` and ``values``, one entry per frequency, with the rest of `_described`."""
+    """Return the entries of `_described`, with one value per frequency, and ``frequency_ratio``."""
     return {"frequency_ratio": answer["frequency_ratio"].values, **_described(answer)}
 
 
@@ -83,9 +83,7 @@ def _read_curve(document: Mapping[str, Any]) -> Parts:
 
 
 def _described(answer: "xr.Dataset") -> dict[str, Any]:
-    """Write one metric: ``values``; its companions in the same shape; ``at``, the grid point of the other dimensions;
-    and ``note`` in the attributes, which describes that point in words.
-    """
+    """Return the metric as ``values``, the accompanying variables, and the point ``at`` on the other dimensions."""
     metric = metric_of(answer)
     return {
         "metric": metric,
@@ -101,7 +99,7 @@ def _described(answer: "xr.Dataset") -> dict[str, Any]:
 
 
 def _meanings(names: Any) -> dict[str, dict[str, str]]:
-    """Give the words of codes, by the name of their variable."""
+    """Return what each code of a variable means, for all variables that hold codes."""
     return {name: _flags(name) for name in names if name in VARIABLES and VARIABLES[name].flags}
 
 
@@ -112,7 +110,7 @@ def _flags(name: str) -> dict[str, str]:
 
 
 def _ranking(answer: "xr.Dataset") -> dict[str, Any]:
-    """Write designs, the best first, each with its coordinates and results; then their number."""
+    """Return the designs with their coordinates and results, the best design first, and the number of designs."""
     said = {str(name): value for name, value in answer.attrs.items()}
     worst = "metric" in said  # whether the dampers are ranked by their worst case
     first = answer.coords if worst else (*dimensions_of(answer.coords), "value", "error", "response_class")
@@ -146,15 +144,15 @@ def _read_ranking(document: Mapping[str, Any]) -> Parts:
 
 
 MAP = Form(_map, _read_map)
-"""One metric over two dimensions."""
+"""Form of an answer with one metric over two dimensions."""
 CURVE = Form(_curve, _read_curve)
-"""One metric over the frequency ratio."""
+"""Form of an answer with one metric over the frequency ratio."""
 RANKING = Form(_ranking, _read_ranking)
-"""Designs along ``rank``."""
+"""Form of an answer with designs along ``rank``."""
 
 
 def along(dimension: str) -> Form:
-    """Give the form of an answer with one dimension: a list for each of its variables."""
+    """Return the form of an answer with one dimension. Each variable of the answer becomes a list."""
 
     def write(answer: "xr.Dataset") -> dict[str, Any]:
         names = (dimension, *(str(name) for name in answer.data_vars))
@@ -175,7 +173,7 @@ def _parts(
     dimensions: tuple[str, ...],
     beside: tuple[str, ...] = (),
 ) -> Parts:
-    """Give variables, coordinates and attributes of a Dataset."""
+    """Return the variables, coordinates and attributes of the Dataset that a document describes."""
     found = Parts({}, {}, {})
     for name, described in document["columns"].items():
         attributes = {key: value for key, value in described.items() if key != "dtype"}
@@ -193,7 +191,7 @@ def _parts(
 
 
 def array_of(values: Any, dtype: str) -> "np.ndarray[Any, Any]":
-    """Make an array of a list. JSON has no NaN; numpy reads null as NaN if the type is a float."""
+    """Make an array from a list. JSON has no NaN, but numpy converts null into NaN if `dtype` is a float."""
     import numpy as np
 
     return np.asarray(values, np.dtype(dtype))

@@ -1,4 +1,4 @@
-"""The question for the probability that a damper exceeds a limit as ground motions are scaled up."""
+"""The question for a fragility curve: the probability that a result exceeds a limit as ground motions are scaled up."""
 
 from typing import TYPE_CHECKING, NotRequired
 
@@ -25,7 +25,7 @@ class Fragility(OfPoints):
     lowest: Numbers
     median: Numbers
     highest: Numbers
-    # of `damperlab.studies.answers.over_records.OverRecords`
+    # the fields of `damperlab.studies.answers.over_records.OverRecords`
     mean: Numbers
     mean_error: Numbers
     rms: Numbers
@@ -59,7 +59,6 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool, fragile: Fragile) -> Words:
-    """Say at which scale half of the records exceed the limit."""
     from damperlab.service.cli.words import rows_table
     from damperlab.studies.answers.phrases import Phrases
 
@@ -73,8 +72,8 @@ FRAGILITY: "Question[answers.Fragility]" = Question(
     route="fragility",
     command="fragility",
     summary="Probability that a damper exceeds a limit as the records are scaled up",
-    help="Give the probability that a damper of a ground-motion suite exceeds a limit, over the scale of its "
-    "records.",
+    help="Fit the probability that a damper exceeds a limit, over the scale of the records of a ground-motion "
+    "suite.",
     asks=(Fragile,),
     answer=answer,
     gives=Fragility,

@@ -1,4 +1,4 @@
-"""The question for a frequency response: one design along the frequency, in one study or in two."""
+"""The question for the frequency response of one design, in one study or in two studies."""
 
 from typing import TYPE_CHECKING, NotRequired
 
@@ -27,7 +27,7 @@ class FrequencyResponse(OfMetric):
 
 
 def answer(study: Subject, selection: Followed, second: Second) -> "xr.Dataset":
-    """Follow one design along the frequency; it is named by `<dimension>=value`."""
+    """Show one design over the frequency. The design is named by `<dimension>=value`."""
     from damperlab.studies.answers.compared_response import compared_response
     from damperlab.studies.answers.frequency_response import frequency_response
     from damperlab.studies.answers.suite import require_harmonic
@@ -49,7 +49,6 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool, selection: Followed, second: Second) -> Words:
-    """Say where the curve is smallest and largest."""
     from damperlab.service.cli import words
     from damperlab.service.cli.store import label
     from damperlab.studies.answers.phrases import Phrases

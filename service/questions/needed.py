@@ -1,4 +1,4 @@
-"""What the questions import when they are answered; a service imports it after its start, before the first question."""
+"""Modules that answer questions. A service imports these modules after its start, before the first question."""
 
 import damperlab.studies.answers.frequency_response
 import damperlab.studies.answers.map_difference

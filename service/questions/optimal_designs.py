@@ -1,4 +1,4 @@
-"""The question for the best designs of a study, optionally together with its follow-ups."""
+"""The question for the best designs of a study, optionally ranked together with the designs of follow-ups."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, NotRequired
@@ -29,7 +29,7 @@ RANKED = {
     "clearance": "clearance_ratio",
     "impact_speed": "impact_speed_max",
 }
-"""Meanings of the columns of a ranking."""
+"""Result that each column of a ranking contains."""
 
 _NUMBER = {"type": ["number", "null"]}
 _TEXT = {"type": "string"}
@@ -46,7 +46,7 @@ Design = Annotated[
         },
     ),
 ]
-"""A design: its dimensions are those of its kind of study."""
+"""A design, whose dimensions depend on the kind of study."""
 
 
 class Doubt(TypedDict):
@@ -81,8 +81,8 @@ class RankedDesigns(OfCube):
 def answer(study: Subject, judging: Judging, ranking: Ranking) -> "xr.Dataset":
     """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice.
 
-    Dampers of a ground-motion suite are ranked by their worst case over its records, scales and structures. Those of
-    a study over base amplitudes are ranked by their worst case over amplitudes and frequencies.
+    Dampers of a ground-motion suite are ranked by their worst case over its records, scales and structures. Dampers
+    of a study over base amplitudes are ranked by their worst case over amplitudes and frequencies.
     """
     from damperlab.studies.answers.ranking import ranked_designs
 
@@ -96,7 +96,7 @@ def _missing(study: Subject, found: "xr.Dataset", judging: Judging, _: Ranking) 
 
 
 def with_follow_ups(study: Subject, follow_ups: Iterable[str]) -> "dict[str, xr.Dataset]":
-    """Open a study's cube and those of its follow-ups, by id."""
+    """Open the cubes of a study and of its follow-ups. The keys are the ids of the studies."""
     from damperlab.studies.answers.suite import require_harmonic
 
     opened = [study, *map(study.beside, follow_ups)]
@@ -113,13 +113,12 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, ranking: Ranking) -> Words:
-    """Name the best design, its certainty, and the next ones."""
     from damperlab.service.cli.words import axes_of, rows_table, words_of
     from damperlab.studies.answers.phrases import Phrases
 
     phrases, words = Phrases.of(study.cube), words_of(found)
     told = [*(doubt["sentence"] for doubt in words.get("doubts", ())), words["note"]]
-    # a Pareto front is always listed, because its designs have no order
+    # the designs of a Pareto front are always shown in a table, because none of them is the best
     if found.sizes["rank"] < 2 or not (details or "pareto" in found.attrs):
         return Words(words["brief"], told)
     shown = found.drop_vars(["lowest", "highest"], errors="ignore")
@@ -129,7 +128,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, 
 
 
 def _worst_of(found: "xr.Dataset", phrases: "Phrases") -> dict[str, str]:
-    """Explain value and error for dampers that are ranked by their worst case."""
+    """Return the results that the columns `value` and `error` contain in a ranking by the worst case."""
     metric = str(found.attrs.get("metric", RANKED["value"]))
     error = metric.replace("amplitude", "amplitude_error", 1)
     return {"value": metric} | ({"error": error} if phrases.unit(error) else {})
@@ -140,7 +139,7 @@ OPTIMAL_DESIGNS: "Question[answers.Designs]" = Question(
     command="optimum",
     first=True,
     summary="Designs in the order of their response",
-    help="Rank the designs of a study, the best first. For a suite or several base amplitudes, the worst case ranks them.",
+    help="Rank the designs of a study, the best first. For a suite or several base amplitudes, rank by the worst case.",
     asks=(Judging, Ranking),
     answer=answer,
     gives=RankedDesigns,
@@ -150,7 +149,7 @@ OPTIMAL_DESIGNS: "Question[answers.Designs]" = Question(
     operation="ask_designs",
     further=Further(
         "friction",
-        "Find the largest friction of the particle at which the best damper keeps its value.",
+        "Find the largest particle friction at which the value of the best damper rises by at most a tenth.",
         _missing,
     ),
 )

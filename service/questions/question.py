@@ -1,8 +1,7 @@
-"""A question to a study's cube: one value that holds everything the interfaces need.
+"""A question about the cube of a study, as one object from which all interfaces are made.
 
-Its route, command, client method, entry on the page, cache key and process all follow from this value. Functions import
-heavy modules only when needed, so the client and the command line can read these values without loading solver, cluster
-or web.
+The object determines the HTTP route, the command, the client method and the entry on the page. The functions of a
+question import heavy modules only when needed, so the client and the command line do not load the solver or the server.
 """
 
 from collections.abc import Callable, Mapping
@@ -28,23 +27,23 @@ if TYPE_CHECKING:
     Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
 A = TypeVar("A", covariant=True)
-"""The client's answer: a Dataset with its own figure."""
+"""Type of the answer in the client: a Dataset that can draw a figure."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """The study of the question, and access to other studies.
+    """The study that a question is about, and access to other studies.
 
     Parameters
     ----------
     record : Record
-        Of the study.
+        The record of the study.
     store : Store
-        The store of its cube.
+        The store that holds the cube of the study.
     called : str
-        The study as the user named it.
+        The command or the route of the question, as a name in messages.
     http : bool
-        Whether the question came by HTTP. The axes of a map must then be named, and its size is limited.
+        Whether the question came by HTTP. If so, the axes of a map must be named, and the size of a map is limited.
     """
 
     record: "Record"
@@ -54,11 +53,11 @@ class Subject:
 
     @cached_property
     def cube(self) -> "xr.Dataset":
-        """The present results of the study."""
+        """The cube with the present results of the study."""
         return self.store.cube(self.record.id)
 
     def beside(self, name: str) -> "Subject":
-        """Find another study."""
+        """Find another study in the store, by its name or id."""
         return replace(self, record=self.store.find(name))
 
 
@@ -68,11 +67,11 @@ class Words(NamedTuple):
     Parameters
     ----------
     brief : mapping, optional
-        The short answer; without one, `sentences` are the answer.
+        The short answer, or None if `sentences` are the answer.
     sentences : list of str
-        Sentences of the details.
+        Sentences shown with the details.
     table : tuple, optional
-        Head and rows, if they are shown.
+        Column names and rows of a table.
     after : list of str
         Sentences after the table.
     """
@@ -84,16 +83,17 @@ class Words(NamedTuple):
 
 
 class Further(NamedTuple):
-    """Something that an answer can say once further studies are computed.
+    """A result that an answer includes after further studies are computed.
 
     Parameters
     ----------
     option : str
-        Its name on the command line.
+        Name of the option on the command line.
     help : str
-        Its description.
+        Description of the option.
     studies : callable
-        Called with the `Subject`, the Dataset and the inputs; gives the studies. The input ``with_`` then names them.
+        Function that returns the further studies, given the `Subject`, the Dataset and the inputs. Afterwards, the
+        input ``with_`` contains the ids of the further studies.
     """
 
     option: str
@@ -103,41 +103,41 @@ class Further(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Question(Generic[A]):
-    """A question.
+    """A question that users can ask about a study.
 
     Parameters
     ----------
     route : str
-        Last part of the address; also the name of the client's method.
+        Last part of the address, from which the name of the client's method follows.
     command : str
-        Its name on the command line.
+        Name of the question on the command line.
     summary, help : str
-        Its description, for HTTP and for the command line.
+        Descriptions of the question, for HTTP and for the command line.
     asks : tuple of type
-        Frozen dataclasses of `damperlab.studies.questions`: its inputs.
+        Frozen dataclasses of `damperlab.studies.questions` that hold the inputs.
     answer : callable
-        Called with a `Subject` and one value of each of `asks`; gives a Dataset. Its docstring is the HTTP
-        description.
+        Function that returns a Dataset, given a `Subject` and one value of each type in `asks`. The docstring of the
+        function is the HTTP description.
     gives : type
-        The shape of the document, a TypedDict; the schema gets its name.
+        TypedDict that describes the document. The schema has the same name as this type.
     form : Form
         Conversion of the Dataset into a document, and back.
     draw : callable
-        Called with the Dataset and, if there are two studies, their names; gives a figure.
+        Function that returns a figure, given the Dataset and, for two studies, the names of the studies.
     tell : callable
-        Called with the `Subject`, the Dataset, whether details are wanted, and the inputs; gives `Words`.
+        Function that returns `Words`, given the `Subject`, the Dataset, a flag for details, and the inputs.
     kinds : tuple of Kind
-        Kinds of study that can answer; others refuse.
+        Kinds of study that can answer the question. Studies of other kinds are refused.
     first : bool
-        Whether it is common: the help of the command line lists it first.
+        Whether the question is common. The help of the command line lists common questions first.
     draws_units : bool
-        Whether its figure shows the quantities in units next to the ratios.
+        Whether the figure shows the quantities in units next to the ratios.
     details : bool
-        Whether the command has a short answer and details.
+        Whether the command can show details in addition to a short answer.
     operation : str
-        Its name in the OpenAPI document; by default ``ask_`` and the command.
+        Name of the operation in the OpenAPI document. The default is ``ask_`` followed by the command.
     further : Further, optional
-        What the command can compute to complete the answer.
+        Further studies that the command can compute to complete the answer.
     """
 
     route: str
@@ -164,23 +164,23 @@ class Question(Generic[A]):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """All its inputs."""
+        """All inputs of the question."""
         return tuple(each for asked in self.asks for each in fields_of(asked))
 
     @property
     def studies(self) -> tuple[str, ...]:
-        """Names of the parameters that name further studies, whose results are part of the answer."""
+        """Names of the parameters that select further studies."""
         return tuple(each.key for each in self.fields if each.studies)
 
     @property
     def dimensions(self) -> tuple[str, ...]:
-        """Dimensions by which a point may be named, of all kinds of study that can answer."""
+        """Dimensions along which a user may give a value, for all kinds of study that can answer the question."""
         if SUITE in self.kinds:
             return EVERY_AXIS
         return (*BEFORE, *DIMENSIONS, *(() if self.kinds == (HARMONIC,) else (AMPLITUDE,)))
 
     def of(self, study: Subject, *asked: object) -> "xr.Dataset":
-        """Answer the question, with one value of each of `asks`; refuse a study of a kind that cannot answer."""
+        """Answer the question, given one value of each of `asks`. Refuse a study of a kind not in `kinds`."""
         if SUITE not in self.kinds:
             from damperlab.studies.answers.suite import require_harmonic
 
@@ -189,5 +189,5 @@ class Question(Generic[A]):
 
 
 def in_front(record: "Record", answer: Mapping[str, Any]) -> dict[str, Any]:
-    """Put the study in front of the answer."""
+    """Return an answer that begins with the id, the name and the state of the study."""
     return {"study": record.id, "name": record.name, "state": record.state, **answer}

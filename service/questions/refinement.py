@@ -33,18 +33,18 @@ class RefinementDocument(Refined, OfStudy):
 
 
 Entered = Annotated[dict[str, Any], Like(Record, "definition")]
-"""A follow-up study that was entered."""
+"""Record of a follow-up study that was submitted."""
 
 
 class FollowUpsDocument(RefinementDocument):
-    """A refinement, and the records of the follow-ups that it entered."""
+    """A refinement, and the records of the follow-up studies that were submitted."""
 
     follow_up: Entered
     follow_ups: list[Entered]
 
 
 def refinement_document(found: "Refinement") -> Refined:
-    """Convert a refinement into a document, without the study."""
+    """Return a refinement as a document, without the id, the name and the state of the study."""
     definitions = [study.document() for study in found.studies]
     return {
         "known": found.known,

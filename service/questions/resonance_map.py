@@ -1,4 +1,4 @@
-"""The question for a map: one metric of a study over two of its dimensions, or of two studies and their difference."""
+"""The question for a map of one metric over two dimensions, in one study or in two studies with the difference."""
 
 from typing import TYPE_CHECKING, Annotated, NotRequired
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 MOST_POINTS = 4_000_000
-"""Largest number of values of a map in a request, enough for a screen; a larger answer would need much memory."""
+"""Largest number of values of a map that is sent by HTTP. A larger map would need much memory."""
 
 
 class ResonanceMap(OfMetric):
@@ -106,7 +106,6 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 def _tell(
     study: Subject, found: "xr.Dataset", details: bool, axes: Axes, selection: Selection, *_: object
 ) -> Words:
-    """Say where the map is smallest and largest."""
     from damperlab.service.cli import words
     from damperlab.service.cli.store import label
     from damperlab.studies.answers.phrases import Phrases

@@ -66,7 +66,7 @@ class TmdComparison(OfPoints):
 
 
 def answer(study: Subject, tuning: Tuning, design: Design) -> "xr.Dataset":
-    """Compare both curves, their peaks, bandwidths and ratio; by default the masses are equal."""
+    """Compare the responses, peaks and bandwidths with both dampers. By default, the dampers have equal masses."""
     from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
     from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
@@ -81,7 +81,6 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, design: Design) -> Words:
-    """Name the better damper, and say where it is better."""
     from damperlab.service.cli.words import completeness_sentence, rows_table, words_of
     from damperlab.studies.answers.excited import excitation_of
     from damperlab.studies.answers.one_amplitude import at_one_amplitude

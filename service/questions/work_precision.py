@@ -1,4 +1,4 @@
-"""The question for the errors of a study's points over their run times."""
+"""The question for a work-precision diagram: the errors of the points of a study against the run times."""
 
 from typing import TYPE_CHECKING
 
@@ -39,7 +39,6 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool) -> Words:
-    """List the errors of each run time."""
     from damperlab.service.cli.output import number
 
     names = ("run_time", *map(str, found.data_vars))

@@ -1,4 +1,4 @@
-"""Contradictions within the paper: its numbers, computed from others of its numbers."""
+"""Contradictions within the paper, found by computing some of its printed numbers from others."""
 
 from damperlab.service.reproduction.section import Row, Section, Solve
 from damperlab.studies.paper import paper_numbers
@@ -7,7 +7,7 @@ from damperlab.studies.tmd.tunings import den_hartog
 
 
 def disagreements(solve: Solve, quick: bool) -> Section:
-    """Compare numbers of the paper with values computed from others of its numbers."""
+    """Compare printed numbers of the paper with values that follow from other printed numbers."""
     section = Section("The paper compared with itself")
     known = paper_numbers()
     value = {name: number.value for name, number in known.items()}

@@ -1,4 +1,4 @@
-"""Table A1: the dampers under an earthquake."""
+"""Table A1 and Figure A2: the dampers under an earthquake."""
 
 from collections.abc import Iterator
 
@@ -33,7 +33,7 @@ STARTS = 8
 
 
 def table_a1(solve: Solve, quick: bool) -> Section:
-    """Peak and rms with each damper, for each possible cavity and friction force of the paper."""
+    """Compute peak and rms with each damper, for all cavities and friction forces that the paper may mean."""
     section = Section("Table A1: dampers under an earthquake")
     known = paper_numbers()
     motion = builtin_record(RECORD)
@@ -67,16 +67,16 @@ def table_a1(solve: Solve, quick: bool) -> Section:
     section.words = [
         SOURCE_NOTE,
         f"Here the record is {motion.name}, multiplied by {factor:.4g}, which gives the structure without a "
-        "damper the paper's peak against its base. Every cavity of the prototype was tried. For each base amplitude "
-        "that the labels may mean, the friction force that gives the 16.22 of Table 3 was tried too. Amplitudes are "
-        "those against the base. If starts that differ in the seventh digit diverge, the row also gives the range of the "
+        "damper the paper's peak against its base. Every cavity of the prototype was tried. Several base amplitudes "
+        "agree with the paper's labels; for each, the friction force that gives X/Z = 16.22 was tried. Amplitudes are "
+        "relative to the base. If starts that differ in the seventh digit diverge, the row also gives the range of the "
         f"peak over {STARTS} such starts.",
     ]
     return section
 
 
 def figure_a2(solve: Solve, quick: bool) -> Section:
-    """Displacement over time under the earthquake, with each damper and without one."""
+    """Draw the displacement over time under the earthquake, with each damper and without a damper."""
     section = Section("Figure A2: displacement under an earthquake")
     known = paper_numbers()
     motion = builtin_record(RECORD)
@@ -102,7 +102,7 @@ def figure_a2(solve: Solve, quick: bool) -> Section:
 
 
 def _tried(motion: GroundMotion, factor: float, starts: int) -> Iterator[tuple[str, str, GroundResponse]]:
-    """Compute every damper of the table, for each reading of the paper's open choices: case, reading, response."""
+    """Yield the damper, the reading of the paper and the response, for every damper of the table and every reading."""
     structure = Structure()
     mass = 0.1 * structure.mass_kg
     forces = {
@@ -132,6 +132,6 @@ def _tried(motion: GroundMotion, factor: float, starts: int) -> Iterator[tuple[s
 
 
 def _paper_factor(motion: GroundMotion) -> float:
-    """Factor on a record that gives the structure without damper the paper's peak, against the base."""
+    """Return the factor on a record with which the structure alone has the paper's peak, relative to its base."""
     none = ground_response(Structure(), Damper(), motion)
     return TABLE_A1["none"][0] / none.peak_relative_displacement_m

@@ -1,4 +1,4 @@
-"""Figure 9, and its comparison with Figure 10: the friction damper alone."""
+"""Figure 9, and a comparison of Figures 9 and 10: the damper with friction alone."""
 
 import math
 from collections.abc import Callable
@@ -14,14 +14,14 @@ from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 
 LONGEST = 1000
-"""Cycles after which friction alone is steady with the paper's damping: e^(−2πζN) is below 1e-10."""
+"""Number of cycles in which a free vibration with the paper's damping decays to less than 1e-10."""
 SMALL_DAMPING = 1e-4
-"""Small enough that the amplitude at r = 1 is (1 − 4γ_F/π)/(2ζ) to a millionth."""
+"""Damping ratio ζ so small that the amplitude at r = 1 equals (1 − 4γ_F/π)/(2ζ) to a millionth."""
 ROUNDS = 50
 
 
 def figure_9(solve: Solve, quick: bool) -> Section:
-    """Frequency response with friction alone: steady, and after the number of cycles that explains the paper's peak."""
+    """Compute the steady response with friction alone, and the largest response in the first cycles from rest."""
     section = Section("Figure 9: frequency response, friction alone")
     known = paper_numbers()
     ratio, damping = known["friction_ratio"].value, known["damping_ratio"].value
@@ -63,13 +63,13 @@ def figure_9(solve: Solve, quick: bool) -> Section:
         f"The paper's peak of about 20 belongs to a finite time, which the paper does not print. The steady peak is "
         f"{section.rows[0].ours:.4g}; a start from rest passes {wanted.value:g} in cycle {cycles}, after {seconds:.3g} s.",
         "Equation (12) leaves out viscous damping. With damping the resonance is finite at any friction, and the amplitude "
-        "relative to the base is close to (1 − 4γ_F/π)/(2ζ). Above π/4 friction alone holds the mass near its base.",
+        "relative to the base is close to (1 − 4γ_F/π)/(2ζ). If γ_F exceeds π/4, friction alone keeps the mass near its base.",
     ]
     return section
 
 
 def figure_10(solve: Solve, quick: bool) -> Section:
-    """Friction ratio of the measured curves of Figure 10, and agreement with the spring's law."""
+    """Compute the friction ratios of the curves of Figure 10, and compare these ratios with the law of the spring."""
     section = Section("Figures 10 and 9 compared: friction ratio of a spring compression")
     known = paper_numbers()
     damping, ratio = known["damping_ratio"].value, known["friction_ratio"].value
@@ -121,17 +121,17 @@ def figure_10(solve: Solve, quick: bool) -> Section:
 
 
 def after(cycles: int, friction_ratio: float, damping: float, r: float) -> float:
-    """Largest |x|/Z in a number of cycles from rest."""
+    """Return the largest |x|/Z in a number of cycles from rest."""
     return float(simulate(Design(damping, r, friction_ratio), cycles=cycles).metrics["amplitude_ratio_max"])
 
 
 def cycles_to_reach(peak: float, friction_ratio: float, damping: float) -> int:
-    """First cycle at r = 1, from rest, whose peak reaches a value; the peaks grow from cycle to cycle.
+    """Return the number of the first cycle from rest at r = 1 in which |x|/Z reaches `peak`.
 
     Raises
     ------
     ValueError
-        If even the steady response is below it.
+        If the steady response is below `peak`.
     """
     low, high = 0, LONGEST
     if after(high, friction_ratio, damping, 1.0) < peak:
@@ -143,7 +143,7 @@ def cycles_to_reach(peak: float, friction_ratio: float, damping: float) -> int:
 
 
 def friction_for(peak: float, value: Callable[[float], float]) -> float:
-    """Friction ratio below π/4 at which a decreasing function of it takes a value, by bisection."""
+    """Find by bisection the friction ratio below π/4 at which `value`, a decreasing function, equals `peak`."""
     low, high = 0.0, math.pi / 4
     for _ in range(ROUNDS):
         middle = (low + high) / 2
@@ -152,7 +152,7 @@ def friction_for(peak: float, value: Callable[[float], float]) -> float:
 
 
 def friction_limit() -> float:
-    """Zero of the straight line through the steady relative amplitudes at two friction ratios, at r = 1."""
+    """Return the friction ratio at which the straight line through two steady relative amplitudes at r = 1 is zero."""
     first, second = (
         float(simulate(Design(SMALL_DAMPING, 1.0, g)).metrics["relative_amplitude_ratio"]) for g in (0.2, 0.6)
     )

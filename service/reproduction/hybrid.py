@@ -1,4 +1,4 @@
-"""Figure 11 and Table 3: the hybrid damper at resonance, compared with its parts."""
+"""Figures 11 and 12, and Table 3: the hybrid damper, compared with the particle alone and friction alone."""
 
 import math
 from dataclasses import dataclass
@@ -33,12 +33,14 @@ MEASURES = {
     "largest over r = 0.85 to 1.15, mean of the largest |x|/Z of each cycle": ("amplitude_ratio", True),
     "largest over r = 0.85 to 1.15, largest |x|/Z of all cycles": ("amplitude_ratio_max", True),
 }
-"""Possible meanings of "maximum vibration amplitude at resonance": the variable, and whether over the band."""
+"""Possible meanings of "maximum vibration amplitude at resonance": the variable, and whether its largest value over the
+band is taken.
+"""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One reading of Table 3, and its result."""
+    """A reading of Table 3, with the resulting values."""
 
     base_amplitude: str
     contact: str
@@ -46,11 +48,11 @@ class Reading:
     measure: str
     particle: tuple[float, ...]
     hybrid: tuple[float, ...]
-    factor: float  # root mean square of the logarithms of ours over the paper's, as a factor
+    factor: float  # exp of the root mean square of ln(our value / the paper's value)
 
 
 def figure_11(solve: Solve, quick: bool) -> Section:
-    """Map of the amplitude over clearance and friction, at r = 1 as in the paper, and the worst over the band."""
+    """Map the amplitude at r = 1, as in the paper, and the largest amplitude over the band."""
     section = Section("Figure 11: hybrid damper over clearance and friction")
     resonance = section.solve(solve, variant("figure-11", "", quick))
     band = section.solve(solve, variant("figure-11-band", "", quick))
@@ -95,7 +97,7 @@ def figure_11(solve: Solve, quick: bool) -> Section:
 
 
 def figure_12(solve: Solve, quick: bool) -> Section:
-    """Frequency responses of the hybrid damper for the three cavities and each possible friction ratio."""
+    """Compute the frequency response of the hybrid damper for the three cavities and each possible friction ratio."""
     section = Section("Figure 12: frequency response, hybrid damper")
     known = paper_numbers()
     cubes = _cavities(section, solve, quick)
@@ -137,7 +139,7 @@ def figure_12(solve: Solve, quick: bool) -> Section:
 
 
 def _cavities(section: Section, solve: Solve, quick: bool) -> dict[str, xr.Dataset]:
-    """Solve the cavities of Table 3 in every reading over a band of frequencies, by contact model."""
+    """Compute the cavities of Table 3 under every reading, over a band; return a cube for each contact model."""
     axes = {
         "clearance_ratio": sorted({ratio for reading in clearances().values() for ratio in reading}),
         "friction_ratio": [0.0, *FRICTION_RATIOS],
@@ -153,7 +155,7 @@ def _cavities(section: Section, solve: Solve, quick: bool) -> dict[str, xr.Datas
 
 
 def table_3(solve: Solve, quick: bool) -> Section:
-    """Seven entries of Table 3, and two reductions derived from them, under every reading of the paper's open choices."""
+    """Compare seven entries of Table 3, and two derived reductions, with computed values under every reading."""
     section = Section("Table 3: particle, friction, and both")
     known = paper_numbers()
     cubes = _cavities(section, solve, quick)
@@ -205,12 +207,12 @@ def table_3(solve: Solve, quick: bool) -> Section:
     }
     ahead = readings.index(default) + 1
     section.verdict = (
-        f"Without friction of the particle no reading explains the table: the nearest of {len(readings)} is off by a factor of "
-        f"{readings[0].factor:.3g}."
+        f"Without friction of the particle no reading explains the table: the nearest of {len(readings)} readings is off by a "
+        f"factor of {readings[0].factor:.3g}."
     )
     section.words = [
         "The paper leaves open the contact, the friction ratio of the 4 mm compression, and the base amplitude Z. Its labels "
-        "d/Z = 5, 10, 15 of d = 7.5, 22.5, 37.5 mm need three different amplitudes Z. It also leaves open whether "
+        "d/Z = 5, 10 and 15 for d = 7.5, 22.5 and 37.5 mm imply three different amplitudes Z. It also leaves open whether "
         "\"at resonance\" means r = 1 or the peak of the curve. If a response does not repeat, \"amplitude\" may mean "
         "its usual or its largest peak.",
         f"All {len(readings)} combinations were computed. The table lists the {SHOWN_READINGS} nearest to "
@@ -218,14 +220,14 @@ def table_3(solve: Solve, quick: bool) -> Section:
         f"numbers with a particle (alone: {printed['particle']}; hybrid: {printed['hybrid']}). It also "
         "lists the default "
         f"({LABELS}, instant, γ_F = {CHOSEN_FRICTION:g}, r = 1, mean), which comes {ahead}th. A factor is exp of the "
-        "root mean square of the logarithms of our values over the paper's. The nearest is off by a factor of "
-        f"{readings[0].factor:.3g} on average. The paper's numbers are measured on a prototype.",
+        "root mean square of ln(our value / the paper's value). The nearest combination has the factor "
+        f"{readings[0].factor:.3g}. The paper's numbers are measured on a prototype.",
     ]  # fmt: skip
     return section
 
 
 def _by_the_papers_method(section: Section, solve: Solve, quick: bool) -> list[Row]:
-    """Compute the entries with a particle by Runge-Kutta in the paper's steps, with impacts at the ends of steps."""
+    """Compute the entries with a particle by the paper's Runge-Kutta steps, with impacts only at the ends of steps."""
     known = paper_numbers()
     steps = round(1 / (known["natural_frequency_hz"].value * known["time_step_s"].value))
     labels = clearances()[LABELS]
@@ -256,7 +258,7 @@ def _by_the_papers_method(section: Section, solve: Solve, quick: bool) -> list[R
 
 
 def every_reading(cubes: dict[str, xr.Dataset]) -> list[Reading]:
-    """Evaluate Table 3 under every combination of the readings."""
+    """Evaluate Table 3 for every combination of contact model, measure, base amplitude and friction ratio."""
     known = paper_numbers()
     paper = np.array([known[f"{kind}_{k}"].value for kind in ("particle", "hybrid") for k in (1, 2, 3)])
     found = []

@@ -28,7 +28,7 @@ SHOWN_CYCLES = 60
 
 
 def figure_7(solve: Solve, quick: bool) -> Section:
-    """Frequency response with the particle alone, three clearances, for each contact model."""
+    """Compute the frequency response with the particle alone, for three clearances and each contact model."""
     section = Section("Figure 7: frequency response, particle alone")
     known = paper_numbers()
     wanted = tuple(known[f"clearance_ratio_{k}"].value for k in CAVITIES)
@@ -82,7 +82,7 @@ def figure_7(solve: Solve, quick: bool) -> Section:
 
 
 def figure_8(solve: Solve, quick: bool) -> Section:
-    """Response at resonance for both cushions and three clearances."""
+    """Compute the response at resonance with the particle alone, for both walls and three clearances."""
     section = Section("Figure 8: soft and hard walls, particle alone, at resonance")
     known = paper_numbers()
     soft, hard = known["restitution_soft"].value, known["restitution_hard"].value

@@ -28,9 +28,7 @@ RANGES = {
     "particle_friction": (0.0, 0.2),
     "restitution": (0.2, 0.9),
 }
-"""Physical ranges of the parameters that may be fitted. A search uses fractions of each range, of its logarithm if
-it starts above zero.
-"""
+"""Ranges of the fitted parameters. A search uses fractions of each range, logarithmic if the range starts above 0."""
 ASSUMED = ("base_amplitude_m", "damping_ratio")
 """Parameters that every fit estimates."""
 STARTS = 4
@@ -38,21 +36,21 @@ STARTS = 4
 STEP = 0.08
 """First step of a search, as a fraction of the range."""
 EVALUATIONS_EACH = 20
-"""Evaluations of a search, for each free parameter."""
+"""Largest number of evaluations in a search, for each free parameter."""
 DIFFERENCE = 1e-3
-"""Fraction of the range over which derivatives are taken."""
+"""Step of the finite differences, as a fraction of the range."""
 CONFIDENCE = 0.95
 RMS_DIGITS = 5
-"""Resolution of deviations in a search: rounding on another processor must not change its result."""
+"""Decimals to which a search rounds deviations, so that every processor gives the same result."""
 CAVITIES = (1, 2, 3)
 WORDS = {"particle": "particle alone", "hybrid": "hybrid"}
 CASES = tuple(product(WORDS, CAVITIES))
-"""The numbers of Table 3 with a particle, by the beginning of their names and the cavity."""
+"""Dampers and cavities of the six numbers of Table 3 with a particle."""
 
 
 @dataclass(frozen=True)
 class Prototype:
-    """Unknown parameters of the prototype: base amplitude Z [m], ζ, μ_i, e, and the contact model by its name."""
+    """Unknown parameters of the prototype: base amplitude Z [m], ζ, μ_i, e, and the name of the contact model."""
 
     base_amplitude_m: float
     damping_ratio: float
@@ -66,7 +64,7 @@ class Prototype:
         return self.friction_of(paper_numbers()["friction_alone"].value)
 
     def friction_of(self, peak: float) -> float:
-        """γ_F with which friction alone gives a peak: the peak is (1 − 4γ_F/π)/(2ζ) (Den Hartog)."""
+        """Return the γ_F for which friction alone gives a peak, (1 − 4γ_F/π)/(2ζ) according to Den Hartog."""
         return 0.25 * pi * (1.0 - 2.0 * self.damping_ratio * peak)
 
     def study(self) -> Study:
@@ -96,11 +94,11 @@ class Prototype:
         return parse_harmonic(document)
 
     def shares(self, names: Sequence[str]) -> NDArray[np.float64]:
-        """Values of some parameters as fractions of their ranges, shape (names,)."""
+        """Return the values of some parameters as fractions of their ranges, shape (names,)."""
         return np.array([_share(getattr(self, name), *RANGES[name]) for name in names])
 
     def at(self, names: Sequence[str], shares: Sequence[float] | NDArray[np.float64]) -> "Prototype":
-        """Move some parameters to fractions of their ranges; a fraction outside 0 to 1 counts as the nearer end."""
+        """Return the prototype with some parameters at given fractions, clipped to 0 and 1, of their ranges."""
         values: dict[str, Any] = {
             name: _value(share, *RANGES[name]) for name, share in zip(names, shares, strict=True)
         }
@@ -112,13 +110,13 @@ def _share(value: float, low: float, high: float) -> float:
 
 
 def _value(share: float, low: float, high: float) -> float:
-    """Rounded to six digits, so that a study states them exactly."""
+    """Return the value at a fraction of a range, rounded to six digits so that a study states it exactly."""
     within = float(np.clip(share, 0.0, 1.0))
     return float(f"{low + within * (high - low) if low == 0.0 else low * (high / low) ** within:.6g}")
 
 
 def peaks_of(amplitude: xr.DataArray) -> dict[str, float]:
-    """Give the six peaks of a prototype's responses, by the names of the paper's numbers."""
+    """Return the six peaks of the responses of a prototype, by the names of the paper's numbers."""
     peaks = amplitude.max("frequency_ratio").squeeze(drop=True)
     return {
         f"{kind}_{k}": float(peaks.isel(friction_ratio=int(kind == "hybrid"), clearance_ratio=k - 1))
@@ -127,35 +125,34 @@ def peaks_of(amplitude: xr.DataArray) -> dict[str, float]:
 
 
 def computed_here(study: Study) -> xr.DataArray:
-    """Compute the responses of a temporary study, and store nothing."""
+    """Compute the responses of a study in this process, without storing them."""
     values = solve_block(study, Block.whole(study.shape))
     return xr.DataArray(values["amplitude_ratio"], dims=tuple(study.coordinates))
 
 
 def off(peaks: Mapping[str, float]) -> NDArray[np.float64]:
-    """Logarithms of peaks over the paper's."""
+    """Return ln(peak / the paper's number) for each peak."""
     known = paper_numbers()
     return np.array([log(value / known[name].value) for name, value in peaks.items()])
 
 
 def deviation(peaks: Mapping[str, float]) -> float:
-    """Root mean square of the logarithms of peaks over the paper's."""
+    """Return the root mean square of ln(peak / the paper's number)."""
     return sqrt(float(np.mean(off(peaks) ** 2)))
 
 
 @cache
 def deviation_of(prototype: Prototype) -> float:
-    """Compute the deviation of a prototype."""
+    """Compute the responses of a prototype, and return the deviation of the peaks."""
     return deviation(peaks_of(computed_here(prototype.study())))
 
 
 def _seen(prototype: Prototype) -> float:
-    """Give the deviation at the resolution of a search."""
     return round(deviation_of(prototype), RMS_DIGITS)
 
 
 def fitted(start: Prototype, free: Sequence[str], quick: bool) -> Prototype:
-    """Find the prototype of the least deviation near another, by Nelder and Mead over fractions of the ranges."""
+    """Find the prototype with the smallest deviation near `start`, by the method of Nelder and Mead."""
     first = start.shares(free)
     steps = np.diag(np.where(first > 0.5, -STEP, STEP))
     found = minimize(
@@ -173,7 +170,7 @@ def fitted(start: Prototype, free: Sequence[str], quick: bool) -> Prototype:
 
 
 def fitted_from_anywhere(start: Prototype, quick: bool) -> Prototype:
-    """Find Z and ζ of the least deviation, starting from the best point of a coarse grid."""
+    """Find Z and ζ with the smallest deviation, starting from the best point of a coarse grid."""
     count = 1 if quick else STARTS
     shares = (np.arange(count) + 0.5) / count
     grid = [start.at(ASSUMED, each) for each in product(shares, repeat=len(ASSUMED))]
@@ -181,10 +178,11 @@ def fitted_from_anywhere(start: Prototype, quick: bool) -> Prototype:
 
 
 def intervals(best: Prototype, free: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Intervals of a fit's parameters, from its derivatives and its residuals.
+    """Return the confidence intervals of fitted parameters, from derivatives and residuals of the fit.
 
-    Least squares with errors of one unknown size (Seber and Wild, Nonlinear Regression, 1989, section 5.1): each is
-    the estimate ± t·s·√((JᵀJ)⁻¹). The degrees of freedom of Student's t are the number of peaks minus the number of parameters.
+    Least squares with errors of equal, unknown size (Seber and Wild, Nonlinear Regression, 1989, section 5.1): each
+    interval is the estimate ± t·s·√((JᵀJ)⁻¹). The degrees of freedom of Student's t are the number of peaks minus the
+    number of parameters.
     """
 
     def left_over(shares: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Open choices of the paper, and all readings of them: contact times, base amplitude."""
+"""Contact times, friction ratios and base amplitudes that the paper may have meant."""
 
 from damperlab.studies.paper import paper_numbers
 from damperlab.studies.presets import CONTACT_TIMES
@@ -9,24 +9,25 @@ SOFT: dict[str, dict[str, object]] = {
     PRINTED: {"model": "dwell", "contact_time": "paper_soft_printed"},
     REAL: {"model": "dwell", "contact_time": "paper_soft_real"},
 }
-"""Contact models of the foam cushion by name: no contact time, the printed one, and the printed one in real time."""
+"""Contact models of the foam cushion by name: without contact time, with the printed contact time, and with the printed
+contact time converted from slow motion to real time.
+"""
 HARD: dict[str, dict[str, object]] = {
     INSTANT: {"model": "instant"},
     PRINTED: {"model": "dwell", "contact_time": "paper_hard_printed"},
     REAL: {"model": "dwell", "contact_time": "paper_hard_real"},
 }
-"""Contact models of the aluminium wall, by the names of the foam's: the times of both walls are read in the same way.
-"""
+"""Contact models of the aluminium wall, by the same names as the contact models of the foam cushion."""
 
 LABELS = "labels of Figure 12"
 FRICTION_RATIOS = (0.6, 0.69, 0.8)
 """Candidates for the friction ratio of the 4 mm compression, which the paper does not print."""
 CHOSEN_FRICTION = 0.69
-"""The candidate with which friction alone gives about the 16.22 of Table 3."""
+"""Friction ratio with which friction alone gives X/Z of about 16.22, as in Table 3."""
 
 
 def clearances() -> dict[str, tuple[float, float, float]]:
-    """Give d/Z of the three cavities for every reading: as labelled, and with the one Z that each label gives."""
+    """Return d/Z of the three cavities, as labelled and at the base amplitude Z that follows from each label."""
     known = paper_numbers()
     lengths = [known[f"clearance_{k}_mm"].value for k in (1, 2, 3)]
     labels = [known[f"clearance_ratio_{k}"].value for k in (1, 2, 3)]
@@ -44,5 +45,5 @@ def contacts_in_words() -> str:
     return (
         "The paper adds contact times to all its simulations without saying how. Two models were tried: "
         "`instant`, without a contact time, and `dwell`, in which the particle moves with the wall for that time. "
-        f"Its times are {' and '.join(named)}."
+        f"The contact times are {' and '.join(named)}."
     )

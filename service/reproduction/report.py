@@ -1,4 +1,4 @@
-"""The report: every section in order, as one document, and in words."""
+"""The report on the paper: all sections in order, as data and as text."""
 
 import time
 from collections.abc import Callable
@@ -33,7 +33,7 @@ SECTIONS: dict[str, Callable[[Solve, bool], Section]] = {
     "figure A2": figure_a2,
     "the paper compared with itself": disagreements,
 }
-"""Sections by the text shown during their work; each computes its studies through `solve`."""
+"""Functions that compute the sections, by the names that are shown while sections are computed."""
 PAPER = (
     "M. A. Akbar, W. O. Wong, E. Rustighi, A Hybrid Damper with Tunable Particle Impact Damping and Coulomb Friction, "
     "Machines 2023, 11, 545"
@@ -43,21 +43,21 @@ PAPER = (
 def make_report(
     solve: Solve, quick: bool = False, on_section: Callable[[str], None] = lambda what: None
 ) -> tuple[dict[str, Any], dict[str, Figure]]:
-    """Compute every section, here and now.
+    """Compute every section of the report.
 
     Parameters
     ----------
     solve : callable
-        From a study to its cube: computed, or found in a store.
+        Function that returns the cube of a study, computed or found in a store.
     quick : bool
-        A short form with a few points of each study: for tests, not for the numbers.
+        Whether to make a short form with a few points of each study, for tests.
     on_section : callable
-        Called with the section that is being computed.
+        Function that is called with the name of each section before the section is computed.
 
     Returns
     -------
     dict, dict of Figure
-        The report, JSON-able: `created`, `version`, `kernels`, `quick`, `seconds`, `paper`, `sections`; and its
+        The report as JSON-able data (`created`, `version`, `kernels`, `quick`, `seconds`, `paper`, `sections`), and the
         figures by file name.
     """
     began = time.perf_counter()
@@ -78,12 +78,12 @@ def make_report(
 
 
 def in_markdown(report: dict[str, Any]) -> str:
-    """Write a report as text.
+    """Write a report as Markdown.
 
     Parameters
     ----------
     report : dict
-        From `make_report`; the figures are expected next to the file.
+        The report from `make_report`. The text links to figures in the same folder.
     """
     lines = [
         "# The paper reproduced",
@@ -94,7 +94,7 @@ def in_markdown(report: dict[str, Any]) -> str:
         f"{report['seconds']:.0f} s. Every number under *This run* was computed for this report; the "
         "numbers of the paper are as printed. X/Z is the mean over steady cycles of the largest |x|/Z of a "
         "cycle, unless a row says otherwise. *Error* is its standard error, or its distance from "
-        "periodicity. *Difference* is this run over the paper, minus one.",
+        "periodicity. *Difference* is the number of this run divided by the paper's, minus one.",
         "",
     ]
     if report["quick"]:
@@ -138,7 +138,7 @@ def _rows(rows: list[dict[str, Any]]) -> list[str]:
     ]
     for row in rows:
         error = "" if row["error"] is None else f"{row['error']:.1g}"
-        # a thousandth of a per cent is the paper's rounding; without the sum it may come out as -0.0 %
+        # the paper's numbers are rounded, so smaller differences mean nothing; adding 0.0 turns -0.0 into 0.0
         difference = "" if row["difference"] is None else f"{round(row['difference'], 5) + 0.0:+.1%}"
         paper = "" if row["paper"] is None else f"{row['paper']:.6g}"
         lines.append(

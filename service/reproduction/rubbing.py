@@ -1,4 +1,4 @@
-"""Table 3 with the particle's own friction: one base amplitude, peaks of curves, unknown parameters fitted."""
+"""Fit the unknown parameters of the prototype, with friction of the particle, to the peaks printed in Table 3."""
 
 from dataclasses import replace
 
@@ -28,17 +28,15 @@ from damperlab.studies.questions import Tuning
 PROFILE = (0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2)
 """Values of μ_i for which the best Z and ζ are found."""
 MIDDLE = Prototype(0.0015, 0.008, 0.0)
-"""Start of a search over all ranges; its result does not depend on it."""
+"""Prototype whose Z and ζ a search replaces by those of a coarse grid."""
 FREE = (*ASSUMED, "particle_friction")
 WITHOUT, WITH = "without friction of the particle", "with friction of the particle"
 FIGURES = {"particle": 7, "hybrid": 12}
-"""The paper's figures with the curves of each."""
+"""Number of the paper's figure with the curves of each damper."""
 
 
 def table_3_rubbing(solve: Solve, quick: bool) -> Section:
-    """Fit the prototype's unknown parameters to Table 3, with and without friction of the particle, and compute the
-    figures with it.
-    """
+    """Fit the prototype to Table 3, with and without friction of the particle, and compare the fit with the figures."""
     section = Section("Table 3 with the particle's own friction")
     frictions = PROFILE[-1:] if quick else PROFILE
     profile = {mu: fitted_from_anywhere(replace(MIDDLE, particle_friction=mu), quick) for mu in frictions}
@@ -96,7 +94,7 @@ def _friction_alone(prototype: Prototype) -> Study:
 def _peaks(
     section: Section, solve: Solve, fits: dict[str, Prototype]
 ) -> tuple[list[Row], dict[str, dict[str, float]]]:
-    """Compare the seven numbers of each fit with the paper's."""
+    """Compare the seven peaks of each fitted prototype with the numbers of Table 3."""
     known = paper_numbers()
     rows, found = [], {}
     for name, prototype in fits.items():
@@ -153,7 +151,7 @@ def _figures(section: Section, solve: Solve, best: Prototype, peaks: dict[str, f
             for k, length in lengths.items()
         ),
         Row(
-            "ratio of the friction forces of 4 and 3 mm",
+            "ratio of the friction forces at spring compressions of 4 and 3 mm",
             by_spring,
             best.friction_ratio / at_3_mm,
             "Figure 10; each force from its measured peak, (1 − 4γ_F/π)/(2ζ)",
@@ -162,7 +160,7 @@ def _figures(section: Section, solve: Solve, best: Prototype, peaks: dict[str, f
             f"peak of the hybrid over the tuned mass damper's, d = {lengths[1]:g} mm",
             None,
             beside["ratio"],
-            f"Figure 14, r = {BAND['start']:g} to {BAND['stop']:g}, Table 4's ζ in (13); the hybrid is lower at "
+            f"Figure 14, r = {BAND['start']:g} to {BAND['stop']:g}, (13) with the ζ of Table 4; the hybrid is lower at "
             f"{beside['hybrid_better_share']:.0%} of the frequencies",
             None,
             INSTANT,
@@ -175,7 +173,6 @@ def _spelled(fit: Prototype) -> tuple[str, str]:
 
 
 def _fits(fits: dict[str, Prototype]) -> tuple[tuple[str, ...], list[tuple[object, ...]]]:
-    """Make the table of all fits."""
     lines = [
         (name, *_spelled(fit), f"{fit.particle_friction:.3g}", f"{fit.restitution:.3g}", f"{fit.friction_ratio:.3g}",
          f"{deviation_of(fit):.1%}")
@@ -197,7 +194,7 @@ def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[flo
         f"six numbers with a particle, within Z of {factor * ranges['base_amplitude_m'][0]:g} to "
         f"{factor * ranges['base_amplitude_m'][1]:g} mm, ζ of {ranges['damping_ratio'][0]:g} to "
         f"{ranges['damping_ratio'][1]:g} and μ_i up to {ranges['particle_friction'][1]:g}. The deviation is "
-        "the root mean square of the logarithms of our values over the paper's.",
+        "the root mean square of ln(our value / the paper's value).",
         f"The {CONFIDENCE:.0%} intervals of the fit with friction of the particle are {factor * z[0]:.3g} to "
         f"{factor * z[1]:.3g} mm for Z, {zeta[0]:.3g} to {zeta[1]:.3g} for ζ and {mu[0]:.3f} to {mu[1]:.3f} for μ_i. "
         "The last table lists the best Z and ζ for given values of μ_i.",
@@ -206,6 +203,6 @@ def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[flo
         f"{peaks['hybrid_2']:.3g} and {peaks['hybrid_3']:.3g}. Equal numbers mean that the particle reaches "
         "no wall and damps by its friction alone.",
         f"The fitted ζ is {best.damping_ratio / known['damping_ratio'].value:.2g} times the measured "
-        f"{known['damping_ratio'].value:g}. The measured one is that of the structure without a damper. The paper does "
+        f"{known['damping_ratio'].value:g}. The measured ζ belongs to the structure without a damper. The paper does "
         "not say what adds damping on the prototype.",
     ]

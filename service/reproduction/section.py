@@ -1,4 +1,4 @@
-"""A section of the report: rows of numbers with the paper's, sentences, figures."""
+"""A section of the report: rows that compare numbers with the paper's numbers, sentences, and figures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,30 +14,30 @@ from damperlab.studies.paper import PaperNumber
 from damperlab.studies.reading import named_study
 
 Solve = Callable[[Study], xr.Dataset]
-"""Computes a study, or finds it stored, and gives its cube."""
+"""A function that returns the cube of a study, computed or found in a store."""
 
 MET = 0.1
-"""Relative difference within which a number agrees with the paper's."""
+"""Largest relative difference at which a computed number agrees with the paper's number."""
 QUICK_VALUES = 5
-"""Largest number of values of an axis in the short form, in addition to those that a section names."""
+"""Largest number of values of an axis in the short form, in addition to the values that a section names."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One number, compared with the paper's.
+    """One computed number, compared with the number in the paper.
 
     Parameters
     ----------
     quantity : str
-        Its name.
+        Name of the quantity.
     paper : PaperNumber or None
-        As printed; None if the paper prints none.
+        The number printed in the paper; None if the paper prints none.
     ours : float
-        Computed now.
+        The computed number.
     assumption : str
-        The reading of the paper's open choices.
+        Assumptions about what the paper leaves open.
     error : float or None
-        Uncertainty of `ours`; None if it is exact or has no meaning.
+        Uncertainty of `ours`; None if `ours` is exact, or if an uncertainty has no meaning.
     contact : str
         Contact model; empty without impacts.
     """
@@ -51,7 +51,7 @@ class Row:
 
     @property
     def difference(self) -> float | None:
-        """Share by which ours is larger than the paper's."""
+        """Relative difference of `ours` from the paper's number; None if either number is missing."""
         if self.paper is None or not isfinite(self.ours):
             return None
         return self.ours / self.paper.value - 1
@@ -77,19 +77,19 @@ class Section:
     Parameters
     ----------
     title : str
-        Its name in the paper.
+        Name of the figure or table, and its subject.
     verdict : str
         The result, in a sentence or two.
     rows : list of Row
-        Numbers.
+        The compared numbers.
     words : list of str
-        Conclusions, a paragraph each.
+        Conclusions, one paragraph each.
     figures : dict of Figure
-        By file name.
+        Figures by file name.
     tables : list
-        Further tables, each a head and rows of text or numbers.
+        Further tables, each as column names and rows.
     studies : list of Study
-        Studies computed for it.
+        Studies computed for the section.
     """
 
     title: str
@@ -101,14 +101,14 @@ class Section:
     studies: list[Study] = field(default_factory=list)
 
     def solve(self, solve: Solve, study: Study) -> xr.Dataset:
-        """Compute a study, and record it once for the section."""
+        """Compute a study, and add the study to `studies`."""
         if study not in self.studies:
             self.studies.append(study)
         return solve(study)
 
     @property
     def met(self) -> tuple[int, int]:
-        """How many of the paper's numbers agree within `MET` under some reading, and their total."""
+        """Number of the paper's values that agree within `MET` under some reading, and number of compared values."""
         best: dict[tuple[str, float], float] = {}
         for row in self.rows:
             if row.paper is not None and row.difference is not None:
@@ -134,7 +134,7 @@ class Section:
 
 
 def variant(name: str, called: str = "", quick: bool = False, **changes: Any) -> Study:
-    """Make a study from a named one with some changes.
+    """Make a study from a named study, with some changes.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def variant(name: str, called: str = "", quick: bool = False, **changes: Any) ->
     called : str
         Suffix of the new study's name.
     quick : bool
-        Keep a few values of each axis: the ends, r = 1, and those in `changes`.
+        Whether to keep only a few values of each axis: the ends, r = 1, and the values in `changes`.
     changes
         Entries of `axes` by their names, or other fields of a study, for example `contact`.
     """
@@ -162,7 +162,7 @@ def variant(name: str, called: str = "", quick: bool = False, **changes: Any) ->
 
 
 def _few(values: np.ndarray) -> list[float]:
-    """Keep evenly spread values, and r = 1 where the axis has it."""
+    """Return a few evenly spread values of an axis, and r = 1 if the axis contains it."""
     if values.size <= QUICK_VALUES:
         return [float(value) for value in values]
     places = np.unique(np.linspace(0, values.size - 1, QUICK_VALUES).round().astype(int))
@@ -171,5 +171,5 @@ def _few(values: np.ndarray) -> list[float]:
 
 
 def at(cube: xr.Dataset, name: str, **point: float) -> float:
-    """Value of a variable at a grid point, which must exist up to rounding."""
+    """Return the value of a variable at the grid point with the given coordinates, which must agree up to rounding."""
     return float(cube[name].sel(point, method="nearest", tolerance=1e-9).squeeze())

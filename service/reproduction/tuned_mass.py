@@ -1,4 +1,4 @@
-"""Table 4 and Figure 14: the tuned mass damper, compared with the hybrid."""
+"""Table 4 and Figure 14: the tuned mass damper, compared with the hybrid damper."""
 
 import numpy as np
 
@@ -15,15 +15,13 @@ from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.vocabulary import Criterion
 
 SHOWN_FRICTION = (0.4, 0.6, 0.69, 0.8)
-"""Only drawn: the friction ratio of Figure 14 is a spring compression of 4 mm, for which the paper prints no
-conversion.
-"""
+"""Friction ratios for the hybrid damper. The paper prints no friction ratio for the spring of Figure 14."""
 ALIKE = 0.15
-"""Relative difference of peaks that the paper may call similar."""
+"""Largest relative difference of two peaks that the paper may call similar."""
 
 
 def table_4(solve: Solve, quick: bool) -> Section:
-    """Optimal tuning and damping, in both conventions of the damping ratio."""
+    """Compare the optimal tuning and damping with Table 4, for both definitions of the absorber's damping ratio."""
     section = Section("Table 4: optimal tuned mass damper")
     known = paper_numbers()
     mass = known["mass_ratio"].value
@@ -61,7 +59,7 @@ def table_4(solve: Solve, quick: bool) -> Section:
 
 
 def figure_14(solve: Solve, quick: bool) -> Section:
-    """Frequency response of the hybrid of Table 4, and the tuned mass damper."""
+    """Compare the frequency response of the hybrid damper with that of the tuned mass damper of Table 4."""
     section = Section("Figure 14: hybrid and tuned mass damper")
     known = paper_numbers()
     mass, damping = known["mass_ratio"].value, known["damping_ratio"].value

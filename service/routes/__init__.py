@@ -1,1 +1,1 @@
-"""The routes of the HTTP service, by noun."""
+"""The routes of the HTTP service."""

@@ -1,4 +1,4 @@
-"""The last accuracy report."""
+"""Routes of the last accuracy report."""
 
 from damperlab.service.answer_types import gives
 from damperlab.service.documents import Document
@@ -17,7 +17,7 @@ router = strict_router("/api/v1", "accuracy")
     summary="The available accuracy reports",
 )
 def list_reports(service: TheService) -> Document:
-    """List time and version of the latest report of this data directory, if there is one."""
+    """List the time and version of the latest report in this data directory. Without a report the list is empty."""
     report = last_report(service.settings.data_dir)
     told = ("created", "version", "passed")
     kept = [] if report is None else [{name: report[name] for name in told if name in report}]
@@ -31,7 +31,7 @@ def list_reports(service: TheService) -> Document:
     summary="Error against run time, and extreme cases, as last measured",
 )
 def ask_accuracy(service: TheService) -> Document:
-    """Give the latest report of `damperlab check accuracy` with this data directory."""
+    """Give the latest report that `damperlab check accuracy` has written into this data directory."""
     report = last_report(service.settings.data_dir)
     if report is None:
         raise Problem(

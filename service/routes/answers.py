@@ -1,4 +1,4 @@
-"""Deferred answers, at the address where they are fetched."""
+"""Routes at which deferred answers are fetched or cancelled."""
 
 from typing import Annotated
 
@@ -56,10 +56,10 @@ ThePromise = Annotated[Promise, Depends(_promise)]
     summary="Fetch a deferred answer",
 )
 async def fetch(promise: ThePromise) -> Response:
-    """Give the answer to the request with its status; 202 while it is computed.
+    """Give the deferred answer with its own status, or status 202 while the answer is being computed.
 
-    A request is deferred if it allows this (`Prefer: respond-async, wait=5`) and takes longer than the given wait. The
-    answer is kept for ten minutes, for the caller who requested it.
+    An answer is deferred if the request allows this (`Prefer: respond-async, wait=5`) and the answer takes longer than
+    the given wait. The answer is kept for ten minutes, for the caller who sent the request.
     """
     if promise.ended is None:
         return promised(promise)
@@ -76,6 +76,6 @@ async def fetch(promise: ThePromise) -> Response:
     summary="Cancel a deferred answer",
 )
 async def give_up(promise: ThePromise, promises: Annotated[Promises, Depends(_promises)]) -> Response:
-    """Stop computing the answer, or delete it if it is stored."""
+    """Stop the computation of a deferred answer. A complete answer is deleted."""
     promises.give_up(promise)
     return Response(status_code=204)

@@ -1,4 +1,4 @@
-"""The parts of studies: named studies, dimensions, variables and their meanings."""
+"""Route that describes named studies, and the dimensions and variables of every study."""
 
 from typing import Annotated, Any
 
@@ -21,7 +21,7 @@ router = strict_router("/api/v1", "studies")
 
 
 class Named(TypedDict):
-    """A named study or specification, in its original text."""
+    """A named study or specification, with the comment at the beginning of its text."""
 
     name: str
     about: Sentences
@@ -38,7 +38,7 @@ class Bounds(TypedDict):
 
 
 class Dimension(Bounds):
-    """A dimension; `default` is its value if a study does not give it."""
+    """A dimension; `default` is used if a study gives no value for the dimension."""
 
     default: Number
 
@@ -62,7 +62,7 @@ class SuiteDimension(TypedDict):
 
 
 class OfSuites(TypedDict):
-    """The parts of ground-motion suites."""
+    """Dimensions and variables of ground-motion suites."""
 
     dimensions: list[SuiteDimension]
     variables: list[AboutVariable]
@@ -76,7 +76,7 @@ class Meaning(TypedDict):
 
 
 class Catalog(TypedDict):
-    """Parts of a study, and the meaning of its results."""
+    """Named studies, the parts of a study, and the meaning of results."""
 
     studies: list[Named]
     specifications: list[Named]
@@ -98,7 +98,7 @@ class Catalog(TypedDict):
     summary="Named studies, dimensions, variables, meanings",
 )
 def catalog() -> Document:
-    """Describe the parts of a study and the meaning of its results, for a form or a legend."""
+    """Describe the dimensions of studies and the meaning of results, for a form or a legend."""
     found: Catalog = {
         "studies": [_study(name, text) for name, text in named_texts().items()],
         "specifications": [_study(name, text) for name, text in named_specifications().items()],
@@ -147,7 +147,7 @@ def _variable(variable: Variable) -> AboutVariable:
 
 
 def _study(name: str, text: bytes) -> Named:
-    """Give a named study or specification in its original text, and its opening comment."""
+    """Read a named study or specification from its text; `about` is the comment at the beginning of the text."""
     opening = []
     for line in text.decode().splitlines():
         if not line.startswith("#"):

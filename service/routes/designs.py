@@ -1,4 +1,4 @@
-"""Designs: submit, list, show, cancel, resume, delete, restore; their reports."""
+"""Routes of designs and their reports: submit, list, show, cancel, resume, delete, restore."""
 
 from contextlib import suppress
 from typing import Annotated
@@ -40,7 +40,7 @@ class DesignPage(TypedDict):
 
 
 class DesignDocument(KeptDocument):
-    """A design, the progress of its studies, and its answer."""
+    """A design with the progress of its studies and its answer."""
 
     studies_done: Count
     points_of_round: Annotated[Count, Says(description="Computed points of the round's studies.")]
@@ -80,17 +80,18 @@ class DesignsQuery(BaseModel):
     status_code=201,
     response_class=Document,
     responses={
-        200: gives(DesignOrBudget, "The design existed already; or the answer to a dry run"),
-        201: gives(DesignDocument, "Stored, and about to be searched", Location="Address of the design."),
+        200: gives(DesignOrBudget, "The existing design, or the answer to a dry run"),
+        201: gives(DesignDocument, "The new design, stored and queued", Location="Address of the design."),
         **documented(413, 415, 422, 429, 503, 507),
     },
     openapi_extra={"requestBody": SPECIFICATION_BODY},
     summary="Ask for a design",
 )
 async def ask(request: Request, service: TheService, query: Annotated[AskQuery, Query()]) -> Document:
-    """Take a specification as JSON or YAML. If it was submitted before, the answer is 200 with the existing design.
+    """Take a specification as JSON or YAML.
 
-    A design that was cancelled or has failed stays so until it is resumed.
+    If the specification was submitted before, the answer is 200 with the existing design. An existing design that was
+    cancelled or has failed must be resumed with the route `resume`.
     """
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
@@ -116,7 +117,7 @@ def _keep(service: Service, asked: Specification, budget: int) -> Document:
     summary="A page of designs, newest first",
 )
 def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -> Document:
-    """List designs without their specifications and answers; the route of a single design gives both."""
+    """List designs. The route of a single design also gives its specification and its answer."""
     fitting = [
         each
         for each in service.designer.shelf.every(query.trash)
@@ -136,7 +137,7 @@ def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -
     summary="A design: its progress and its answer",
 )
 def show(service: TheService, design: TheDesign) -> Document:
-    """Give the progress; once the design is done, `answer` is the output of `damperlab design --json`."""
+    """Give the progress of a design. Once the design is done, `answer` is the output of `damperlab design --json`."""
     return Document(shown(service, design))
 
 
@@ -149,8 +150,10 @@ def show(service: TheService, design: TheDesign) -> Document:
 async def ask_report(
     request: Request, service: TheService, design: TheDesign, query: Annotated[ReportQuery, Query()]
 ) -> Response:
-    """Give drawing values with their tolerances, the response compared with other dampers, and the basis of the
-    decision.
+    """Give the report of a design.
+
+    The report contains the values for the drawing with tolerances, the response compared with other dampers, and the
+    reasons for the choice.
     """
     if design.state != "done":
         raise Problem(
@@ -169,7 +172,7 @@ async def ask_report(
     summary="Stop a design",
 )
 def cancel(service: TheService, design: TheExactDesign) -> Document:
-    """Cancel a design and the studies that it waits for; computed points are kept, and resume continues from there."""
+    """Cancel a design and its unfinished studies. Computed points are kept; `resume` continues the design."""
     kept = service.designer.cancel(design)
     if kept.state != "cancelled":
         raise Problem(409, "design-ended", f"The design is {kept.state}: there is nothing left to cancel.")
@@ -183,7 +186,7 @@ def cancel(service: TheService, design: TheExactDesign) -> Document:
     summary="Resume a design",
 )
 def resume(service: TheService, design: TheExactDesign) -> Document:
-    """Resume a design that was cancelled or has failed; completed studies are not computed again."""
+    """Resume a design that was cancelled or has failed. Studies that are complete are not computed again."""
     kept = service.designer.resume(design)
     if kept.state == "done":
         raise Problem(409, "design-ended", "The design is done: there is nothing left to compute.")
@@ -197,7 +200,7 @@ def resume(service: TheService, design: TheExactDesign) -> Document:
     summary="Delete a design and its answer",
 )
 def delete(service: TheService, design: TheExactDesign, query: Annotated[DeleteQuery, Query()]) -> Response:
-    """Delete a design that has ended; its studies stay."""
+    """Delete a design that has ended. The studies of the design are kept."""
     service.designer.shelf.delete(design, query.trash)
     return Response(status_code=204)
 
@@ -213,14 +216,14 @@ def undelete(
     caller: TheCaller,
     design_id: Annotated[str, Path(max_length=200, description="A design's whole id.")],
 ) -> Document:
-    """Restore a design that was deleted with `trash`, with its answer."""
+    """Restore a design and its answer, if the design was deleted with `trash`."""
     shelf = service.designer.shelf
     require_owner(caller, shelf.trashed(design_id).owner, "design")
     return Document(shown(service, shelf.undelete(design_id)))
 
 
 def shown(service: Service, kept: Kept) -> DesignDocument:
-    """Give a design with its answer, and the progress of its studies."""
+    """Return the document of a design, with the progress of its studies and with its answer."""
     done = points = 0
     waited_for = () if kept.round is None or kept.ended else kept.round.studies
     for study_id in waited_for:

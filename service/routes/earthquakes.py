@@ -1,4 +1,4 @@
-"""Ground-motion records, and dampers compared under them."""
+"""Routes of ground-motion records, and of the comparison of dampers under a record."""
 
 from typing import Annotated, Any, Literal
 
@@ -117,7 +117,7 @@ def _list(service: Service) -> Document:
 async def add_record(
     request: Request, service: TheService, query: Annotated[RecordQuery, Query()]
 ) -> Document:
-    """Store a record: 201 if it is new, 200 if the same samples exist already."""
+    """Store a record. The status is 201 if the record is new, and 200 if a record with the same samples exists."""
     kind = media_type(request, (*TEXT_TYPES, *JSON_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
     if kind in JSON_TYPES:
@@ -186,7 +186,7 @@ async def show_record(
     query: Annotated[ShownQuery, Query()],
     record_id: Annotated[str, Path(max_length=100, description="Id of a record, or an earthquake's name.")],
 ) -> Document:
-    """Give a record with its acceleration over time, and the spectrum of structures of 5 % damping."""
+    """Give a record with its acceleration over time, and its response spectrum for a damping ratio of 5 %."""
     whole, motion = await run_sync(service.settings.records.get, record_id)
     await run_sync(service.kernels.require, [SPECTRUM], limiter=service.compiling)
     shown = await service.work.run(request, looked_at, motion, query.samples)
@@ -204,7 +204,7 @@ def remove_record(
     caller: TheCaller,
     record_id: Annotated[str, Path(max_length=100, description="Whole id of an uploaded record.")],
 ) -> Response:
-    """Remove a record; studies that use it keep their own copy."""
+    """Remove a record. Studies keep their own copies of the record."""
     shelf = service.settings.records
     require_owner(caller, shelf.owner(record_id), "record")
     shelf.remove(record_id)
@@ -221,7 +221,7 @@ def remove_record(
 async def compare_dampers(
     request: Request, service: TheService, query: Annotated[ComparisonQuery, Query()]
 ) -> Response:
-    """Compare no damper, a tuned mass damper, friction, a particle and both under one record (the paper's Table A1)."""
+    """Compare the responses to a record with no damper, a tuned mass damper, friction, a particle, and both."""
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
     asked, wanted = await run_sync(_asked, service, body, query.samples > 0)

@@ -1,4 +1,4 @@
-"""The complete cube as a download, written and sent piece by piece."""
+"""Route that sends the complete cube as a file, piece by piece."""
 
 from hashlib import blake2b
 from os import SEEK_END
@@ -32,7 +32,7 @@ FILES: dict[ExportFormat, tuple[str, str]] = {
 """Suffix and media type of each format."""
 COMPLETE = "X-Complete"
 CACHING = "private, no-cache"
-"""Header by which a client may cache an export but must revalidate it each time."""
+"""Value of `Cache-Control`: the client may cache an export, but must revalidate the export each time."""
 
 router = strict_router("/api/v1/studies/{study_id}", "queries")
 
@@ -77,13 +77,13 @@ class ExportQuery(BaseModel):
 async def export(
     request: Request, service: TheService, study: TheStudy, query: Annotated[ExportQuery, Query()]
 ) -> Response:
-    """Send the present cube; points that are not computed yet have status -1. Range applies to netCDF."""
+    """Send the present cube. Points that are not computed yet have status -1. Range applies only to netCDF."""
     tag = _tag(study, query)
     if tag is not None and has_seen(request.headers, tag):
         return Response(status_code=304, headers={"ETag": tag, "Cache-Control": CACHING})
     _, file = await written(request, service, study, _write, query.format, query.names, export=True)
     response = _download(request, study, query.format, tag, file)
-    # the record was read first, so the file may have more points than the header says, but not fewer
+    # the record was read before the cube, so the file may hold more points than the header says, but not fewer
     response.headers[COMPLETE] = f"{study.points_done / study.points_total:.6g}"
     response.headers["Cache-Control"] = CACHING
     if tag is not None:
@@ -100,7 +100,7 @@ def _write(store: Store, study: Record, place: Path, written_as: ExportFormat, n
 def _download(
     request: Request, study: Record, written_as: ExportFormat, tag: str | None, file: BinaryIO
 ) -> Response:
-    """Send a file, or the part of it that Range requests."""
+    """Send a file, or the part of the file that the header Range requests."""
     size = file.seek(0, SEEK_END)
     part = part_asked(request, size, tag) if tag is not None and written_as == "netcdf" else None
     start, stop = part or (0, size)
@@ -122,7 +122,7 @@ def _download(
 
 
 def _tag(study: Record, query: ExportQuery) -> str | None:
-    """Identify the content of an export; None while the study runs, because its next export may hold more."""
+    """Return a tag that identifies the content of an export; None while the study runs, because the content grows."""
     if not study.ended:
         return None
     asked = repr((study.id, study.revision, study.created, study.points_done, query, code_version()))

@@ -1,4 +1,4 @@
-"""Parameters of a prototype from its measured frequency response or time history, estimated now."""
+"""Route that estimates parameters of a prototype from its measured frequency response or time history."""
 
 from typing import Annotated
 
@@ -34,9 +34,7 @@ FittedOrReadiness = TypeAliasType("FittedOrReadiness", FittedDocument | FittedHi
     summary="Estimate parameters from a measured response or time history",
 )
 async def ask_fit(request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]) -> Response:
-    """Answer with the output of `damperlab fit --json`. Use the command line for a fit that exceeds the time of a
-    request.
-    """
+    """Give the output of `damperlab fit --json`. Use the command line for fits beyond the time limit."""
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
     asked, wanted = await service.work.run(request, fit_asked, body)

@@ -1,4 +1,4 @@
-"""Whether the process is alive, and whether it can serve."""
+"""Routes that say whether the process is alive, and whether the process can accept studies."""
 
 from typing import Literal
 
@@ -16,13 +16,13 @@ router = strict_router("/health", "health")
 
 
 class Live(TypedDict):
-    """The process answers."""
+    """Answer of a process that is alive."""
 
     status: Literal["live"]
 
 
 class Ready(TypedDict):
-    """Studies can be submitted, and the state of the cluster."""
+    """Answer of a process that accepts studies, with the state of the cluster."""
 
     status: Literal["ready"]
     cluster: ClusterState
@@ -32,7 +32,7 @@ class Ready(TypedDict):
 
 @router.get("/live", response_class=Document, responses={200: gives(Live)}, summary="The process answers")
 async def live() -> Document:
-    """Answer from the event loop itself, so that computing never delays it."""
+    """Answer on the event loop, so that computations do not delay the answer."""
     return Document(Live(status="live"))
 
 
@@ -43,8 +43,8 @@ async def live() -> Document:
     summary="Studies can be submitted, queried and run",
 )
 async def ready(request: Request) -> Document:
-    """Give the state of the store, its folders and the service's threads at the last check, and of the cluster."""
-    # nothing here waits for a store, a lock, or a thread of a pool that others may occupy
+    """Say whether the last check of store, folders and threads found a problem, and give the state of the cluster."""
+    # This function waits neither for a store or a lock, nor for a pool of threads that other requests may occupy.
     service: Service = request.app.state.service
     if service.closing.is_set():
         raise Problem(503, "closing", "The service is shutting down.")

@@ -1,4 +1,4 @@
-"""The web page and its files. A header tells the browser to load nothing from other hosts."""
+"""Routes of the web page and its files. A header tells the browser to load nothing from other hosts."""
 
 from fastapi import APIRouter
 from starlette.exceptions import HTTPException
@@ -14,16 +14,14 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; style-src-attr 'unsafe-inline'; "
     "img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""Scripts and style sheets from files of this service only. The plotting library sets style attributes, and makes a
-PNG through an image in memory, so both are allowed.
-"""
+"""Policy that allows only scripts and styles of this service; the plotting library needs style attributes and blobs."""
 
 YEAR_SECONDS = 31_536_000
 
 
 @router.get("/")
 def home(request: Request) -> Response:
-    """Send the page; a browser revalidates it each time."""
+    """Send the page. The browser must revalidate the page each time."""
     documented = request.app.state.settings.docs_dir is not None
     answer = _answer(request, first_page(PLACE.lstrip("/") if documented else ""), "no-cache")
     answer.headers["Content-Security-Policy"] = POLICY
@@ -33,8 +31,10 @@ def home(request: Request) -> Response:
 
 @router.get("/page/{version}/{name}")
 def page(request: Request, version: str, name: str) -> Response:
-    """Send a file of the page; at a versioned address the file never changes, at any other address it is the present
-    file.
+    """Send a file of the page.
+
+    The file at an address with the present version never changes, so a browser may keep the file. At any other address
+    the browser must revalidate the file.
     """
     file = page_file(name)
     if file is None:

@@ -1,4 +1,4 @@
-"""Metrics for a monitor: studies, points, cluster and requests in the text format of Prometheus."""
+"""Metrics for monitoring: counts of studies, points and requests, and the state of the cluster, as Prometheus text."""
 
 from collections.abc import Iterable, Mapping
 
@@ -23,13 +23,11 @@ Labels = Mapping[str, object]
 @router.get(
     "/metrics",
     response_class=PlainTextResponse,
-    summary="Numbers for a monitor, as Prometheus reads them",
+    summary="Metrics for monitoring, in the text format of Prometheus",
 )
 def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
-    """Count studies by state, points, requests; give durations of routes, and the load of cluster, compiler and
-    process.
-    """
-    from damperlab.worker.kernel_cache import source_hash  # imported here, because it imports the compiler
+    """Give the numbers of studies, points and requests, the request times, and the load of process and cluster."""
+    from damperlab.worker.kernel_cache import source_hash  # imported late: the import loads the compiler
 
     totals = service.store.totals()
     traffic: Traffic = request.app.state.traffic
@@ -61,7 +59,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         lines,
         "blocks_left",
         "gauge",
-        "Blocks not computed yet of studies that wait or run, here or elsewhere.",
+        "Blocks that waiting and running studies, here or elsewhere, have not computed yet.",
         [({}, sum(one.blocks_left for state, one in totals.items() if state not in ENDED))],
     )
     workers, in_flight, retries = service.dispatcher.workload()
@@ -118,7 +116,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         lines,
         "compile_seconds_total",
         "counter",
-        "Time of these compilations; parallel ones are added up.",
+        "Time of these compilations; the times of parallel compilations are added up.",
         [({}, seconds)],
     )
     for name, (kind, meaning, value) in own_process().items():
@@ -127,7 +125,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
 
 
 def _tell_durations(lines: list[str], durations: Mapping[tuple[str, str], Durations]) -> None:
-    """Write a histogram for each method and route; a route has placeholders instead of the client's values."""
+    """Write a histogram of request times for each method and route. A route has placeholders in place of the values."""
     name = "damperlab_request_duration_seconds"
     lines += [f"# HELP {name} Time until an answer was complete, by route.", f"# TYPE {name} histogram"]
     for (method, route), each in sorted(durations.items()):

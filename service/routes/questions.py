@@ -1,6 +1,4 @@
-"""The routes of all questions to a study's cube; a running study answers with its present results, and says how
-complete they are.
-"""
+"""Routes that evaluate the results of a study, also while the study runs."""
 
 from inspect import cleandoc
 from os import SEEK_END
@@ -51,7 +49,7 @@ class StudyAxes(TypedDict):
     summary="The values of every dimension",
 )
 def axes(service: TheService, study: TheStudy) -> Document:
-    """List the grid's values by dimension, the stored variables, and the factors from ratios to SI units."""
+    """List the values along every dimension, the stored variables, and the factors from ratios to SI units."""
     cube = service.store.cube(study.id)
     return Document(
         StudyAxes(
@@ -64,7 +62,7 @@ def axes(service: TheService, study: TheStudy) -> Document:
 
 
 def _add(question: Question[Any]) -> None:
-    """Give a question its route."""
+    """Add the route of a question."""
     values = asks(*question.asks, dimensions=question.dimensions)
 
     async def ask(
@@ -104,7 +102,7 @@ def _write(store: Store, study: Record, place: Path, route: str, asked: tuple[An
 
 
 def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
-    """Send the content of a file. A short file is sent in one piece, so that it is tagged and may be cached."""
+    """Send the content of a file. A short file is sent in one piece, so that the answer has a tag and may be cached."""
     size = file.seek(0, SEEK_END)
     if size > TAGGED_BYTES:
         return StreamingResponse(pieces(file, 0, size), headers=headers)
@@ -112,13 +110,13 @@ def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
 
 
 def answered(study: Record, answer: dict[str, Any]) -> Document:
-    """Put the study in front of its answer.
+    """Make the document of an answer, which begins with the id, the name and the state of the study.
 
     Raises
     ------
     Problem
-        409 if the study was cancelled or failed before any point of the answer was computed; it must be resumed
-        first.
+        If the study was cancelled or failed before any point of the answer was computed (status 409). The study must
+        then be resumed first.
     """
     if study.state in ("cancelled", "failed") and answer.get("complete", 1) < 1:
         resume = f"POST /api/v1/studies/{study.id}/resume computes the missing points"

@@ -1,4 +1,4 @@
-"""Follow-up studies around an optimum or a class boundary."""
+"""Routes that submit follow-up studies, around an optimum or a class boundary, or with particle friction."""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
@@ -45,9 +45,9 @@ RefinementOrFollowUps = TypeAliasType("RefinementOrFollowUps", FollowUpsDocument
 FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
     200: gives(
         RefinementOrFollowUps,
-        "Nothing new was stored: it was a dry run, nothing is left to compute, or the follow-ups existed",
+        "Nothing new was stored: a dry run, nothing left to compute, or the follow-up studies existed",
     ),
-    201: gives(FollowUpsDocument, "Stored and queued", Location="Address of the first of them."),
+    201: gives(FollowUpsDocument, "Stored and queued", Location="Address of the first follow-up study."),
     **documented(404, 409, 422, 429, 503, 507),
 }
 
@@ -55,17 +55,17 @@ FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
 def refine(
     settings: Settings, study: Record, known: FollowUps, search: Search, judging: Judging
 ) -> Refinement:
-    """Search where a better design may lie; `with` names the follow-up studies that are complete."""
-    from damperlab.studies.answers.refine import refine_optimum  # imported when asked, as below
+    """Submit follow-up studies where a better design may lie. `with` names the follow-up studies that are complete."""
+    from damperlab.studies.answers.refine import refine_optimum  # imported only if the route is used
 
-    cubes = _cubes(settings, study, known)  # called first, because it refuses other kinds of study
+    cubes = _cubes(settings, study, known)  # called first, because `_cubes` refuses other kinds of study
     return refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
 
 
 def refine_class(
     settings: Settings, study: Record, known: FollowUps, boundary: Boundary, step: Step
 ) -> Refinement:
-    """Search along one dimension, with the others fixed, for a change of the response class."""
+    """Search for a change of the response class along one dimension, at fixed values of the other dimensions."""
     from damperlab.studies.answers.refine import refine_boundary
 
     cubes = _cubes(settings, study, known)
@@ -76,11 +76,11 @@ def refine_class(
 
 
 def particle_friction(settings: Settings, study: Record, known: FollowUps, judging: Judging) -> Refinement:
-    """Make the follow-up studies of the best damper with friction of its particle; `with` names those that are
-    complete.
+    """Submit follow-up studies of the best damper in which friction acts on the particle.
 
-    The question for the best designs, asked `with` the follow-ups, then gives the largest coefficient at which the
-    damper keeps its value.
+    `with` names the follow-up studies that are complete. When all are complete, request the optimal designs `with` the
+    follow-up studies. That answer gives the largest friction coefficient at which the damper is as good as without
+    particle friction.
     """
     from damperlab.studies.answers.particle_friction import find_friction
 
@@ -94,7 +94,7 @@ def _cubes(settings: Settings, study: Record, known: FollowUps) -> "Mapping[str,
 
 
 def _add(path: str, summary: str, function: Callable[..., Refinement], *questions: type) -> None:
-    """Give a search its route; `questions` are the inputs of its function."""
+    """Add the route of a search; `questions` are the types of the function's arguments."""
     values = asks(*questions, dimensions=(*BEFORE, *DIMENSIONS))
 
     async def search(

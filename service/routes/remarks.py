@@ -1,4 +1,4 @@
-"""Tags, notes and new names of studies and designs."""
+"""Routes that change the tags, the note and the name of a study, or the name of a design."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -72,7 +72,7 @@ async def _read(request: Request, service: Service, known: Sequence[str]) -> Rem
     tags=["studies"],
 )
 async def remark(request: Request, service: TheService, study: TheExactStudy) -> Document:
-    """Store tags, a note and a new name with a study. They are not part of the definition, and change no result."""
+    """Store tags, a note or a new name with a study. The definition and the results of the study are unchanged."""
     remarks = await _read(request, service, KNOWN)
     record = await run_sync(service.dispatcher.remark, study.id, remarks)
     return Document(record.document())
@@ -89,7 +89,7 @@ async def remark(request: Request, service: TheService, study: TheExactStudy) ->
     tags=["designs"],
 )
 async def rename(request: Request, service: TheService, design: TheExactDesign) -> Document:
-    """Store a new name with a design; the specification keeps its own."""
+    """Store a new name with a design. The name in the specification is unchanged."""
     remarks = await _read(request, service, _NAME_ALONE)
     return await run_sync(_rename, service, design.id, remarks.name or "")
 

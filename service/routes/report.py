@@ -1,4 +1,4 @@
-"""A study as one document."""
+"""Route of the report, which presents a study as one document."""
 
 import re
 from typing import Annotated, Any
@@ -51,7 +51,7 @@ DOCUMENT: dict[str, Any] = {
 
 
 async def document(request: Request, service: Service, query: ReportQuery, text: str, name: str) -> Response:
-    """Answer with a page of HTML, or its printed form; `name` is that of the file without its suffix."""
+    """Answer with a page of HTML, or print the page as PDF. `name` is the name of the file without suffix."""
     headers = {"Content-Disposition": f'inline; filename="{name}.{query.format}"'}
     if query.format == "pdf":
         return Response(await service.work.run(request, printed, text), media_type=PDF, headers=headers)
@@ -59,7 +59,7 @@ async def document(request: Request, service: Service, query: ReportQuery, text:
 
 
 def stem(name: str, otherwise: str) -> str:
-    """Convert free text into a part of a file's name."""
+    """Convert free text into a file name without suffix; `otherwise` replaces a text without usable characters."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.") or otherwise
 
 

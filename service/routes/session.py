@@ -1,4 +1,4 @@
-"""The page's sign-in: a key is exchanged for a cookie that scripts cannot read."""
+"""Routes to sign in on the page: a key is exchanged for a cookie that scripts cannot read."""
 
 from anyio.to_thread import run_sync
 from starlette.requests import Request
@@ -53,7 +53,7 @@ _BODY = {
     summary="The caller, and whether a key is required",
 )
 def show(request: Request, caller: TheCallerOrNobody) -> Document:
-    """Say whether the service requires keys, and give the caller's identity."""
+    """Give the owner and the scopes of the caller, and say whether the service requires keys."""
     return _document(_guard(request), caller.owner if caller else "", caller.scopes if caller else ())
 
 
@@ -65,7 +65,7 @@ def show(request: Request, caller: TheCallerOrNobody) -> Document:
     summary="Sign in with a key",
 )
 async def sign_in(request: Request) -> Document:
-    """Begin a session of some hours; no script and no other site can read its cookie."""
+    """Begin a session of some hours. Scripts and other sites cannot read the cookie of the session."""
     guard = _guard(request)
     media_type(request, JSON_TYPES)
     document = load_text(await read_body(request, BODY_LIMIT_BYTES), "json")

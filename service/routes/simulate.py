@@ -1,4 +1,4 @@
-"""One design point now."""
+"""Route that computes one design point at once."""
 
 from typing import Annotated
 
@@ -37,7 +37,7 @@ SimulatedOrReadiness = TypeAliasType("SimulatedOrReadiness", SimulatedDocument |
 async def ask_simulation(
     request: Request, service: TheService, query: Annotated[ComputeQuery, Query()]
 ) -> Response:
-    """Compute a point from rest to its steady response, or for exactly `cycles` excitation cycles."""
+    """Compute a design point from rest until its response is steady, or for exactly `cycles` excitation cycles."""
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
     asked, wanted = await run_sync(_read, service, body)

@@ -1,4 +1,4 @@
-"""Routers whose routes refuse what they would ignore: unknown and repeated parameters, and a body that they do not read."""
+"""Routers that refuse unknown and repeated parameters, and a request body that the route does not read."""
 
 from fastapi import APIRouter, Depends
 
@@ -7,7 +7,7 @@ from damperlab.service.parameters import once
 
 
 def strict_router(prefix: str = "", tag: str = "") -> APIRouter:
-    """Make a router for routes under an address, listed under a tag of the OpenAPI document."""
+    """Make a router for routes whose paths begin with `prefix`; the OpenAPI document lists them under `tag`."""
     return APIRouter(
         prefix=prefix, tags=[tag] if tag else [], dependencies=[Depends(once), Depends(expected)]
     )

@@ -1,4 +1,4 @@
-"""Studies: submit, list, show, follow, cancel, resume, delete."""
+"""Routes of studies: submit, list, show, follow, cancel, resume, delete."""
 
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
@@ -111,7 +111,7 @@ class DifferencesQuery(BaseModel):
     status_code=201,
     response_class=Document,
     responses={
-        200: gives(SubmittedBefore, "The same definition was submitted before; or the answer to a dry run"),
+        200: gives(SubmittedBefore, "The existing study, or the answer to a dry run"),
         201: gives(
             SubmittedDocument, "Stored and queued", Location="Address of the study, if a single one was sent."
         ),
@@ -127,11 +127,12 @@ async def submit(
     caller: TheCaller,
     idempotency_key: IdempotencyKey = None,
 ) -> Document:
-    """Take a study as JSON or YAML. If the same definition was submitted before, the answer is 200 with the existing
-    study.
+    """Take a study as JSON or YAML.
 
-    A list of up to 200 studies is stored completely or not at all. The answer then has `studies`: the records in the
-    order of the list, without definitions, each with `created`.
+    If the same definition was submitted before, the answer is 200 with the existing study.
+
+    A list of up to 200 studies is stored completely or not at all. The answer to a list has `studies`, which holds the
+    records without definitions, in the order of the list. `created` in a record says whether the study is new.
     """
     _require_leave(caller, query.priority)
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
@@ -153,7 +154,7 @@ async def submit(
 
 
 def _require_leave(caller: Caller, priority: int) -> None:
-    """Refuse a priority above 0 unless the key has scope admin; raise `Problem`."""
+    """Raise `Problem` if the priority is above 0 and the key does not have scope admin."""
     if priority > 0 and "admin" not in caller.scopes:
         fault = Fault(
             "priority",
@@ -197,10 +198,10 @@ def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery, key
     summary="A page of studies, newest first",
 )
 def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
-    """List records without their definitions, which may be long; the route of a single study gives its definition.
+    """List the records of studies. The route of a single study also gives the definition.
 
-    With a range of an axis, a page may be short or empty although `cursor` leads to further studies: only part of a
-    large catalogue is examined for one page.
+    If a range of an axis is given, only part of a large catalogue is examined for one page. So a page may be short or
+    empty although `cursor` leads to further studies.
     """
     try:
         wanted = Wanted(
@@ -237,7 +238,7 @@ async def _unless_seen(
     last_event_id: Annotated[str | None, Header(description="Sent by browsers that connect again.")] = None,
 ) -> str | None:
     if study.ended and last_event_id == event_id(study):
-        # A browser reconnects when a stream ends; "no content" tells it that nothing more follows.
+        # A browser reconnects when a stream ends; status 204 tells the browser that nothing more follows.
         raise HTTPException(204)
     return last_event_id
 
@@ -254,9 +255,7 @@ async def _unless_seen(
 async def events(
     service: TheService, study: TheStudy, last_seen: Annotated[str | None, Depends(_unless_seen)]
 ) -> AsyncIterator[ServerSentEvent]:
-    """Send `progress` at every change and `end` when the study has ended; comments in between keep the connection
-    alive.
-    """
+    """Send the event `progress` at every change, and `end` when the study has ended."""
     async for event in progress(service, study, last_seen):
         yield event
 
@@ -268,7 +267,7 @@ async def events(
     summary="Stop a study",
 )
 def cancel(service: TheService, study: TheExactStudy) -> Document:
-    """Cancel a queued or running study; computed points are kept, and resume continues from there."""
+    """Cancel a queued or running study. Computed points are kept, and `resume` computes the missing points."""
     record = service.dispatcher.cancel(study)
     if record.state != "cancelled":
         raise Problem(409, "study-ended", f"The study is {record.state}: there is nothing left to cancel.")
@@ -282,7 +281,7 @@ def cancel(service: TheService, study: TheExactStudy) -> Document:
     summary="Resume a study",
 )
 def resume(service: TheService, study: TheExactStudy) -> Document:
-    """Queue a cancelled or failed study again; only missing blocks are computed."""
+    """Queue a cancelled or failed study again. Only the missing blocks are computed."""
     record = service.dispatcher.resume(study)
     if record.state == "done":
         raise Problem(409, "study-ended", "The study is done: there is nothing left to compute.")
@@ -296,7 +295,7 @@ def resume(service: TheService, study: TheExactStudy) -> Document:
     summary="Compute failed blocks again",
 )
 def retry(service: TheService, study: TheExactStudy) -> Document:
-    """Queue again the blocks that failed as a whole; points that failed numerically would fail again."""
+    """Queue the blocks that failed as a whole. Points that failed numerically are not queued; they would fail again."""
     return Document(service.dispatcher.retry(study).document())
 
 
@@ -305,16 +304,16 @@ def retry(service: TheService, study: TheExactStudy) -> Document:
     status_code=201,
     response_class=Document,
     responses={
-        200: gives(RecordDocument, "A version by today's solver exists already, or is queued"),
+        200: gives(RecordDocument, "The existing or queued version by the present solver"),
         201: gives(
-            RecordDocument, "Submitted again; the older results are kept", Location="Address of the version."
+            RecordDocument, "The new version; the older results are kept", Location="Address of the version."
         ),
         **documented(404, 409, 429, 503, 507),
     },
     summary="Recompute an outdated study, and keep its results",
 )
 def recompute(service: TheService, study: TheExactStudy) -> Document:
-    """Queue a new version of a study; the older one is kept until it is deleted."""
+    """Queue a new version of a study. The older version is kept until it is deleted."""
     record, created = service.store.recompute(study.id, provenance())
     service.dispatcher.wake()
     return Document(record.document(), 201 if created else 200, {"Location": f"{router.prefix}/{record.id}"})
@@ -327,7 +326,7 @@ def recompute(service: TheService, study: TheExactStudy) -> Document:
     summary="Every version of a study, oldest first",
 )
 def versions(service: TheService, study: TheStudy) -> Document:
-    """List the records of all versions without their common definition."""
+    """List the records of all versions of a study, without the definition, which is the same for all versions."""
     return Document({"studies": [record.summary() for record in service.store.versions(study.id)]})
 
 
@@ -340,9 +339,9 @@ def versions(service: TheService, study: TheStudy) -> Document:
 async def differences(
     request: Request, service: TheService, study: TheStudy, query: Annotated[DifferencesQuery, Query()]
 ) -> Document:
-    """Compare every common point: how many differ, by how much, and where the difference is largest."""
+    """Give the number of points in which two versions differ, and the largest difference of each variable."""
     found = await computed(request, service, study, _differences, query.older)
-    # another version may become the previous one although this study does not change
+    # not cached: another version may become the previous version although this study does not change
     return Document(found, headers={} if query.older else {"Cache-Control": "no-store"})
 
 

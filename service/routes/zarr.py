@@ -1,9 +1,9 @@
-"""The cube as Zarr over HTTP, read-only: `xarray.open_zarr(url)` works from another machine.
+"""The cube as a read-only Zarr store over HTTP, which `xarray.open_zarr(url)` opens from another machine.
 
-Zarr reads a missing chunk as fill values. So 404 for a block is sent only if the study has ended without it; its points
-then have status -1. While a study runs, a missing block is a conflict, because a reader might read half of it before
-and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which shows only the blocks that
-were done by then. A lost or damaged file is always an error.
+Zarr reads a missing chunk as fill values, which means status -1. So the answer 404 for a missing block is sent only if
+the study has ended. While a study runs, the answer is 409 (conflict), because the block may be computed while a reader
+fetches its chunks. An address with a revision, `zarr/@7/…`, shows only the blocks that were done at this revision, and
+can be read while the study runs. A lost or damaged file is always an error.
 """
 
 import re
@@ -39,7 +39,7 @@ from damperlab.studies.store.store import Store
 CHUNK = "application/octet-stream"
 _ID = re.compile("[0-9a-f]{12}(-[0-9]{1,9})?")
 TRIES = 5
-"""Largest number of attempts to read a block of a study that changes meanwhile."""
+"""Largest number of attempts to read a block while the study changes."""
 
 router = strict_router("/api/v1/studies/{study_id}", "queries")
 
@@ -58,21 +58,21 @@ Key = Annotated[
     responses={
         200: {"content": {CHUNK: {}, "application/json": {}}},
         206: {"description": "The part that Range asked for", "content": {CHUNK: {}}},
-        304: {"description": "The client has it already"},
+        304: {"description": "The client has this content already"},
         416: {"description": "The range lies outside the content"},
         **documented(404, 409, 410, 503),
     },
     summary="The cube as a Zarr store",
 )
 def read(service: TheService, study_id: StudyId, key: Key, request: Request) -> Response:
-    """Answer one key of Zarr version 3. The first key holds the metadata of every array, so no listing is needed."""
+    """Send the content of one key of Zarr version 3. The key `zarr.json` holds the metadata of every array."""
     revision, key = _revision(key)
     try:
         return _read(service.store, service.store.find(study_id), revision, key, request)
     except StudyNotFound as error:
         if key.endswith("zarr.json") or (_ID.fullmatch(study_id) and not service.store.existed(study_id)):
             raise
-        # the cube was opened before, and a 404 would be read as fill values
+        # The reader opened the cube before the study was deleted, and would read the answer 404 as fill values.
         raise Problem(
             410,
             "study-gone",
@@ -104,11 +104,10 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
             except BlockDamaged:
                 if store.snapshot(study.id, revision) == (shelf, marks):
                     raise
-            continue  # the file was replaced a moment ago
+            continue
         if revision is not None:
             raise _nothing(key)
-        # the answer about a missing block must be consistent, although the study may have ended or been resumed
-        # meanwhile
+        # The study may have ended or been resumed since its record was read. Then the block is looked up again.
         before, study = study, store.find(study.id)
         if (before.revision, before.created) != (study.revision, study.created):
             continue
@@ -134,7 +133,7 @@ def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:
 
 @lru_cache(maxsize=64)
 def _description(shelf: Shelf) -> Description:
-    # the arrays of a study never change, and its shelf is never reused
+    # may be cached: the arrays of a study never change, and the shelf of a study is never reused
     with telling(shelf, None, "the cube's description"):
         return describe_cube(shelf.get(DESCRIPTION))
 
@@ -146,7 +145,7 @@ def _revision(key: str) -> tuple[int | None, str]:
 
 def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Response:
     if not marks.keys() >= set(group.blocks()):
-        # only a complete cube has these chunks, so blocks of it have been invalidated since
+        # Only a complete cube has chunks of several blocks, so some blocks were invalidated after the cube was opened.
         raise Problem(
             409,
             "block-unfinished",
@@ -184,8 +183,8 @@ def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Respo
 
 def _coordinate(shelf: Shelf, one: StoredCoordinate, key: str) -> bytes:
     if one.value is not None:
-        raise _nothing(key)  # the value is in the metadata, which its reader has read
-    # Zarr would read a missing chunk as fill values
+        raise _nothing(key)  # The metadata holds the value, so a reader needs no chunk.
+    # An error is raised if the chunk is missing: Zarr would read the answer 404 as fill values.
     with telling(shelf, None, f"the coordinates along {one.name}"):
         content = shelf.get(key)
         one.decode(content)

@@ -1,1 +1,1 @@
-"""Access: callers, origins, and the audit log."""
+"""Access control: hosts, origins, callers, rate limits, and the audit log."""

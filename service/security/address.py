@@ -1,4 +1,4 @@
-"""The name under which requests of an address are counted."""
+"""Address or network under which the requests of a client are counted."""
 
 from ipaddress import IPv6Address, ip_address
 
@@ -6,9 +6,7 @@ _HOST_BITS = 64
 
 
 def counted_address(address: str) -> str:
-    """Name the network under which an address is counted. A host of IPv6 has 2**64 addresses, so its network part is
-    used.
-    """
+    """Return the address under which requests are counted. An IPv6 address is replaced by its network of 64 bits."""
     try:
         known = ip_address(address)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The audit log: owner, request and answer of each change; one JSON document per line."""
+"""The audit log. Each line is a JSON document with the owner, the request and the status of one change."""
 
 import json
 import logging
@@ -8,25 +8,25 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 AUDIT_FILE = "audit.jsonl"
-"""Its file in the data directory."""
+"""Name of the audit log in the data directory."""
 
 _log = logging.getLogger("damperlab.audit")
 
 
 class Audit:
-    """Writes the audit log; the file is opened for each line, so that it may be moved away at any time.
+    """Writes the audit log. The file is opened for each line, so an operator may move the file at any time.
 
     Parameters
     ----------
     path : Path
-        The file; created with mode 0600 if it is missing.
+        The file of the log; created with mode 0600 if it is missing.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def note(self, **facts: object) -> None:
-        """Add a line. If it cannot be written, the service's log says so, and requests continue."""
+        """Add a line to the audit log. If the line cannot be written, report an error to the service's own log."""
         at = datetime.fromtimestamp(time.time(), UTC).isoformat(timespec="milliseconds")
         line = json.dumps({"at": at, **facts}) + "\n"
         try:
@@ -36,4 +36,4 @@ class Audit:
             finally:
                 os.close(file)
         except OSError as error:
-            _log.error("the audit log cannot be written: %s; it would say %s", error, line.strip())
+            _log.error("the audit log cannot be written: %s; the lost line is %s", error, line.strip())

@@ -1,4 +1,4 @@
-"""The caller, as identified by a key, a session or a proxy."""
+"""The caller of a request, identified by a key, a session or a proxy."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -14,26 +14,26 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import SCOPES, Scope
 
 SAFE_METHODS = frozenset(("GET", "HEAD", "OPTIONS"))
-"""Methods that change nothing."""
+"""HTTP methods that change nothing."""
 PUBLIC = ("/health/", "/page/", "/docs/", "/api/v1/session")
-"""Addresses that need no key: probes, the files of the page, the documentation, and the sign-in."""
+"""Paths that need no key: probes, the files of the page, the documentation, and the sign-in."""
 PUBLIC_FILES = ("/", "/openapi.json")
 
 
 @dataclass(frozen=True)
 class Caller:
-    """A caller.
+    """The caller of a request.
 
     Parameters
     ----------
     owner : str
-        Owner of submitted studies; empty without keys.
+        Owner of the studies that the caller submits; empty if no keys are required.
     scopes : tuple of str
-        Scope.
+        Scopes of the caller, in the order of `SCOPES`.
     how : {"open", "key", "session", "proxy"}
         How the caller was identified.
     key_id : str
-        Id of the key, if there is one.
+        Id of the caller's key; empty if the caller has no key.
     """
 
     owner: str
@@ -43,30 +43,30 @@ class Caller:
 
     @property
     def name(self) -> str:
-        """Identity to which limits apply: a person or a program."""
+        """Identity to which limits apply: the first of `key_id`, `owner` and `how` that is not empty."""
         return self.key_id or self.owner or self.how
 
 
 ANYBODY = Caller("", SCOPES, "open")
-"""Any caller, if no keys are required."""
+"""The caller of every request, if no keys are required."""
 
 
 def counted_under(scope: Connection) -> str:
-    """Name the identity under which a request is counted: its key or user and, without keys, its address."""
+    """Return the identity to which limits apply: the caller's name or, if no keys are required, the address."""
     caller: Caller = scope["caller"]
     address = scope.get("client_address") if caller.how == "open" else None
     return counted_address(address) if address else caller.name
 
 
 def scope_of(method: str, path: str) -> str | None:
-    """Name the scope that a request needs; None if it needs no key."""
+    """Return the scope that a request needs; None if the request needs no key."""
     if path in PUBLIC_FILES or path.startswith(PUBLIC):
         return None
     return "read" if method in SAFE_METHODS else "submit"
 
 
 def require_own(caller: Caller, study: Record) -> None:
-    """Refuse a change to a study of another owner.
+    """Refuse to change a study of another owner.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def require_own(caller: Caller, study: Record) -> None:
 
 
 def require_owner(caller: Caller, owner: str | None, what: str) -> None:
-    """Refuse a change to an object of another owner; `what` names it."""
+    """Refuse to change an object of another owner; `what` is the kind of object, for example "study"."""
     if "admin" not in caller.scopes and owner != caller.owner:
         whose = f"a {what} of {owner}" if owner else f"a {what} that was submitted without a key"
         fault = Fault(

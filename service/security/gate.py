@@ -1,4 +1,4 @@
-"""The gate, which every request passes first."""
+"""The first check of every request: host, origin, key, scope and rate."""
 
 from http import HTTPStatus
 
@@ -18,14 +18,14 @@ WITHOUT_A_KEY = "nobody"
 
 
 class Gate:
-    """ASGI middleware: refuses foreign, unidentified and unauthorised requests.
+    """ASGI middleware that refuses requests from foreign sites, requests without permission, and too many requests.
 
     Parameters
     ----------
     app : ASGI application
-        The application.
+        The application that serves the allowed requests.
     guard : Guard
-        The guard.
+        Object that identifies callers and holds the limits.
     """
 
     def __init__(self, app: ASGIApp, guard: Guard) -> None:
@@ -54,7 +54,7 @@ class Gate:
             return
         client = (self.guard.proxies.client(headers) if believed else None) or peer
         scope["caller"], scope["client_address"] = caller, client
-        # set for every request, because the next one on the same connection would inherit it
+        # set for every request, because the next request on the same connection would inherit the submitter
         submitter.set(caller.owner or None if caller else None)
         noted = False
 
@@ -66,7 +66,7 @@ class Gate:
 
         async def send_noted(message: Message) -> None:
             if message["type"] == "http.response.start":
-                # written before the answer, so that the log has a line for every answer that a client has received
+                # logged before the answer is sent, so that the log has a line for every answer that a client received
                 note(message["status"])
             await send(message)
 
@@ -89,7 +89,7 @@ class Gate:
 
     def _too_often(self, caller: Caller | None, scope: Scope) -> Problem | None:
         if caller is None or scope_of(scope["method"], scope["path"]) is None:
-            return None  # a probe, the page's files, the sign-in
+            return None  # requests that need no key have no limit
         rates = self.guard.rates
         seconds = rates.wait_seconds(caller.name) if caller.how != "open" else 0
         whose = "with one key"

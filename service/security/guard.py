@@ -1,4 +1,4 @@
-"""The conditions for serving a request: names, origins, keys."""
+"""Conditions for serving a request: host name, origin, and the caller's key."""
 
 import time
 from collections.abc import Callable
@@ -19,18 +19,18 @@ from damperlab.service.settings import Settings
 from damperlab.studies.store.catalogue.access_keys import AccessKey, AccessKeys
 
 KEPT_SECONDS = 5.0
-"""Time after which a recognised key is looked up again, so that a revoked key is refused."""
+"""Time after which a recognised key is looked up again, so that a revoked key is refused [s]."""
 _KEPT = 1000
 _AT_ONCE = 4
 
 
 def needs_keys(settings: Settings) -> bool:
-    """Whether a service with these settings requires keys: beyond loopback, unless it was opened explicitly."""
+    """Return whether a service requires keys. By default, keys are required if the service listens beyond loopback."""
     return settings.access == "keys" or (settings.access == "auto" and not is_loopback(settings.host))
 
 
 class Guard:
-    """The guard of a service.
+    """Identifies the callers of a service, and holds the limits, allowed hosts and allowed origins.
 
     Parameters
     ----------
@@ -48,19 +48,19 @@ class Guard:
         self.rates = Rates(settings.key_requests_per_minute)
         self.rate_of_all = Rates(settings.requests_per_minute)
         self.keys: AccessKeys | None = None
-        """Set once the catalogue is open."""
+        """The access keys; None until the catalogue is open."""
         self._limiter: CapacityLimiter | None = None
         self._kept: dict[bytes, tuple[Caller, float]] = {}
 
     async def identify(self, headers: Headers, peer: str | None) -> Caller | None:
-        """Give the caller; None if unknown.
+        """Return the caller of a request; None if the caller is unknown.
 
         Parameters
         ----------
         headers : Headers
             Headers of the request; a key takes precedence over a session, and a session over a proxy's header.
         peer : str, optional
-            The other end of the connection.
+            Address of the other end of the connection.
         """
         if not self.needs_keys:
             return ANYBODY
@@ -79,7 +79,7 @@ class Guard:
             self._kept.pop(_hashed(value), None)
 
     def of_key(self, secret: str) -> AccessKey | None:
-        """Give the valid key for a text."""
+        """Return the valid access key with the given secret; None if there is no such key."""
         return self.keys.recognise(secret) if self.keys else None
 
     def _of_session(self, value: str) -> AccessKey | None:

@@ -1,6 +1,4 @@
-"""Names of the service. A foreign page can direct its own name to this service, but cannot change the name in the
-request.
-"""
+"""Host names under which the service answers. The check of the names prevents DNS rebinding by foreign sites."""
 
 import ipaddress
 import re
@@ -13,7 +11,7 @@ _HOST = re.compile(r"(\[[0-9a-f:.]+\]|[^:\[\]/@?#\s]+)(?::[0-9]{1,5})?")
 
 @cache
 def is_loopback(address: str) -> bool:
-    """Whether an address, or every address of a name, is on this machine."""
+    """Return whether an address, or every address of a host name, is a loopback address."""
     try:
         found = {entry[4][0] for entry in socket.getaddrinfo(address, None)}
     except OSError:
@@ -22,7 +20,7 @@ def is_loopback(address: str) -> bool:
 
 
 def host_name(header: str) -> str | None:
-    """Give the name in a Host header, in lower case and without the port; None if there is none."""
+    """Return the name in a Host header, in lower case and without the port; None if the header is malformed."""
     found = _HOST.fullmatch(header.strip().lower())
     return found[1].strip("[]").removesuffix(".") if found else None
 
@@ -33,9 +31,9 @@ class Hosts:
     Parameters
     ----------
     listens_on : str
-        The address that the service listens on. Loopback names are always allowed. If it is not loopback, the address
-        itself, this machine's name, and any numeric address are allowed too: an attacker can make only names point to
-        this machine.
+        Address on which the service listens. Loopback names are always allowed. If other machines can reach the
+        service, the address, this machine's name and all numeric addresses are allowed too. Numeric addresses are safe,
+        because DNS rebinding needs a name.
     names : iterable of str
         Further host names; ``.example.org`` includes every name under it.
     """
@@ -47,7 +45,7 @@ class Hosts:
             self._names |= {listens_on.lower(), socket.gethostname().lower()}
 
     def allows(self, header: str) -> bool:
-        """Whether a Host header names this service."""
+        """Return whether a Host header contains an allowed name."""
         name = host_name(header)
         if name is None:
             return False
@@ -61,5 +59,5 @@ class Hosts:
 
     @property
     def told(self) -> str:
-        """The names, for a message."""
+        """The allowed names, separated by commas, for a message."""
         return ", ".join(sorted({"127.0.0.1", "[::1]"} | self._names))

@@ -1,4 +1,4 @@
-"""Refuses requests that a foreign page makes a browser send; they are recognised by the browser's headers."""
+"""Refuses requests that a browser sends for a page of another site."""
 
 from collections.abc import Collection
 
@@ -12,14 +12,14 @@ _SIMPLE_TYPES = ("text/plain", "application/x-www-form-urlencoded", "multipart/f
 
 
 def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
-    """Give the reason to refuse a request that changes something; None if it is allowed.
+    """Return the reason to refuse a request that changes data; None if the request is allowed.
 
     Parameters
     ----------
     headers : Headers
-        Of the request.
+        Headers of the request.
     shared_with : collection of str
-        Allowed origins.
+        Allowed origins in addition to the service's own origin.
     """
     origin, site = headers.get("origin"), headers.get("sec-fetch-site")
     if origin is None and site is None:
@@ -27,7 +27,7 @@ def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
     if origin is not None:
         if origin in shared_with:
             return None
-        # compared without the scheme, which differs behind a proxy that ends TLS
+        # the scheme is ignored, because it differs behind a proxy that terminates TLS
         if origin.partition("://")[2].lower() != headers.get("host", "").lower() or "://" not in origin:
             return _cross(Fault("Origin", printable(origin), _own(headers), _ADVICE))
     if site not in (None, "same-origin", "none"):

@@ -1,4 +1,4 @@
-"""A reverse proxy in front of the service: the trusted peers, and the callers that they name."""
+"""Trusted reverse proxies, which can name the authenticated caller of a request in a header."""
 
 import ipaddress
 from collections.abc import Iterable
@@ -10,21 +10,21 @@ from damperlab.studies.vocabulary import SCOPES, Scope
 
 
 class Proxies:
-    """The trusted peers.
+    """The trusted reverse proxies.
 
     Parameters
     ----------
     networks : iterable of str
-        Addresses or networks, as in ``10.0.0.0/8``.
+        Addresses or networks of the proxies, as in ``10.0.0.0/8``.
     user_header : str, optional
-        Header with the authenticated user.
+        Header in which a proxy names the authenticated user.
     scope : str
-        The highest of `SCOPES` of such a user.
+        Highest scope of a user whom a proxy names, one of `SCOPES`.
 
     Raises
     ------
     ValueError
-        If one is not a network.
+        If an item of `networks` is neither an address nor a network.
     """
 
     def __init__(self, networks: Iterable[str], user_header: str | None, scope: Scope) -> None:
@@ -38,7 +38,7 @@ class Proxies:
         return bool(self._networks and self._header)
 
     def believes(self, peer: str | None) -> bool:
-        """Whether a peer is trusted."""
+        """Return whether an address belongs to a trusted proxy."""
         if not self._networks or peer is None:
             return False
         try:
@@ -49,7 +49,7 @@ class Proxies:
         return any(mapped in network for network in self._networks)
 
     def user(self, headers: Headers) -> Caller | None:
-        """Give the user that a trusted peer names; None if it names none, or several."""
+        """Return the user that a trusted proxy names; None if the header is missing, repeated or invalid."""
         if not self._header:
             return None
         named = headers.getlist(self._header)
@@ -58,8 +58,6 @@ class Proxies:
         return Caller(name, self._scopes, "proxy")
 
     def client(self, headers: Headers) -> str | None:
-        """Give the client's address from a trusted peer: the last one in X-Forwarded-For, which the peer added
-        itself.
-        """
+        """Return the client's address: the last address in X-Forwarded-For, which the trusted proxy added."""
         last = headers.get("x-forwarded-for", "").rpartition(",")[2].strip()
         return last[:60] or None

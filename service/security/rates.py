@@ -1,4 +1,4 @@
-"""Rate limits: the requests of a minute may be sent together, and the allowance then refills."""
+"""Rate limits. A caller may send the requests of one minute at once. The allowance then refills steadily."""
 
 import math
 import time
@@ -9,7 +9,7 @@ _KEPT = 10_000
 
 
 class Rates:
-    """Requests of the last minute, by caller; for one event loop.
+    """Counts the requests of each caller in the last minute. All calls must come from one event loop.
 
     Parameters
     ----------
@@ -19,11 +19,11 @@ class Rates:
 
     def __init__(self, per_minute: int | None) -> None:
         self.per_minute = per_minute
-        # time at which a caller's requests no longer count
+        # for each caller: time at which the allowance is full again
         self._spent_until: OrderedDict[str, float] = OrderedDict()
 
     def wait_seconds(self, who: str) -> int:
-        """Count a request; if it exceeds the limit, give the time to wait, and do not count it."""
+        """Count a request and return 0, or return the time to wait if the request exceeds the limit [s]."""
         if self.per_minute is None:
             return 0
         now, each = time.monotonic(), _MINUTE / self.per_minute
@@ -33,7 +33,6 @@ class Rates:
         self._spent_until[who] = until
         self._spent_until.move_to_end(who)
         if len(self._spent_until) > _KEPT:
-            # drop the caller with the oldest request; without a request for a minute, a caller has its full allowance
-            # anyway
+            # drop the caller that has sent no request for the longest time
             self._spent_until.popitem(last=False)
         return 0

@@ -1,4 +1,4 @@
-"""Sessions of the page: a cookie replaces a key for some hours, so that no script ever has the key."""
+"""Sessions of the web page. A cookie replaces the access key for some hours, so the page need not store the key."""
 
 import secrets
 import time
@@ -10,18 +10,18 @@ from damperlab.studies.store.catalogue.access_keys import AccessKey
 COOKIE = "damperlab_session"
 LASTS_SECONDS = 8 * 3600
 OF_ONE_KEY = 100
-"""Largest number of sessions of one key; a further one ends the oldest."""
+"""Largest number of sessions of one key; a further session ends the oldest session."""
 
 
 class Sessions:
-    """The active sessions; they end at sign-out, with their key, after eight hours, and with the process."""
+    """The active sessions. A session ends after eight hours, at the sign-out, or when its key becomes invalid."""
 
     def __init__(self) -> None:
-        # for each hash of a cookie's value: the id of the key, the key's hash, and the end of the session
+        # id of the key, hash of the key, and end of the session, by the hash of the cookie's value
         self._open: OrderedDict[bytes, tuple[str, str, float]] = OrderedDict()
 
     def begin(self, key: AccessKey) -> tuple[str, int]:
-        """Give the value of a new session's cookie, and its lifetime [s]."""
+        """Begin a session, and return the value and the lifetime of its cookie [s]."""
         now = int(time.time())
         ends = now + LASTS_SECONDS
         if key.expires is not None:
@@ -32,12 +32,12 @@ class Sessions:
         return value, ends - now
 
     def key_id(self, value: str) -> str | None:
-        """Give the id of the key of a session; None if it is unknown, or has ended."""
+        """Return the id of the key with which a session began; None if the session is unknown or has ended."""
         key_id, _, ends = self._open.get(_hashed(value), ("", "", 0.0))
         return key_id if ends > time.time() else None
 
     def stands_for(self, value: str, key: AccessKey) -> bool:
-        """Whether this service has an active session that began with this key."""
+        """Return whether a session began with the given key."""
         return self._open.get(_hashed(value), ("", "", 0.0))[:2] == (key.id, key.hash)
 
     def end(self, value: str) -> None:
@@ -45,7 +45,7 @@ class Sessions:
         self._open.pop(_hashed(value), None)
 
     def _forget(self, now: float, key_id: str) -> None:
-        """Drop ended sessions, and make room for one more of a key."""
+        """Drop ended sessions, and the oldest sessions of a key until the key may have another session."""
         for each in [each for each, (_, _, ends) in self._open.items() if ends <= now]:
             del self._open[each]
         of_key = [each for each, (of, _, _) in self._open.items() if of == key_id]

@@ -1,4 +1,4 @@
-"""Limits on the open streams of events and exports of one caller."""
+"""Limits on the number of event streams and exports that one caller may have open."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -18,9 +18,9 @@ class Shares:
     Parameters
     ----------
     app : ASGI application
-        Serves.
+        The application that serves the allowed requests.
     most : dict of int
-        The limit for each last part of a path.
+        Largest number of open requests of one caller, by the last part of the request's path.
     """
 
     def __init__(self, app: ASGIApp, most: dict[str, int]) -> None:
@@ -54,7 +54,7 @@ class Shares:
 
 
 class _TooMany(Exception):
-    """The limit is reached."""
+    """The caller's limit of open requests is reached."""
 
 
 def _too_many(kind: str, most: int) -> Problem:

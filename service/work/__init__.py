@@ -1,1 +1,1 @@
-"""Computes for requests in processes that can be ended, in turns, and with a time limit."""
+"""Computes answers in processes with time limits, and divides the processes fairly between callers."""

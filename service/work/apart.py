@@ -1,4 +1,4 @@
-"""Computes answers from a study's cube: for a large cube in a separate process that can be ended, else in a thread."""
+"""Computes answers from a study's cube: from a large cube in a separate process, from a small cube in a thread."""
 
 from collections.abc import Callable, Iterator
 from functools import lru_cache
@@ -17,24 +17,22 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
 PIECE_BYTES = 1 << 20
-"""Size of the pieces of a long answer, which is sent as its client reads it."""
+"""Size of the pieces in which a long answer is sent."""
 EXPORT_POINTS = 1_000_000
-"""An export may take the processor time of one request, plus that of another for every `EXPORT_POINTS` points."""
+"""For n times this number of points, the time limit of an export is n + 1 times the time limit of a request."""
 
 Result = TypeVar("Result")
 
 
 def is_large(service: Service, study: Record) -> bool:
-    """Whether answers about a study are computed in a separate process."""
+    """Return whether answers about a study are computed in a separate process."""
     return study.points_total >= service.settings.question_points_apart
 
 
 async def computed(
     request: Request, service: Service, study: Record, function: Callable[..., Result], *more: object
 ) -> Result:
-    """Call a function with a store, the study, and further arguments. The function can be imported by name; the
-    arguments and the result are pickled.
-    """
+    """Call an importable function with the store, the study and further arguments, and return its picklable result."""
     if is_large(service, study):
         return await service.work.run(request, _there, service.settings, study, function, more)
     return await run_sync(function, service.store, study, *more)
@@ -53,20 +51,20 @@ async def written(
     Parameters
     ----------
     request, service, study : Request, Service, Record
-        The caller, and the study.
+        The request, the service, and the study.
     function : callable
-        Called with a store, the study, the path of the file, and further arguments. Its other files go to the same
-        folder.
+        Function that is called with the store, the study, the path of the file, and further arguments. It may write
+        other files into the same folder.
     *more
-        Further arguments.
+        Further arguments of the function.
     export : bool
-        Whether the call writes an export. The processor time that it may take grows with its points, and its file may
-        be too large for the temporary folder.
+        Whether the call writes an export. The time limit of an export grows with the number of points. The file of an
+        export is written to the data directory, because the temporary folder may be too small.
 
     Returns
     -------
     result, file
-        The function's result, and the open file. The file has no name any more, and vanishes when it is closed.
+        The function's result, and the open file, which is deleted when it is closed.
     """
     folder = await run_sync(_folder, service.settings.data_dir if export else None)
     try:
@@ -80,13 +78,13 @@ async def written(
             found = await run_sync(function, service.store, study, place, *more)
         return found, await run_sync(_open, place)
     finally:
-        # the process may have been killed and have left its files
+        # remove all files in the folder, because a killed process may have left files
         with CancelScope(shield=True):
             await run_sync(folder.cleanup)
 
 
 def pieces(file: BinaryIO, start: int, stop: int) -> Iterator[bytes]:
-    """Read a part of a file, at its reader's pace."""
+    """Yield a part of a file in pieces, and close the file at the end."""
     with file:
         file.seek(start)
         while piece := file.read(min(PIECE_BYTES, stop - start)):
@@ -96,14 +94,14 @@ def pieces(file: BinaryIO, start: int, stop: int) -> Iterator[bytes]:
 
 @lru_cache(maxsize=1)
 def store_of(settings: Settings) -> Store:
-    """Open the store of the settings, once per computing process."""
+    """Open the store that the settings name, once per process."""
     return settings.open_store(wait_seconds=settings.catalogue_wait_seconds)
 
 
 def _there(
     settings: Settings, study: Record, function: Callable[..., Result], more: tuple[object, ...]
 ) -> Result:
-    """Call a function in a process of `Work`."""
+    """Call a function with the store that this process has opened. This runs in a process of `Work`."""
     return function(store_of(settings), study, *more)
 
 

@@ -1,9 +1,4 @@
-"""Functions that compute for requests, in a process of the service. They also write the JSON of the answer, which the
-service only passes on.
-
-What computes is imported when a function is called: the service itself imports this module for the names of the
-functions.
-"""
+"""Functions that a separate process calls to answer requests. Only a call imports the solver."""
 
 import numpy as np
 from typing_extensions import TypedDict
@@ -27,7 +22,7 @@ from damperlab.worker.scenes import Scene
 
 
 def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
-    """Compute a design point; give the JSON of its answer, with forces and harmonics of its motion."""
+    """Compute a design point, and return the motion with its forces and harmonics as JSON."""
     from damperlab.service.motions import forces_on, harmonics_of
 
     found = compute(asked, cycles_limit)
@@ -38,12 +33,12 @@ def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
 
 
 def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
-    """Compare dampers; give the JSON of the answer."""
+    """Compare dampers in an earthquake; return the answer as JSON."""
     return bytes(Document(answer_comparison(asked, samples)).body)
 
 
 def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
-    """Read the question of a fit, and give the scenes to compile."""
+    """Read the request for a fit, and return it with the scenes that must be compiled for the answer."""
     from damperlab.studies.fit.document import read_fit
     from damperlab.worker.fit.history.march import scenes_of as scenes_of_history
     from damperlab.worker.fit.model import scenes_of
@@ -55,7 +50,7 @@ def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
 
 
 def fit_body(question: FitQuestion | HistoryQuestion) -> bytes:
-    """Estimate the parameters of a prototype; give the JSON of the answer."""
+    """Estimate the parameters of a prototype; return the answer as JSON."""
     from damperlab.service.fit_report import fit_document
     from damperlab.service.history_report import history_document
     from damperlab.worker.fit.estimate import fit_response
@@ -82,7 +77,7 @@ class Look(TypedDict):
 
 
 def looked_at(motion: GroundMotion, most: int) -> Look:
-    """Give a preview of a record: at most `most` samples, including its peaks, and its response spectrum."""
+    """Return a preview of a record: at most `most` samples, including the extremes, and the response spectrum."""
     from damperlab.worker.ground.response_spectrum import response_spectrum
 
     a = motion.acceleration_m_s2
@@ -101,9 +96,7 @@ def looked_at(motion: GroundMotion, most: int) -> Look:
 
 
 def specified(body: bytes, written_in: Format, records: Shelf) -> tuple[Specification, int, list[str]]:
-    """Read a specification, and give the points of its budget and unusual values; refuse a budget that does not
-    cover the first look.
-    """
+    """Read a specification. Return the specification, the budget in points, and messages about unusual values."""
     from damperlab.service.design_budget import budget_of
     from damperlab.studies.design.design import designing
 
@@ -114,7 +107,7 @@ def specified(body: bytes, written_in: Format, records: Shelf) -> tuple[Specific
 
 
 def prepare() -> None:
-    """Import, before the first request, what these functions import when they are called."""
+    """Import in advance all modules that the functions of this module need."""
     import damperlab.service.fit_report
     import damperlab.service.history_report
     import damperlab.service.questions.needed

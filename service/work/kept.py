@@ -1,6 +1,4 @@
-"""Cache of answers in the form in which they are sent, compressed and with their tag. A cached answer is
-valid while its study is unchanged.
-"""
+"""Cache of compressed answers about studies. A cached answer is used until a study in the request changes."""
 
 import asyncio
 from collections import OrderedDict
@@ -25,32 +23,31 @@ KEPT = 512
 KEPT_BYTES = 1 << 20
 """Largest number of bytes of one cached answer."""
 READS = {question.route: question.studies for question in EVERY} | {"report": (), "differences": ("older",)}
-"""Questions that are answered from cubes, each with the parameters that name further studies."""
+"""Last path segments of requests that read cubes, each with the query parameters that name further studies."""
 OTHERS_KEPT = 32
-"""Largest number of further studies of a cached answer."""
+"""Largest number of further studies that the query of a cached answer may name."""
 PASSING = ("definition", "phase", "phase_done", "phase_total", "seconds_left", "owner")
-"""Fields of a record on which no answer depends."""
+"""Fields of a study's record whose changes leave cached answers valid."""
 
 Key = tuple[object, ...]
 Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
 
 
 class Kept:
-    """ASGI middleware: repeats an answer while none of its studies has changed; equal requests share it.
-
-    It stores the study of a question in the scope.
+    """ASGI middleware that answers repeated requests from the cache. Simultaneous equal requests are computed once.
 
     Parameters
     ----------
     app : ASGI application
-        The application, which answers, compresses and tags.
+        The application that computes an answer, compresses it and adds the ETag.
     """
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
         self._studies: Shared[Record] | None = None
         self._kept: OrderedDict[Key, Answer] = OrderedDict()
-        self._under_way: dict[Key, asyncio.Future[bool]] = {}  # whether it was answered
+        # for each request that is being computed: a future that tells whether an answer was sent
+        self._under_way: dict[Key, asyncio.Future[bool]] = {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
@@ -70,13 +67,13 @@ class Kept:
         except StudyNotFound:
             others = None
         except StoreFault as fault:
-            # it is unknown whether the cube is large, so the question must not use the service's own threads
+            # without the record it is unknown whether the cube is large, so the application is not called
             within = Request({**scope, "path_params": {"study_id": study_id}})
             problem_document = await run_sync(store_problem, within, fault)
             await problem_document(scope, receive, send)
             return
         if others is None or len(named) > OTHERS_KEPT:
-            await self.app(scope, receive, send)  # the answer explains the error
+            await self.app(scope, receive, send)  # the application's answer explains the error
             return
         headers = Headers(scope=scope)
         packed = "gzip" in headers.get("accept-encoding", "")
@@ -84,16 +81,13 @@ class Kept:
         answered = False
         while key not in self._kept and not answered and (under_way := self._under_way.get(key)) is not None:
             await asyncio.wait([under_way])
-            # If the client of the computing request has left, there is no answer. Then one of the waiting requests
-            # computes it, and the others wait again.
+            # False if the client left before the answer was sent; one of the waiting requests then computes the answer
             answered = under_way.result()
         if key in self._kept:
             self._kept.move_to_end(key)
             await _send(self._kept[key], headers, scope, receive, send)
         elif key in self._under_way:
-            await self.app(
-                scope, receive, send
-            )  # this request computes the answer too, since it will not be cached
+            await self.app(scope, receive, send)  # the first answer is not cached, so it is computed again
         else:
             await self._compute(key, scope, receive, send)
 
@@ -108,7 +102,7 @@ class Kept:
                 start = message
                 return
             if start is None or message.get("more_body", False):
-                # too long for the cache, so other requests do not wait until its reader has received all of it
+                # the answer is not cached, so equal requests need not wait for this client
                 self._done(key, mine, answered=True)
                 if start is not None:
                     await send(start)
@@ -135,19 +129,19 @@ class Kept:
 
 
 def _asked(path: str) -> tuple[str, str] | None:
-    """Read the study and the question; None if the answer does not come from a cube."""
+    """Return the study's id and the last part of a path; None if the answer does not come from a cube."""
     *first, study, what = path.split("/")
     return (study, what) if "/".join(first) == STUDIES and study and what in READS else None
 
 
 def _others(query: bytes, keys: tuple[str, ...]) -> list[str]:
-    """Name the further studies of a query."""
+    """Return the further studies that a query names in the parameters `keys`."""
     named = [value for name, value in QueryParams(query).multi_items() if name in keys]
     return list(filter(None, (each.strip() for value in named for each in value.split(","))))
 
 
 def _seen(study: Record) -> Key:
-    """Give all parts of a study's record on which an answer may depend."""
+    """Return the values of a study's record on which an answer may depend."""
     values = ((name, value) for name, value in vars(study).items() if name not in PASSING)
     return tuple(tuple(value.items()) if isinstance(value, dict) else value for _, value in values)
 

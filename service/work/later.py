@@ -1,4 +1,4 @@
-"""Defers long answers if the client prefers this (RFC 7240, ``Prefer: respond-async``)."""
+"""Defers slow answers for clients that send the header ``Prefer: respond-async`` (RFC 7240)."""
 
 import asyncio
 import logging
@@ -15,7 +15,7 @@ from damperlab.service.work.promises import Promise, PromiseDocument, Promises
 PATHS = ("/api/v1/simulate", "/api/v1/earthquake-comparisons", "/api/v1/fits")
 """Paths of the requests whose answers may be deferred."""
 WAIT_SECONDS = 5.0
-"""Default wait for an answer."""
+"""Default time after which an answer is deferred [s]."""
 LONGEST_WAIT_SECONDS = 60.0
 ASK_AGAIN_SECONDS = 1
 
@@ -23,17 +23,16 @@ _log = logging.getLogger("damperlab.work")
 
 
 class Later:
-    """ASGI middleware: if an answer takes longer than its client waits, it is put at an address where the client can
-    fetch it.
+    """ASGI middleware that defers slow answers. The client gets an address from which to fetch the answer later.
 
-    If a client leaves before its answer is deferred, the computation ends, as without the preference.
+    If the client leaves before the answer is deferred, the computation is ended.
 
     Parameters
     ----------
     app : ASGI application
-        Answers.
+        The application that computes the answers.
     promises : Promises
-        The store of deferred answers.
+        The deferred answers of the service.
     """
 
     def __init__(self, app: ASGIApp, promises: Promises) -> None:
@@ -70,7 +69,7 @@ class Later:
             leaving.cancel()
 
     async def _answer(self, promise: Promise, sent: asyncio.Event, scope: Scope, receive: Receive) -> None:
-        """Compute the answer to the request, and record it."""
+        """Compute the answer to a request, and store it in `promise`."""
 
         async def receive_body() -> Message:
             if not sent.is_set():
@@ -101,14 +100,14 @@ class Later:
 
 
 async def _left(sent: asyncio.Event, receive: Receive) -> None:
-    """Wait until the client has left; the messages up to the end of the body are read elsewhere."""
+    """Wait until the client has left. Messages are read only after the event `sent`, when the body is complete."""
     await sent.wait()
     while (await receive())["type"] != "http.disconnect":
         pass
 
 
 def promised(promise: Promise) -> Document:
-    """Answer with the address of the deferred answer."""
+    """Return a response with the address of the deferred answer."""
     seconds = time.monotonic() - promise.began
     return Document(
         PromiseDocument(state="computing", seconds=seconds, answer=promise.address),
@@ -127,7 +126,7 @@ async def _send(promise: Promise, send: Send) -> None:
 
 
 def wait_seconds(headers: Headers) -> float | None:
-    """Read how long a client waits before its answer is deferred; None if it does not want deferral.
+    """Return the time after which the answer of a request is deferred [s]; None if the client does not allow this.
 
     A malformed preference is ignored, because preferences are never refused (RFC 7240, section 2).
     """

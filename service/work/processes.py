@@ -1,4 +1,4 @@
-"""Work for one request in a separate process, which is ended at its limit or when its client has left."""
+"""Computes answers to requests in separate processes. A process is ended at its limits, or when the client has left."""
 
 import contextlib
 import ctypes
@@ -37,17 +37,16 @@ _PR_SET_PDEATHSIG = 1
 
 
 class Work:
-    """Processes that compute for requests, kept warm between them.
+    """Processes that compute answers to requests. The processes stay alive between requests, with all modules imported.
 
     Parameters
     ----------
     at_once : int
-        Largest number of processes of one caller; one more is reserved for all others.
+        Largest number of processes that one caller may use. One further process is left for other callers.
     seconds : float
         Largest processor time of one request [s].
     wait_seconds : float
-        Longest time from the turn of the request until it has had this processor time [s]. If it is exceeded, other
-        work has the processors; the request itself is not too large.
+        Longest time from the start of a computation to its result [s]. A longer time means that the machine is busy.
     memory_bytes : int
         Largest memory of one process.
     """
@@ -66,18 +65,18 @@ class Work:
         *arguments: *Arguments,
         shares: int = 1,
     ) -> Result:
-        """Compute for a request whose body has been read.
+        """Call a function in a process for a request whose body has been read.
 
         Parameters
         ----------
         request : Request
-            The work continues while its client waits.
+            The request. If its client leaves, the computation is ended.
         function : callable
             Function that can be imported by name; the function, the arguments and the result are pickled.
         *arguments
-            Its arguments.
+            Arguments of the function.
         shares : int
-            The computation may take this multiple of the processor time of one request.
+            Factor by which the time limits are multiplied.
 
         Raises
         ------
@@ -120,7 +119,7 @@ class Work:
                 429, "too-many-waiting", "Too many of your requests are already waiting.", (fault,), headers
             ) from None
         except BrokenWorkerProcess:
-            # the system ends a process that has used its processor time, and may end one if the machine lacks memory
+            # the system ends a process at the limit of processor time, or if memory is short
             _log.warning("work for %s was ended at its limit", request.scope.get("request_id"))
             found = f"more than {seconds:g} s of processor time, or more memory than the machine has"
             raise self._too_much(found, seconds) from None
@@ -155,24 +154,24 @@ class Work:
         return Problem(503, "too-busy", "The machine is too busy to compute this.", (fault,), headers)
 
     async def start(self, prepare: Callable[[], None]) -> None:
-        """Make one process import, in advance, the modules for computing.
+        """Start one process, and let it import the solver in advance.
 
         Parameters
         ----------
         prepare : callable
-            Function that can be imported by name, from a module that imports all modules for computing.
+            Function that imports the needed modules; it must be importable by name.
         """
         with contextlib.suppress(BrokenWorkerProcess, TimeoutError, OSError), fail_after(self._seconds):
             await to_process.run_sync(_begin, prepare, cancellable=True, limiter=self._limiter)
 
 
 async def while_there(request: Request, work: Callable[[], Awaitable[Result]]) -> Result:
-    """Do some work while the client waits for it.
+    """Await some work and return its result. If the client leaves before the work has ended, the work is cancelled.
 
     Raises
     ------
     ClientDisconnect
-        If the client leaves first; the work is then cancelled.
+        If the client has left.
     """
     results: list[Result] = []
     errors: list[Exception] = []
@@ -202,7 +201,7 @@ def bounded(
     function: Callable[[*Arguments], Result],
     arguments: tuple[*Arguments],
 ) -> Result:
-    """Compute in this process, limited by the operating system, because an exception cannot interrupt a kernel."""
+    """Call a function in this process with limits of time and memory, which the operating system enforces."""
     _stand_back()
     used = time.process_time()
     _, most = resource.getrlimit(resource.RLIMIT_CPU)
@@ -213,7 +212,7 @@ def bounded(
     try:
         return function(*arguments)
     finally:
-        # no limit between requests: imports for the next one do not count
+        # remove the limit until the next request, so that imports between requests have no limit
         _, most = resource.getrlimit(resource.RLIMIT_CPU)
         resource.setrlimit(resource.RLIMIT_CPU, (most, most))
 
@@ -222,7 +221,7 @@ _stood_back = False
 
 
 def _stand_back() -> None:
-    """Lower this process's priority below that of the service, and have it killed when the service ends."""
+    """Lower the priority of this process, and let the system kill this process when the service ends."""
     global _stood_back
     if _stood_back:
         return

@@ -1,4 +1,4 @@
-"""Deferred answers, which are computed after their request has ended and kept until they are fetched."""
+"""Deferred answers, which the service computes after the request has ended and keeps for some minutes."""
 
 import asyncio
 import time
@@ -14,7 +14,7 @@ from damperlab.studies.faults import Fault, printable
 from damperlab.studies.shapes import Says
 
 KEPT_SECONDS = 600.0
-"""Time for which a completed answer is kept."""
+"""Time for which a completed answer is kept [s]."""
 KEPT = 256
 """Largest number of deferred answers, completed and pending."""
 KEPT_BYTES = 256 << 20
@@ -44,7 +44,7 @@ class Promise:
     Parameters
     ----------
     owner : str
-        Its caller.
+        Name of the caller who may fetch the answer.
     """
 
     owner: str
@@ -59,18 +59,18 @@ class Promise:
 
     @property
     def address(self) -> str:
-        """Address for fetching the answer."""
+        """Path at which the answer can be fetched."""
         return f"/api/v1/answers/{self.id}"
 
 
 class Promises:
-    """The deferred answers of one service; for one event loop."""
+    """The deferred answers of a service. All calls must come from one event loop."""
 
     def __init__(self) -> None:
         self._promises: dict[str, Promise] = {}
 
     def keep(self, promise: Promise) -> bool:
-        """Add a deferred answer; False if the limit of pending answers is reached."""
+        """Add a deferred answer, and return True. Return False if `KEPT` answers are pending."""
         self._forget_old()
         if len(self._promises) >= KEPT:
             return False
@@ -78,12 +78,12 @@ class Promises:
         return True
 
     def find(self, promise_id: str, owner: str) -> Promise:
-        """Give a deferred answer to its caller.
+        """Return the deferred answer with the given id.
 
         Raises
         ------
         Problem
-            404 if there is none of this id for this caller.
+            404 if this caller has no deferred answer with this id.
         """
         self._forget_old()
         promise = self._promises.get(promise_id)
@@ -91,7 +91,7 @@ class Promises:
             fault = Fault(
                 "answer",
                 printable(promise_id),
-                f"an answer deferred for you, up to {KEPT_SECONDS / 60:g} minutes after its completion",
+                f"the id of one of your deferred answers, at most {KEPT_SECONDS / 60:g} minutes after its completion",
                 "send the request again",
                 "There is no such answer for you: it was cancelled or fetched too late, or the service was "
                 "restarted.",

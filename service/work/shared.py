@@ -1,4 +1,4 @@
-"""One look-up that many simultaneous callers share."""
+"""A look-up whose result is shared by simultaneous callers."""
 
 import asyncio
 from collections.abc import Callable
@@ -8,22 +8,23 @@ from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 
 AT_ONCE = 8
-"""Largest number of threads for one kind of look-up."""
+"""Default number of threads for look-ups."""
 
 Found = TypeVar("Found")
 
 
 class Shared(Generic[Found]):
-    """Shares one look-up among all callers that arrive during the previous one.
+    """Shares the results of look-ups among simultaneous callers.
 
-    No caller gets a result from before its call, so callers that arrive during a look-up wait for the next one.
+    Callers that arrive during a look-up share a new look-up, which begins when the running look-up has ended. So a
+    result is never older than the call.
 
     Parameters
     ----------
     look : callable
-        Called in a thread.
+        Function that looks up one item, called in a thread.
     at_once : int
-        Largest number of threads for look-ups; they are separate from the threads of requests.
+        Largest number of threads for look-ups. These threads are separate from the threads of requests.
     """
 
     def __init__(self, look: Callable[[str], Found], at_once: int = AT_ONCE) -> None:
@@ -34,13 +35,13 @@ class Shared(Generic[Found]):
         self._under_way: dict[str, asyncio.Task[Found]] = {}
 
     async def ask(self, what: str) -> Found:
-        """Give the result; raise the exception of `look`."""
+        """Return the result of `look` for an item, or raise the exception of `look`."""
         task = self._next.get(what)
         if task is None:
             task = self._next[what] = asyncio.create_task(self._after(self._under_way.get(what), what))
             task.add_done_callback(
                 lambda done: done.cancelled() or done.exception()
-            )  # the caller may have left
+            )  # retrieve the exception here, because every caller may have left
         return await asyncio.shield(task)
 
     async def _after(self, before: asyncio.Task[Found] | None, what: str) -> Found:

@@ -1,6 +1,4 @@
-"""Turns at a resource. The owner with the fewest running requests is next, so that an owner with many requests does not
-delay others.
-"""
+"""Fair division of a limited resource between callers. The caller with the fewest running requests is served next."""
 
 from collections import Counter, deque
 from collections.abc import AsyncIterator
@@ -10,20 +8,20 @@ from anyio import Event
 
 
 class TooManyWaiting(Exception):
-    """The caller's limit of waiting requests is reached."""
+    """Too many requests of a caller are already waiting."""
 
 
 class Turns:
-    """Turns at a limited resource; for one event loop.
+    """Divides a limited resource between callers. All calls must come from one event loop.
 
     Parameters
     ----------
     at_once : int
-        Largest number of simultaneous turns.
+        Largest number of requests that use the resource at the same time.
     waiting : int
         Largest number of waiting requests of one caller.
     each : int, optional
-        Largest number of simultaneous turns of one caller; by default `at_once`.
+        Largest number of requests of one caller that use the resource at the same time; by default `at_once`.
     """
 
     def __init__(self, at_once: int, waiting: int, each: int | None = None) -> None:
@@ -35,7 +33,7 @@ class Turns:
 
     @asynccontextmanager
     async def turn(self, who: str) -> AsyncIterator[None]:
-        """Wait for a turn and hold it.
+        """Wait for the resource, and hold it within the context.
 
         Raises
         ------
@@ -61,7 +59,7 @@ class Turns:
         try:
             await called.wait()
         except BaseException:
-            # a caller that leaves at this moment passes its turn on to the next one
+            # a caller that leaves after its turn has come passes the turn to another caller
             if called.is_set():
                 self._hand_on(who)
             else:
@@ -85,13 +83,13 @@ class Turns:
 
     def _call(self) -> None:
         while ready := [who for who in self._waiting if self._may_begin(who)]:
-            # of equal callers, the one that has waited longest, since dictionaries keep the order of insertion
+            # if there is a tie, `min` returns the first caller in the dictionary, which has waited longest
             who = min(ready, key=lambda each: self._under_way[each])
             self._waiting[who].popleft().set()
             self._begin(who)
             line = self._waiting.pop(who)
             if line:
-                self._waiting[who] = line  # moved behind the others
+                self._waiting[who] = line  # insert the caller again, at the end of the dictionary
 
     def _forget(self, who: str) -> None:
         if not self._waiting.get(who):

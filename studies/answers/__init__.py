@@ -1,1 +1,1 @@
-"""Questions to a cube: Dataset in, Dataset out, one question per file."""
+"""Functions that answer questions about the cube of a study. Each takes a Dataset and returns a Dataset."""

@@ -1,4 +1,4 @@
-"""Two studies side by side: bring their cubes to the same dimensions, and join answers about both."""
+"""Make the cubes of two studies comparable, and join the answers about both studies."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -10,10 +10,9 @@ if TYPE_CHECKING:
 
 
 def alike(cubes: "Iterable[xr.Dataset]") -> "list[xr.Dataset]":
-    """Give every harmonic cube the optional leading dimensions that any of them has; leave cubes of other kinds
-    unchanged.
+    """Give all harmonic cubes the same optional leading dimensions, such as friction of the particle.
 
-    The value along an added dimension is 0: no friction of the particle, or no gravity.
+    Cubes of other kinds stay unchanged. The value along an added dimension is 0.
     """
     every = list(cubes)
     names = [name for name in BEFORE if any(name in cube.sizes for cube in every)]
@@ -21,8 +20,10 @@ def alike(cubes: "Iterable[xr.Dataset]") -> "list[xr.Dataset]":
 
 
 def beside(first: "xr.Dataset", second: "xr.Dataset", metric: str, *names: str) -> "xr.Dataset":
-    """Add the metric of a second study to an answer, under further names; its counts of points then include both
-    studies.
+    """Add the metric and further variables of a second study to the answer about the first study.
+
+    The metric is added as `other`, and each variable of `names` with the prefix `other_`. The attributes `points`,
+    `points_failed` and `complete` of the result cover both studies.
     """
     answer = first.copy()
     for name, source in {"other": metric, **{f"other_{each}": each for each in names}}.items():

@@ -1,4 +1,4 @@
-"""Judging over a band of frequencies, and the sentences that explain why one frequency is not enough."""
+"""Decide whether designs are judged over a band of frequencies, and explain why one frequency is not enough."""
 
 from collections.abc import Container
 from typing import TYPE_CHECKING
@@ -26,16 +26,14 @@ def has_band(cube: "xr.Dataset") -> bool:
 
 
 def default_objective(cube: "xr.Dataset", band: tuple[float, float] | None) -> Objective:
-    """Name the default objective: the peak, if the study or the question has a band.
-
-    A design that is superb at r = 1 can be terrible a few per cent away.
-    """
+    """Return the default objective: the peak if the study or the question has a band, otherwise the resonance."""
     return "peak" if band is not None or has_band(cube) else "resonance"
 
 
 def worst_by_default(cube: "xr.Dataset", used: Container[str | None]) -> bool:
-    """Whether the uncontrolled dimension is reduced to its worst value: if the question does not use it and it has
-    several values.
+    """Whether an answer takes the worst value over the uncontrolled dimension (frequency or ground-motion record).
+
+    The worst value is taken if the dimension has several values and the question does not use the dimension.
 
     Parameters
     ----------
@@ -49,9 +47,7 @@ def worst_by_default(cube: "xr.Dataset", used: Container[str | None]) -> bool:
 
 
 def say_frequency(cube: "xr.Dataset", r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
-    """Say that an answer applies to one frequency, and how to change that. If the answer shows `codes`, they have no
-    largest value over the band.
-    """
+    """Say that an answer applies to one frequency. Set `codes` if the answer shows codes, which have no maximum."""
     at = phrases.equal(FREQUENCY, r, ".10g")
     if has_band(cube) and codes:
         name = "frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
@@ -65,7 +61,7 @@ def say_frequency(cube: "xr.Dataset", r: float, codes: bool = False, phrases: Ph
 
 
 def say_worst(cube: "xr.Dataset", phrases: Phrases = RATIOS) -> str:
-    """Say that an answer is the largest value over the uncontrolled dimension: the study's band, or its records."""
+    """Say that an answer shows the largest values over the band, or over the ground-motion records."""
     kind = kind_of(cube.sizes)
     values = sorted(cube[kind.uncontrolled].values.tolist())
     band = phrases.span(FREQUENCY, values[0], values[-1], ".10g") if kind.uncontrolled == FREQUENCY else ""
@@ -74,6 +70,6 @@ def say_worst(cube: "xr.Dataset", phrases: Phrases = RATIOS) -> str:
 
 
 def runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:
-    """First and last value of each run of neighbours that satisfy a condition."""
+    """Return the first and the last value of each run of neighbouring values `r` at which `true` holds."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(np.int8), [0]))))
     return [[float(r[start]), float(r[end - 1])] for start, end in zip(edges[::2], edges[1::2], strict=True)]

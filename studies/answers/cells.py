@@ -1,6 +1,4 @@
-"""The cells of a study's grid and of its follow-ups: the boxes between neighbouring designs, and bounds on their
-values.
-"""
+"""Cells of the grids of a study and its follow-ups: boxes between neighbouring designs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -25,25 +23,23 @@ Key = tuple[float, ...]
 NOISE = 2.0
 """A difference smaller than this multiple of its standard error counts as zero."""
 LUCK = 4.0
-"""The same multiple for a difference from the best value. The best value is low partly by chance, because it is the
-least of many.
-"""
+"""As `NOISE`, for a difference from the best value. The best of many values is low partly by chance."""
 STEEPEST = 2.0
-"""Largest factor by which the change over one cell is enlarged to extrapolate it over a wider neighbour."""
+"""Largest ratio of cell widths by which a change over one cell is scaled to the neighbouring cell."""
 
 
 @dataclass(frozen=True)
 class Cells:
-    """The smallest cells of a study and its follow-ups: n cells over d parameters.
+    """The n undivided cells of a study and its follow-ups, over d parameters.
 
     Parameters
     ----------
     low, high : ndarray, (n, d)
-        Corners.
+        Lowest and highest corner of each cell.
     promise : ndarray, (n,)
-        The least value that a cell may contain, by the slopes at its edges.
+        Estimate of the smallest value within each cell, from values and slopes at the corners.
     spread : ndarray, (n, 3)
-        Least and largest value of its corners, and their largest error.
+        Smallest and largest value at the corners of each cell, and the largest error of these values.
     """
 
     low: Floats
@@ -53,7 +49,7 @@ class Cells:
 
     @property
     def widths(self) -> Floats:
-        """Extent along each parameter, (n, d)."""
+        """Width of each cell along each parameter, (n, d)."""
         return self.high - self.low
 
     @classmethod
@@ -64,11 +60,11 @@ class Cells:
         ranges: Mapping[str, tuple[float, float]],
         varied: list[str],
     ) -> "Cells":
-        """Find the cells within `ranges`; leave out a cell that a later study divides.
+        """Find the cells within `ranges`, and leave out a cell that a later study divides.
 
-        A range may end within a cell: the cell is cut off there, and its corner outside is still used for bounds. A
-        study with another tolerance than the first one adds no cells. It adds values, because some of them have a smaller
-        error.
+        If a range ends within a cell, the cell is cut at the end of the range. The value at the corner outside the
+        range is still used for the estimates. A study with another tolerance than the first study adds no cells, but
+        more accurate values are used.
         """
         grids = [_Grid.of(cube, question, ranges, varied) for cube in cubes.values()]
         best: dict[Key, tuple[float, float]] = {}
@@ -99,24 +95,24 @@ class Cells:
         )
 
     def take(self, chosen: NDArray[np.bool_]) -> "Cells":
-        """Select some of the cells."""
+        """Return the chosen cells."""
         return Cells(self.low[chosen], self.high[chosen], self.promise[chosen], self.spread[chosen])
 
     def outside(self, low: list[float], high: list[float]) -> "Cells":
-        """Leave out the cells within a box."""
+        """Return the cells that do not lie within a box."""
         within = ((self.low >= low) | same(self.low, low)) & ((self.high <= high) | same(self.high, high))
         return self.take(np.asarray(~within.all(axis=1)))
 
     def touch(self, point: list[float]) -> NDArray[np.bool_]:
-        """Say which cells contain a point, inside or on the border, (n,)."""
+        """Return for each cell whether a point lies inside the cell or on the border, (n,)."""
         at = np.asarray(point)
         reached = ((self.low <= at) | same(self.low, at)) & ((self.high >= at) | same(self.high, at))
         return np.asarray(reached.all(axis=1))
 
     def flat(self, value: float, error: float) -> NDArray[np.bool_]:
-        """Whether the largest corner value of each cell exceeds a value by no more than the errors explain, (n,)."""
+        """Return for each cell whether the corner values exceed a value by no more than the errors explain, (n,)."""
         doubt = np.hypot(self.spread[:, 2], error)
-        # rounding is no statistical error
+        # an error as small as rounding is not a statistical error
         return np.asarray((doubt > 1e-6 * value) & (self.spread[:, 1] - value <= LUCK * doubt))
 
 
@@ -124,7 +120,7 @@ class Cells:
 class _Grid:
     axes: tuple[Floats, ...]
     edges: tuple[Floats, ...]
-    """Edges of the cells along each axis. A cell that a range cuts ends with the range."""
+    """Edges of the cells along each axis, cut at the ends of the range."""
     value: Floats
     error: Floats
 
@@ -136,7 +132,7 @@ class _Grid:
         ranges: Mapping[str, tuple[float, float]],
         varied: list[str],
     ) -> "_Grid":
-        """Judge every design of a cube in the ranges and next to their ends; a design that does not qualify has NaN."""
+        """Judge the designs in the ranges and next to the ends. The value of a design that does not qualify is NaN."""
         index, axes, edges = {}, [], []
         for name in question.design:
             values = cube[name].values
@@ -159,7 +155,7 @@ class _Grid:
         return cls(tuple(axes), tuple(edges), value, error)
 
     def points(self) -> list[tuple[Key, float, float]]:
-        """Give the coordinates, the value and the error of every design that has a value."""
+        """Return the coordinates, the value and the error of every design that has a value."""
         known = np.argwhere(np.isfinite(self.value))
         return [
             (
@@ -171,7 +167,7 @@ class _Grid:
         ]
 
     def with_values(self, best: Mapping[Key, tuple[float, float]]) -> "_Grid":
-        """Take the most exact value of every design."""
+        """Replace the value and the error of every design by the entry of `best` for this design."""
         value, error = self.value.copy(), self.error.copy()
         for place in np.argwhere(np.isfinite(value)):
             key = tuple(float(axis[i]) for axis, i in zip(self.axes, place, strict=True))
@@ -179,7 +175,7 @@ class _Grid:
         return _Grid(self.axes, self.edges, value, error)
 
     def cells(self) -> Cells:
-        """Give the boxes between neighbouring designs; along a parameter of one value they have no extent."""
+        """Return the cells between neighbouring designs. A cell has zero width along a parameter with one value."""
         if not self.value.size:
             d = len(self.axes)
             return Cells(np.zeros((0, d)), np.zeros((0, d)), np.zeros(0), np.zeros((0, 3)))
@@ -210,28 +206,29 @@ class _Grid:
         )
 
     def _drops(self, d: int) -> tuple[Floats, Floats]:
-        """By how much the value of a design may fall towards the middle of the cell above it and of the cell below it."""
+        """Return how much the value may fall up to the middle of the cell above each design, and of the cell below."""
         axis = self.axes[d]
         value, error = np.moveaxis(self.value, d, 0), np.moveaxis(self.error, d, 0)
         up, down = np.zeros_like(value), np.zeros_like(value)
         if axis.size > 1:
             steps = np.diff(axis)
-            fall = np.diff(value, axis=0)  # from each design to the next
+            fall = np.diff(value, axis=0)  # change from each design to the next one
             noise = NOISE * np.hypot(error[1:], error[:-1])
             shape = (-1, *(1,) * (value.ndim - 1))
             on = np.minimum(steps[1:] / steps[:-1], STEEPEST).reshape(shape)
             back = np.minimum(steps[:-1] / steps[1:], STEEPEST).reshape(shape)
             up[1:-1] = 0.5 * on * np.maximum(-fall[:-1] - noise[:-1], 0.0)
             down[1:-1] = 0.5 * back * np.maximum(fall[1:] - noise[1:], 0.0)
-            # at the end of a grid only the slope inside is known
+            # at the end of an axis, only the slope inside the grid is known
             up[0] = 0.25 * np.maximum(np.abs(fall[0]) - noise[0], 0.0)
             down[-1] = 0.25 * np.maximum(np.abs(fall[-1]) - noise[-1], 0.0)
         return tuple(np.moveaxis(np.nan_to_num(array), 0, d) for array in (up, down))  # type: ignore[return-value]
 
 
 def _reaching(axis: Floats, low: float, high: float) -> slice:
-    """Give the values of an ascending axis in a range. If an end lies between two values, include the next one
-    beyond it.
+    """Return the slice of an ascending axis whose values lie in a range.
+
+    If an end of the range lies between two values, the slice includes the value just outside the range.
     """
     within = inside(axis, low, high)
     first = int(((axis < low) & ~within).sum())
@@ -244,12 +241,11 @@ def _reaching(axis: Floats, low: float, high: float) -> slice:
 
 
 def _cut(axis: Floats, low: float, high: float) -> Floats:
-    """Move the values beyond a range to its ends."""
     return np.where(inside(axis, low, high), axis, np.clip(axis, low, high))
 
 
 def _positions(kept: NDArray[np.intp], wanted: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Positions of grid indices among the selected indices."""
+    """Return the positions of the indices `wanted` in the array `kept`."""
     place = np.zeros(int(kept.max()) + 1, np.intp)
     place[kept] = np.arange(kept.size)
     return place[wanted]

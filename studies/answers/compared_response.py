@@ -1,4 +1,4 @@
-"""Two curves of one design: hysteresis, and other differences between two studies with the same frequencies."""
+"""Compare the frequency responses of one design in two studies with the same frequencies."""
 
 from dataclasses import replace
 from typing import Any
@@ -19,7 +19,7 @@ from damperlab.studies.questions import Selection
 from damperlab.studies.variables import BEFORE
 
 ERRORS = 3.0
-"""Two values that differ by more than this multiple of the sum of their stated errors are two responses."""
+"""Two values count as different if the difference exceeds this multiple of the sum of the two errors."""
 OWN_ERRORS = {
     "amplitude_ratio": "amplitude_error",
     "impacts_per_cycle": "impacts_error",
@@ -28,9 +28,9 @@ OWN_ERRORS = {
     "dissipation_impact": "dissipation_error",
     "dissipation_particle": "dissipation_error",
 }
-"""The variable that holds the error of a quantity."""
+"""Name of the variable with the error of each quantity."""
 ROUNDING = 1e-6
-"""Relative difference below which two values count as one response, whatever their errors."""
+"""Relative difference below which two values count as equal, even if both errors are zero."""
 
 
 def compared_response(
@@ -38,30 +38,33 @@ def compared_response(
     other: xr.Dataset,
     selection: Selection = Selection(),
 ) -> xr.Dataset:
-    """Follow one design along the frequency ratio in two studies, and report where they differ.
+    """Compare the response of one design over frequency in two studies, and report where the values differ.
 
-    For hysteresis, one study runs up through the frequencies and one runs down.
+    To find hysteresis, compare a study with ascending frequencies and a study with descending frequencies.
 
     Parameters
     ----------
     cube, other : Dataset
         The cubes of two studies with the same frequencies.
     selection : Selection
-        A quantity, not a code, and the design, as in `frequency_response`; both studies must contain this design.
+        The quantity to compare and the design, as in `frequency_response`. The quantity must not be a code, and both
+        studies must contain the design.
 
     Returns
     -------
     Dataset
-        As of `frequency_response` on `cube`, with `other`, `other_amplitude_error`, `other_response_class` and
-        `other_status` of the second study. `differs` is 1 where the two differ by more than `ERRORS` times their
-        errors and `ROUNDING`; it is 0 also where an error is unknown. Attributes: `errors_unknown` (number of
-        frequencies with an unknown error), `apart` (lowest and highest frequency of each run of differing values),
-        `largest_difference` and `largest_difference_at`; `complete`, `points`, `points_failed` of both together.
+        The answer of `frequency_response` for `cube`, with `other`, `other_amplitude_error`, `other_response_class`
+        and `other_status` of the second study. `differs` is 1 where the two values differ by more than `ERRORS` times
+        the sum of their errors, plus the relative difference `ROUNDING`. `differs` is 0 elsewhere, also where an error
+        is unknown. Attributes: `errors_unknown` (number of frequencies with an unknown error), `apart` (lowest and highest
+        frequency of each run of differing values), `largest_difference` and `largest_difference_at`. `complete`,
+        `points` and `points_failed` cover both studies together.
 
     Raises
     ------
     QueryFault
-        As `frequency_response`, or if the frequencies or the designs are not the same, or the metric has codes.
+        If `frequency_response` refuses a study, if the studies differ in their frequencies or in the design, or if the
+        metric has codes.
     """
     cube, other = alike((cube, other))
     metric = selection.metric or main_metric(cube)
@@ -74,7 +77,7 @@ def compared_response(
         raise refused("metric", metric, "a quantity where two studies are compared", advice)
     for name in first.coords:
         ours, theirs = first[name].values, second[name].values
-        # friction of the particle and gravity may differ: a study with them can be compared with one without
+        # a study with particle friction or gravity may be compared with a study that has neither
         if name not in BEFORE and not np.array_equal(ours, theirs):
             found = f"a study whose values of {name} differ from those of the first"
             advice = f"name one with the same {name}, or subtract their maps with `minus`"
@@ -86,7 +89,7 @@ def compared_response(
     limit = ERRORS * errors + ROUNDING * np.maximum(np.abs(a), np.abs(b))
     both = np.isfinite(distance)
     unknown = both & ~np.isfinite(limit)
-    differs = distance > limit  # False if either is unknown
+    differs = distance > limit  # False if a value or an error is unknown
     answer = beside(first, second, metric, "amplitude_error", "response_class", "status")
     answer["differs"] = (
         FREQUENCY,
@@ -110,7 +113,7 @@ def compared_response(
     def sentence(phrases: Phrases) -> str:
         if not both.any():
             return "No frequency has a value in both studies."
-        words = f"The two differ nowhere by more than {ERRORS:g} times their errors."
+        words = f"The two responses differ nowhere by more than {ERRORS:g} times their errors."
         if differs.any():
             f = phrases.symbol(FREQUENCY)
             where = ", ".join(
@@ -119,7 +122,7 @@ def compared_response(
                 for low, high in spans
             )
             words = (
-                f"The two differ by more than {ERRORS:g} times their errors at "
+                f"The two responses differ by more than {ERRORS:g} times their errors at "
                 f"{counted(int(differs.sum()), 'frequency ratio')} of {r.size}: "
                 f"{f} = {where}{phrases.unit(FREQUENCY)}. They differ most at {phrases.equal(FREQUENCY, r[place])}: "
                 f"{phrases.number(metric, a[place])} against {phrases.value(metric, b[place])}."
@@ -139,10 +142,7 @@ def compared_response(
 
 
 def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:
-    """Stated errors of a quantity along a curve; NaN, and not 0, where none is known.
-
-    A quantity without its own error gets the relative error of the amplitude.
-    """
+    """Return the errors of a quantity along a curve, by default from the relative error of the amplitude."""
     own = OWN_ERRORS.get(metric)
     needed = (own,) if own else (metric, "amplitude_error", "amplitude_ratio")
     if any(name not in cube for name in needed):

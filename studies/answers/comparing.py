@@ -1,9 +1,9 @@
-"""The best designs by a value with an error, those that may be the best, and the probability that another one is.
+"""Compare designs whose values have errors: find the best designs, and the designs that may be the best.
 
 The mean of an irregular response is sometimes farther from the truth than a normal distribution of the stated error
-allows. So its error is taken as distributed by Student's t with `DEGREES` degrees of freedom. Compared with runs of
-200,000 cycles, 2.3 % of 427 such means over random designs were off by more than `WIDTH` stated errors, and 1.4 % by
-more than 4.6. Student's t has 5 % and 1 % beyond these limits.
+allows. The error of a mean is therefore assumed to follow Student's t distribution with `DEGREES` degrees of freedom.
+427 such means of random designs were compared with runs of 200,000 cycles: 2.3 % were off by more than `WIDTH` stated
+errors, and 1.4 % by more than 4.6 stated errors. Student's t distribution has 5 % and 1 % beyond these limits.
 """
 
 import math
@@ -14,41 +14,41 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Found = dict[str, NDArray[Any]]
-"""Arrays of equal length, one entry per design: its `value`, its grid indices, and further results."""
+"""Arrays with one entry per design: the `value`, the grid indices along each dimension, and further results."""
 
 CONFIDENCE = 0.95
 """Confidence of the limits of each amplitude."""
 DEGREES = 4
 WIDTH = 2.7764451
-"""Half width of these limits in stated errors: the quantile of Student's t."""
+"""Half-width of the confidence interval in stated errors: the 97.5 % quantile of Student's t distribution."""
 NODES = 512
 ALIKE = 1e-9
-"""Relative difference of two exact values that counts as rounding: the same response, computed in two ways."""
+"""Largest relative difference at which two values without errors count as equal."""
 COMPARED = 2000
-"""Largest number of designs included in one probability; those with the highest lower limits are left out first."""
+"""Largest number of designs that `chance_of_another` compares. Designs with the highest lower limits are left out."""
 CLEARLY = 0.02
 """Another kind of damper is recommended only if it is better by more than this share."""
 
 
 def clearly_less(value: float, other: float) -> bool:
-    """Say whether a value is smaller by more than `CLEARLY`."""
+    """Whether `value` is smaller than `other` by more than the fraction `CLEARLY`."""
     return value * (1.0 + CLEARLY) < other
 
 
 def joined(known: Found, more: Found) -> Found:
-    """Append designs to others."""
+    """Append the designs of `more` to those of `known`."""
     return {name: np.concatenate((known[name], more[name])) for name in more} if known else more
 
 
 def least(known: Found, more: Found, number: int) -> Found:
-    """Give the best designs of two sets, the best first; of equal values the earlier one is kept."""
+    """Return the best designs of two sets, the best first. Designs with equal values keep their order."""
     both = joined(known, more)
     order = np.argsort(both["value"], kind="stable")[:number]
     return {name: array[order] for name, array in both.items()}
 
 
 def limits(amplitude: Floats, error: Floats) -> tuple[Floats, Floats]:
-    """Give the limits of amplitudes; an unknown error allows everything from 0."""
+    """Return the lower and upper confidence limits of amplitudes. If an error is unknown, return 0 and infinity."""
     unknown = np.isnan(error)
     width = WIDTH * np.where(unknown, 0.0, error)
     low = np.where(unknown, 0.0, np.maximum(amplitude - width, 0.0))
@@ -56,27 +56,27 @@ def limits(amplitude: Floats, error: Floats) -> tuple[Floats, Floats]:
 
 
 def contend(low: Floats, high: Floats) -> NDArray[np.bool_]:
-    """Say which designs may be the best: those whose lower limit is not above any upper limit. An unknown limit
-    excludes nothing.
-    """
+    """Return which designs may be the best: the lower limit does not exceed the smallest known upper limit."""
     return np.asarray(low <= np.nanmin(high, initial=np.inf))
 
 
 def chance_of_another(value: Floats, error: Floats, best: int) -> float:
-    """Probability that another design has the smallest value, with each distributed around its computed value.
+    """Return the probability that a design other than `best` has the smallest value.
+
+    Each true value is assumed to follow Student's t distribution around the computed value.
 
     Parameters
     ----------
     value, error : ndarray, (n,)
-        Values with their standard errors, taken as independent.
+        Values and standard errors, which are assumed to be independent.
     best : int
-        The design that counts as the best.
+        Index of the best design.
 
     Returns
     -------
     float
-        NaN if an error is unknown. A design with the same value as the best up to rounding is equally good, not
-        another one.
+        Probability, or NaN if an error is unknown. Designs whose value equals the best value up to rounding are left
+        out.
     """
     if value.size < 2:
         return 0.0
@@ -93,6 +93,6 @@ def chance_of_another(value: Floats, error: Floats, best: int) -> float:
     distance = at[:, None] - value[others]
     doubt = error[others]
     with np.errstate(divide="ignore", invalid="ignore"):
-        # a value without error is either better or not; a tie is not better
+        # if a value has no error, the probability that it is smaller than the best value is 0 or 1
         scaled = np.where(doubt > 0, distance / doubt, np.where(distance > 0, np.inf, -np.inf))
     return float(1 - np.prod(1 - stdtr(DEGREES, scaled), axis=1).mean())

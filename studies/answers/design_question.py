@@ -1,4 +1,4 @@
-"""The question for the best designs, checked against its cube."""
+"""Check whether the cube of a study has what the criteria for ranking designs need."""
 
 import math
 from collections.abc import Container, Mapping
@@ -25,7 +25,7 @@ DESIGN: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != FREQUENCY
 
 
 def design_of(names: Container[object]) -> tuple[str, ...]:
-    """Give the dimensions of a design, from the names of a cube's dimensions."""
+    """Return the dimensions of a cube that describe a design: all dimensions except the frequency."""
     return tuple(name for name in dimensions_of(names) if name != FREQUENCY)
 
 
@@ -34,10 +34,10 @@ METRIC = "amplitude_ratio"
 
 @dataclass(frozen=True)
 class DesignQuestion:
-    """The question, checked.
+    """Checked criteria for ranking designs.
 
-    `axes` holds the grid indices that the question covers, with ascending frequencies. `limits` holds the results that
-    must lie within a range at each of these frequencies.
+    `axes` holds the grid indices of the designs and of the frequencies to judge; the frequencies ascend. `limits` holds
+    the range in which a result must lie at each of these frequencies, by the name of the result.
     """
 
     objective: Objective
@@ -57,7 +57,7 @@ class DesignQuestion:
 
     @property
     def long_name(self) -> str:
-        """The objective in words."""
+        """Long name of the objective."""
         return OBJECTIVES[self.objective]
 
     @classmethod
@@ -67,7 +67,7 @@ class DesignQuestion:
         judging: Judging,
         top: int = 1,
     ) -> "DesignQuestion":
-        """Check a question against a cube; raise `QueryFault` if it cannot be answered."""
+        """Make the question for a cube. Raise `QueryFault` if the cube cannot answer the question."""
         require_stored(cube, "objective", METRIC, otherwise="")
         check_question(judging)
         check_question(Listed(top))
@@ -91,7 +91,7 @@ class DesignQuestion:
             require_stored(cube, name, name)
             if VARIABLES[name].flags is not None:
                 allowed = "a result that is a quantity, or a design dimension"
-                told = f"`{name}` holds codes, which have no order, so a range of it means nothing."
+                told = f"`{name}` holds codes, which have no order, so they cannot lie in a range."
                 raise refused(name, "a range of codes", allowed, "leave it out", told)
             _check_limits(name, limit)
         for name in ranges:
@@ -129,14 +129,14 @@ class DesignQuestion:
 
 
 def judging_in_ratios(cube: "xr.Dataset", judging: Judging) -> Judging:
-    """Convert ranges in units into ranges of ratios; a range of frequencies is the band."""
+    """Convert ranges in units into ranges of ratios. A range of frequencies becomes the band."""
     units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
     if not units.keys() & judging.ranges.keys():
         return judging
     band, ranges = judging.band, dict(judging.ranges)
     for name in [
         name for name in judging.ranges if name in units
-    ]:  # in the order of the question, which sentences keep
+    ]:  # in the order of the question, because sentences about the question keep this order
         each = units[name]
         if each.source in cube.sizes:
             values = each.of(cube[each.source].values)
@@ -157,8 +157,9 @@ def judging_in_ratios(cube: "xr.Dataset", judging: Judging) -> Judging:
 
 
 def within(cube: "xr.Dataset", field: str, name: str, limits: tuple[float, float] | None) -> np.ndarray:
-    """Give the positions along a dimension that are within limits, or all if there are none; raise `QueryFault` if
-    the range is empty.
+    """Return the positions along a dimension whose values lie within limits, or all positions if `limits` is None.
+
+    Raise `QueryFault` if no value lies within the limits.
     """
     values = cube[name].values
     if limits is None:
@@ -171,14 +172,14 @@ def within(cube: "xr.Dataset", field: str, name: str, limits: tuple[float, float
         for each in coordinates_in_units(cube):
             if each.source == name and inside(each.of(values), low, high).any():
                 span = f"{each.name}={low:.10g},{high:.10g}"
-                advice = f"`{field}` is in ratios; as a range in {each.units} write {span}, with --within on the command line"
+                advice = f"`{field}` is in ratios; a range in {each.units} is {span} (--within on the command line)"
                 fault = replace(fault, advice=advice)
         raise QueryFault(fault)
     return found
 
 
 def axes_within(cube: "xr.Dataset", ranges: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
-    """Give the grid points along every dimension that are within ranges, which may be in units."""
+    """Return the positions along every dimension whose values lie within ranges. The ranges may be in units."""
     judging = judging_in_ratios(cube, Judging(ranges=ranges))
     wanted = dict(judging.ranges)
     if judging.band is not None:
@@ -190,7 +191,7 @@ def axes_within(cube: "xr.Dataset", ranges: Mapping[str, tuple[float, float]]) -
 
 
 def _check_limits(field: str, limits: tuple[float, float]) -> str:
-    """Refuse a value that is not a range; return a range in words."""
+    """Return a range in words; raise `QueryFault` if an end is NaN, or if the lower end exceeds the upper end."""
     low, high = limits
     shown = f"{low:.10g} to {high:.10g}"
     if math.isnan(low) or math.isnan(high) or low > high:
@@ -199,7 +200,7 @@ def _check_limits(field: str, limits: tuple[float, float]) -> str:
 
 
 def trapezoid(frequencies: np.ndarray) -> np.ndarray:
-    """Give the weights of the trapezoidal rule over ascending frequencies; 1 for a single one."""
+    """Return the weights of the trapezoidal rule over ascending frequencies. A single frequency has the weight 1."""
     if frequencies.size == 1:
         return np.ones(1)
     return np.convolve(np.diff(frequencies), [0.5, 0.5])

@@ -1,4 +1,4 @@
-"""A study's name, its excitation, and the name of its amplitude."""
+"""Read the name, the definition and the excitation of a study from its cube."""
 
 import json
 from typing import TYPE_CHECKING, Any
@@ -10,22 +10,22 @@ if TYPE_CHECKING:
 
 
 def name_of(cube: "xr.Dataset") -> str:
-    """Give the name of a study; empty if it has none."""
+    """Return the name of a study, or an empty text."""
     return str(cube.attrs.get("title") or definition_of(cube).get("name") or "")
 
 
 def excitation_of(cube: "xr.Dataset") -> Excitation:
-    """Give the excitation of the structure in a study."""
+    """Return the excitation of the structure in a study."""
     found: Excitation = definition_of(cube).get("excitation") or "base"
     return found
 
 
 def amplitude_called(cube: "xr.Dataset") -> str:
-    """Name the reference length Z: under a force the static displacement."""
+    """Name the reference length Z: the static displacement under a force, otherwise the base amplitude."""
     return "static displacement" if excitation_of(cube) == "force" else "base amplitude"
 
 
 def definition_of(cube: "xr.Dataset") -> dict[str, Any]:
-    """Give the definition of a study; empty if its cube has none."""
+    """Return the definition of a study, or an empty mapping if the cube contains no definition."""
     found: dict[str, Any] = json.loads(cube.attrs.get("study", "{}"))
     return found

@@ -1,4 +1,4 @@
-"""How flat an optimum is along each parameter, and whether it lies at the end of an axis."""
+"""Find out how flat an optimum is along each parameter, and whether the optimum lies at the end of an axis."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -20,27 +20,29 @@ LOSS = 0.1
 def flatness(
     cube: "xr.Dataset", question: DesignQuestion, design: dict[str, int], value: float
 ) -> list[dict[str, Any]]:
-    """Walk from a design along each of its parameters until `LOSS` is exceeded.
+    """Find how far each parameter of a design can change before the judged result rises by more than `LOSS`.
 
     Parameters
     ----------
     cube, question : Dataset, DesignQuestion
-        The cube, and the judgement of designs.
+        The cube, and the criteria by which designs are judged.
     design : dict of int
-        Grid index of each of the five design dimensions.
+        Grid index of the design along each of its dimensions.
     value : float
         The judged result of the design.
 
     Returns
     -------
     list of dict
-        One entry for each dimension with more than one value. It has `dimension` and `value`. `low` and `high` are the
-        farthest grid points on either side up to which every value is known and at most `LOSS` larger. `below` and
-        `above` are the next grid points beyond them, or None at the end of the axis. The border lies between `low` and
-        `below`, and between `high` and `above`; there is no interpolation. `resolved`: whether the next designs on
-        both sides are known to be as good. `worse`: whether one of them is not. The response then changes by more than
-        `LOSS` from one grid point to the next, and a much better design may lie between them. `unknown`: whether one of
-        them has no value because it was not computed, failed, or is left out.
+        One entry for each dimension with more than one value. `dimension` is the name of the dimension, and `value` is
+        the value of the design along this dimension. `low` and `high` are the farthest grid points on either side up to
+        which every result is known and at most `LOSS` larger. `below` is the grid point below `low`, and `above` is the
+        grid point above `high`; each is None at the end of the axis. The borders of the range lie between `below` and
+        `low`, and between `high` and `above`; they are not interpolated. `resolved` says whether the neighbouring
+        designs on both sides are known to be equally good. `worse` says whether a neighbour is known to be worse. The
+        response then changes by more than `LOSS` from one grid point to the next, and a much better design may lie
+        between the two. `unknown` says whether a neighbour has no value because it was not computed, failed, or is left
+        out.
     """
     found = []
     for name in question.design:
@@ -88,7 +90,6 @@ def say_flatness(found: list[dict[str, Any]], phrases: Phrases = RATIOS) -> str:
 
 
 def _span(entry: dict[str, Any], phrases: Phrases) -> str:
-    """Name the values of one parameter over which a design stays as good."""
     name = entry["dimension"]
     low, high = phrases.value(name, entry["low"]), phrases.value(name, entry["high"])
     first = " (end of the axis)" if entry["below"] is None else ""
@@ -99,16 +100,14 @@ def _span(entry: dict[str, Any], phrases: Phrases) -> str:
 
 
 def end_of(axis: np.ndarray, value: float, name: str) -> str:
-    """Name the end of an axis at which a value lies; empty if it lies at neither end, or if no values beyond that end
-    are possible.
-    """
+    """Return "upper" or "lower" if a value lies at an end of an axis that can be extended, otherwise an empty text."""
     if value == axis.max() and not (name == "restitution" and value == 1):
         return "upper"
     return "lower" if value == axis.min() and value > 0 else ""
 
 
 def say_beyond(ends: Mapping[str, list[Any]], phrases: Phrases) -> str:
-    """Say what to compute beyond the ends of axes at which the best design lies; empty if it lies at no end."""
+    """Say what to compute beyond the ends of axes at which the best design lies, if there are such ends."""
     beyond = (
         f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, value, '.3g')}"
         for name, (end, value) in ends.items()
@@ -128,14 +127,15 @@ def ends_of_damper(
     metric : str
         The criterion of the ranking.
     counting : mapping of int arrays
-        Grid indices of the cases that were judged, by dimension; all indices if a dimension is not named.
+        Grid indices of the judged cases, by dimension. Along a dimension that is not named, all indices were judged.
     best : mapping of int
         Grid index of the best damper along each of its dimensions.
 
     Returns
     -------
     dict of list
-        End and value, by dimension. An axis is left out if no damper along it is worse by more than a tenth.
+        The end and the value, by dimension. An axis is left out if all dampers along the axis are at most a tenth
+        worse than the best damper.
     """
     cases = {name: index for name, index in counting.items() if name not in best}
     ends: dict[str, list[Any]] = {}

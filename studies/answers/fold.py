@@ -1,4 +1,4 @@
-"""Reduce along one dimension slab by slab, keeping the companions of the values."""
+"""Reduce values and accompanying variables, such as errors and status, along one dimension, slab by slab."""
 
 from collections.abc import Mapping
 
@@ -8,12 +8,11 @@ from damperlab.studies.variables import ResponseClass, Status
 
 
 class Extremum:
-    """The largest value (sign 1) or the smallest (sign −1) along the first axis, with its companions.
+    """The largest value (sign 1) or the smallest value (sign −1) along the first axis, with accompanying variables.
 
-    A point that failed may be larger than any other: its response may be unbounded. So the largest value is unknown if
-    a point failed, and the companions are then those of the failed point. The smallest is taken over the points that
-    have a value. Among points with the same value, for example those without an impact, one where the mass moves
-    represents them. They count as locked only if all of them are locked.
+    If a point failed, the largest value is unknown, because the response at this point may be unbounded. The
+    accompanying variables are then taken at the failed point. The smallest value is taken over the points that have a
+    value. If several points have the same value, a point at which the mass moves is preferred.
     """
 
     def __init__(self, sign: float) -> None:
@@ -48,12 +47,12 @@ class Extremum:
             self._best[name] = np.where(better, array, self._best[name])
 
     def result(self) -> dict[str, np.ndarray]:
-        """Give the value, its index, and its companions."""
+        """Return the extreme value, its index along the axis, and the accompanying variables."""
         return {name: array for name, array in self._best.items() if name != "rank"}
 
 
 def _moves(beside: Mapping[str, np.ndarray], ranked: np.ndarray) -> np.ndarray | None:
-    """Mark the points with a value at which the mass is known to move; None if the study stores no class."""
+    """Mark the points with a value at which the mass is known to move; None if the study stores no response class."""
     if "response_class" not in beside:
         return None
     held = (ResponseClass.UNKNOWN, ResponseClass.LOCKED)
@@ -76,13 +75,13 @@ class Mean:
             parts[name] = np.where(known, beside[name], 0.0).sum(axis=0)
         for name, array in parts.items():
             self._sums[name] = self._sums[name] + array if name in self._sums else array
-        # failed is worse than not computed, which is worse than converged
+        # the order from good to bad is converged, not computed, failed
         status = beside["status"].astype(np.int64)
         badness = np.where(status == Status.NOT_COMPUTED, 1.5, status).max(axis=0)
         self._worst = badness if self._worst is None else np.maximum(self._worst, badness)
 
     def result(self) -> dict[str, np.ndarray]:
-        """Give the mean, the mean error and the worst status."""
+        """Return the mean, the mean error and the worst status."""
         assert self._worst is not None
         number = self._sums.pop("count")
         means = {

@@ -1,6 +1,4 @@
-"""Follow-up studies: they compute a few further designs with the same structure and settings, and are then merged with
-the study.
-"""
+"""Follow-up studies, which compute a few further designs with the structure and the settings of a study."""
 
 import math
 from collections.abc import Mapping
@@ -27,28 +25,28 @@ WASTE = 1.5
 
 @dataclass(frozen=True)
 class Refinement:
-    """The next studies to compute, if any.
+    """The result of one step of a search: the findings so far, and the studies to compute next.
 
     Parameters
     ----------
     studies : tuple of Study
-        The follow-ups, to be submitted like any others; empty once everything is known, or the budget is spent.
+        The follow-up studies to submit next. Empty once the answer is known or the budget is spent.
     known : bool
         Whether the answer is known to the stated tolerances or confidence.
     found : dict
-        The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
+        The optimum so far (coordinates, `value`, `error`), or the boundary so far (`low`, `high`, and both classes).
     steps : dict of float
-        By parameter, the distance from the optimum to the farther of its two neighbours.
+        Distance from the optimum to the farther of its two neighbouring grid points, by parameter.
     points : int
-        Number of points of the follow-ups; 0 without a follow-up.
+        Number of points of the follow-ups.
     fine_points : int
-        Size of a grid that would give the same answer; 0 if no such grid is known.
+        Number of points of a uniform grid that would give the same answer; 0 if no such grid is known.
     spent : dict
-        Cost so far: `points`, `cycles` and `seconds` of run time if the studies store them.
+        Cost so far: `points`, and also `cycles` and `seconds` of run time if the studies store these results.
     notes : tuple of Note
-        The notes as data; `say` puts them into sentences.
+        The notes as data, which `say` converts to sentences.
     brief : Brief or None
-        The short answer, in the units of the study; None if the search has none.
+        The short answer, in the units of the study, if the search has a short answer.
     """
 
     studies: tuple[Study, ...]
@@ -67,9 +65,9 @@ class Refinement:
 
 
 def follow_up(study: Study, axes: Mapping[str, Any], kind: str) -> Study:
-    """Make a study with the settings of another one, on other axes."""
+    """Make a study with the settings of another study, but with other axes."""
     document = study.document()
-    # the ratios are given explicitly, so only entries of the physical block that convert units remain
+    # the axes are ratios, so only the entries of the physical block that convert units are kept
     physical = document.pop("physical", None) or {}
     structure = {name: physical[name] for name in STRUCTURE if isinstance(physical.get(name), int | float)}
     if structure:
@@ -88,12 +86,12 @@ def named(study: Study, kind: str) -> str:
 
 
 def cover(designs: np.ndarray, most: int = 8) -> list[list[np.ndarray]]:
-    """Cover designs, one per row, by a few grids that contain few other designs.
+    """Return a few grids that contain all given designs and few other designs.
 
     Parameters
     ----------
     designs : ndarray, (n, parameters)
-        Coordinates.
+        Coordinates of the designs, one design per row.
     most : int
         Largest number of grids.
 
@@ -117,7 +115,7 @@ def _axes(part: np.ndarray) -> list[np.ndarray]:
 
 
 def _halves(part: np.ndarray) -> list[np.ndarray]:
-    """Split the designs in two, so that the grids of both parts are smallest together."""
+    """Split the designs into two parts whose grids have the fewest points in total."""
     best: tuple[int, list[np.ndarray]] | None = None
     for column, axis in enumerate(_axes(part)):
         for cut in axis[1:]:
@@ -128,20 +126,20 @@ def _halves(part: np.ndarray) -> list[np.ndarray]:
                 best = size, halves
     assert (
         best is not None
-    )  # a grid with more points than wanted designs has several values of some parameter
+    )  # a grid with more points than designs has a parameter with several values, along which it can be cut
     return best[1]
 
 
 def tolerance_of(cube: "xr.Dataset", otherwise: float) -> float:
-    """Give the tolerance with which a cube was computed."""
+    """Return the tolerance with which a cube was computed."""
     study = definition_of(cube)
     return float(study.get("steady", {}).get("tolerance", otherwise))
 
 
 def spent_on(cubes: "Mapping[str, xr.Dataset]") -> dict[str, float]:
-    """Count points, and cycles and seconds of run time where they are stored.
+    """Count the computed points, and also the cycles and the seconds of run time if every study stores both.
 
-    A point in several studies with the same settings is computed only for the first of them; the others reuse it.
+    A point in several studies with the same settings is counted once, because later studies reuse the result.
     """
     computed = _computed(cubes)
     spent: dict[str, float] = {"points": sum(int(new.sum()) for new in computed)}
@@ -159,7 +157,7 @@ def spent_on(cubes: "Mapping[str, xr.Dataset]") -> dict[str, float]:
 
 
 def _computed(cubes: "Mapping[str, xr.Dataset]") -> list[np.ndarray]:
-    """Give for every cube the points that have a result and are in no earlier cube."""
+    """Return for every cube the points that have a result and are in no earlier cube."""
     found: list[np.ndarray] = []
     earlier: list[tuple[Any, xr.Dataset]] = []
     for cube in cubes.values():
@@ -176,6 +174,6 @@ def _computed(cubes: "Mapping[str, xr.Dataset]") -> list[np.ndarray]:
 
 
 def found_of(best: "xr.Dataset") -> dict[str, Any]:
-    """Give the coordinates, the value and the error of the first design."""
+    """Return the coordinates, the value and the error of the first design."""
     names = (*dimensions_of(best.coords), "value", "error")
     return {name: float(best[name].values[0]) for name in names}

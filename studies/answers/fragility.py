@@ -1,6 +1,4 @@
-"""The probability that a damper under a ground-motion suite exceeds a limit as the records are scaled up: a
-fragility curve.
-"""
+"""Fragility curve: the probability that a result of a damper exceeds a limit, over the scale of the records."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -38,18 +36,17 @@ Floats = NDArray[np.float64]
 
 SCALE = "scale"
 DROP = 1.9207
-"""Fall of the log-likelihood from its maximum within an interval of 95 %: half the quantile of χ² with 1 degree of freedom."""
+"""Fall of the log-likelihood from the maximum to the ends of a 95 % interval: half the 95 % quantile of χ²(1)."""
 WIDEST = 4.0
-"""Largest dispersion considered; that of buildings and dampers is 0.1 to 1."""
+"""Largest dispersion considered. Buildings and dampers have dispersions of 0.1 to 1."""
 NARROWEST = 1e-3
 SETTLED, MANY = 3.0, 10
-"""A median is settled if the ratio of its interval's ends is at most the first number. Beyond the second number of
-records, more records help little.
-"""
+"""Largest ratio of interval ends at which a median counts as settled, and number of records that is usually enough."""
 FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
-"""A failed run at a scale above all known or pending ones of its record counts as exceeding the limit, as in
-incremental dynamic analysis. Without this rule, a record that fails as it is scaled up would make the damper look better
-than it is.
+"""Statuses of a failed run that may count as exceeding the limit, as in incremental dynamic analysis.
+
+A failed run counts if no larger scale of the same record has a result or is still to be computed. Otherwise, records
+whose runs fail at large scales would make the damper look too good.
 """
 
 
@@ -59,9 +56,9 @@ class Fitted(NamedTuple):
     Attributes
     ----------
     median, dispersion : float
-        θ, and the standard deviation β of ln scale.
+        The median θ of the scale, and the standard deviation β of ln scale.
     median_interval, dispersion_interval : tuple of float
-        Intervals of 95 % each, by the profile of the likelihood; an unbounded end is 0 or infinite.
+        95 % intervals from the profile likelihood. An unbounded end is 0 or infinity.
     """
 
     median: float
@@ -73,32 +70,32 @@ class Fitted(NamedTuple):
 def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     """Fit the probability that a result exceeds a limit, over the scale of the records.
 
-    Each record gives one observation, since its runs are not independent. It is the scale at which its result reaches
-    the limit, interpolated between the two scales around it, as in incremental dynamic analysis [2]_. The observation
-    is an interval if a run is missing or the limit is never exceeded. If any failed run counts as exceeding, the
-    observations of all records are intervals. A lognormal distribution is fitted to these observations by maximum
-    likelihood [1]_.
+    Each record gives one observation, since runs under the same record are not independent. The observation is the
+    scale at which the result reaches the limit, interpolated as in incremental dynamic analysis [2]_. The observation
+    is an interval if a run is missing or the limit is never exceeded. All observations are intervals if at least one
+    failed run counts as exceeding. A lognormal distribution is fitted by maximum likelihood [1]_.
 
     Parameters
     ----------
     cube : Dataset
-        A ground-motion suite with several scales; one damper and structure of it is read.
+        A ground-motion suite with several scales. The results of one damper and one structure are read.
     asked : Fragile
         The limit, the result, and the damper.
 
     Returns
     -------
     Dataset
-        Dimension scale. Variables: `exceeded`, the share of the records whose result exceeds the limit at this or a
-        lower scale; `probability`, the fitted curve. Also `lowest`, `median` and `highest` of the result over the
-        records, and the fields of `OverRecords`. Attributes: `threshold`, `metric`, `records`, `never` (records
-        under which the limit is never exceeded), `median_scale` and `dispersion` with their intervals, if they could
-        be fitted, `complete`, `points`, `points_failed`, `note`.
+        Dimension scale. `exceeded` is the share of the records whose result exceeds the limit at this or a smaller
+        scale, and `probability` is the fitted curve. `lowest`, `median` and `highest` are the smallest, the median and
+        the largest result over the records. The fields of `OverRecords` are variables too. Attributes: `threshold`,
+        `metric`, `records`, `never` (records under which the limit is never exceeded), `median_scale` and `dispersion`
+        with their intervals, if they could be fitted, `complete`, `points`, `points_failed`, `note`.
 
     Raises
     ------
     QueryFault
-        If the study is no suite, the metric is not in the cube or has codes, or a dimension is not in the suite.
+        If the study is not a suite, if the metric is not in the cube or has codes, or if a dimension is not in the
+        suite.
 
     References
     ----------
@@ -120,7 +117,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     may_be_known = known | (status == Status.NOT_COMPUTED)
     may_be_known_above = np.maximum.accumulate(may_be_known[:, ::-1], axis=1)[:, ::-1]
     beyond = np.isin(status, FAILED_RUNS) & ~may_be_known_above
-    # if every run under a record fails, the solver failed; the record then gives no information on the limit
+    # a record under which every run fails gives no information on the limit
     beyond &= known.any(axis=1, keepdims=True)
     exceeds, keeps = (known & (values > asked.threshold)) | beyond, known & ~(values > asked.threshold)
     some = (exceeds | keeps).any(axis=1)
@@ -129,7 +126,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     low, high = bounds(exceeds[some], scales, keeps[some])
     observed = (low, high)
     if not beyond.any():
-        # Runs fail where results are large, so interpolating between the other runs alone would shift the median.
+        # runs fail where results are large, so an interpolation between the other runs would shift the median
         observed = reached(values[some], asked.threshold, scales, low, high)
     fitted = fit_lognormal(*observed)
     attributes: dict[str, Any] = {
@@ -187,20 +184,21 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
 def bounds(
     exceeds: NDArray[np.bool_], scales: Floats, keeps: NDArray[np.bool_] | None = None
 ) -> tuple[Floats, Floats]:
-    """Give for each record the two scales between which the limit is first exceeded.
+    """Return for each record the two scales between which the limit is first exceeded.
 
     Parameters
     ----------
     exceeds, keeps : ndarray of bool, (n, m)
-        Whether a record is known to exceed the limit at a scale, and whether it is known not to exceed it; by default
-        all are known.
+        Whether the result under a record is known to exceed the limit at a scale, and whether it is known not to
+        exceed the limit. By default every result is known.
     scales : ndarray, (m,)
-        Ascending.
+        Scales in ascending order.
 
     Returns
     -------
     low, high : ndarray, (n,)
-        0 below the first scale, infinity where the limit is never exceeded.
+        `high` is the smallest scale at which the limit is known to be exceeded, or infinity if there is none. `low` is
+        the largest scale below `high` at which the limit is known not to be exceeded, or 0 if there is none.
     """
     keeps = ~exceeds if keeps is None else keeps
     first = np.where(exceeds.any(axis=1), exceeds.argmax(axis=1), scales.size)
@@ -213,7 +211,7 @@ def bounds(
 def reached(
     values: Floats, threshold: float, scales: Floats, low: Floats, high: Floats
 ) -> tuple[Floats, Floats]:
-    """Give the scales at which results reach a limit, linear in logarithms between neighbouring scales.
+    """Return the scales at which results reach a limit, linear in logarithms between neighbouring scales.
 
     Parameters
     ----------
@@ -222,14 +220,14 @@ def reached(
     threshold : float
         The limit.
     scales : ndarray, (m,)
-        Ascending.
+        Scales in ascending order.
     low, high : ndarray, (n,)
-        From `bounds`.
+        The scales from `bounds`.
 
     Returns
     -------
     low, high : ndarray, (n,)
-        Equal if the scale is interpolated; else as given.
+        Both are the interpolated scale, if interpolation is possible. Otherwise both are unchanged.
     """
     after = np.searchsorted(scales, high)
     between = (low > 0) & np.isfinite(high) & (np.searchsorted(scales, low) == after - 1)
@@ -245,9 +243,7 @@ def reached(
 
 
 def may_be_one(low: Floats, high: Floats) -> bool:
-    """Whether one number is in, or at an end of, every interval: the likelihood then increases as the dispersion
-    falls to 0.
-    """
+    """Whether all intervals have a common number, so that the likelihood grows as the dispersion falls to 0."""
     return low.size < 2 or float(low.max()) <= float(high.min())
 
 
@@ -259,12 +255,13 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
     Parameters
     ----------
     low, high : ndarray, (n,)
-        Ends of the intervals that contain the numbers; 0 and infinity for an open end, equal for a known number.
+        Ends of the intervals that contain the numbers. An open end is 0 or infinity. For a known number, both ends are
+        equal.
 
     Returns
     -------
     Fitted or None
-        None if the data determine no dispersion (see `may_be_one`), or one of `WIDEST` or more.
+        None if the data do not determine the dispersion (see `may_be_one`), or if the dispersion is `WIDEST` or more.
     """
     finite = np.log(np.concatenate((low[low > 0], high[np.isfinite(high)])))
     if not finite.size or may_be_one(low, high):
@@ -283,7 +280,7 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
         return None
 
     def too_unlikely(at: float, axis: int) -> float:
-        """Give by how much a profile of the likelihood lies below its value at the ends of the 95 % interval."""
+        """Return the fall of the profile log-likelihood at a value, minus `DROP`."""
 
         def held(other: float) -> float:
             return unlikely((at, other) if axis == 0 else (other, at))
@@ -304,26 +301,26 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
 
 
 def _log_likelihood(median: float, width: float, low: Floats, high: Floats) -> float:
-    """Log-likelihood of intervals and of known numbers, up to a constant, at ln median and the dispersion."""
+    """Return the log-likelihood of intervals and numbers, up to a constant, for ln θ = `median` and β = `width`."""
     known = low == high
     with np.errstate(divide="ignore"):
         a, b = (np.log(low) - median) / width, (np.log(high) - median) / width
     density = -0.5 * a[known] ** 2 - math.log(width)
     a, b = a[~known], b[~known]
-    # computed in the nearer tail, which preserves accuracy
+    # evaluate the nearer tail of the distribution, which preserves accuracy
     flip = a > 0
     a, b = np.where(flip, -b, a), np.where(flip, -a, b)
     return float(density.sum() + (log_ndtr(b) + np.log1p(-np.exp(log_ndtr(a) - log_ndtr(b)))).sum())
 
 
 def _median(values: Floats) -> Floats:
-    """Median of the known values of each column."""
+    """Return the median of the known values of each column."""
     known = np.ma.masked_invalid(values)
     return np.asarray(np.ma.median(known, axis=0).filled(np.nan))  # type: ignore[no-untyped-call]
 
 
 def _details(found: Mapping[str, Any], failed: int) -> Iterator[str]:
-    """Say how a curve was fitted, and how many failed runs it counts."""
+    """Say how a curve was fitted, and how many failed runs count as exceeding the limit."""
     if "median_scale" in found:
         yield (
             f"The dispersion of ln scale is {found['dispersion']:.3g} (lognormal, fitted by maximum "
@@ -335,7 +332,7 @@ def _details(found: Mapping[str, Any], failed: int) -> Iterator[str]:
 
 
 def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, share: float) -> str:
-    """Say how the result scatters over the records at the largest scale."""
+    """Describe the scatter of the result over the records at the largest scale."""
     if records < 2:
         return ""
     units = cube[metric].attrs.get("units", "1")
@@ -348,14 +345,14 @@ def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, sh
         f"At a scale of {cube[SCALE].values[-1]:g} the rms over {counted(records, 'record')} is {factor * found.rms:.4g} ± "
         f"{factor * found.rms_error:.2g}{unit} (standard error). The mean is {factor * found.mean:.4g} ± "
         f"{factor * found.mean_error:.2g}{unit}. {100 * share:g} % stay below {factor * found.quantile:.3g}{unit} (95 % "
-        f"interval from {low} to {high}; {enough_records(share)} records bound both ends)."
+        f"interval from {low} to {high}; both ends need {enough_records(share)} records)."
     )
 
 
 def _brief(
     cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any], alike: bool, scatter: str
 ) -> Brief:
-    """Say how many records exceed the limit, from which scale on, and whether this is settled."""
+    """Say under how many records the limit is exceeded, give the median scale, and say what to compute next."""
     limit = spelled(found["threshold"], cube[found["metric"]].attrs.get("units", "1"), 6)
     phrases, scales = Phrases.of(cube), cube[SCALE].values
     damper, structure = (
@@ -381,8 +378,8 @@ def _brief(
             f"Median scale {found['median_scale']:.3g} ({_interval(low, high)}){'' if settled else ': not settled'}."
         )
     elif scales.size > 1:
-        why = "the records may all exceed it at the same scale" if alike else "these records do not settle it"
-        sentences.append(f"No curve can be fitted, as {why if over else 'none exceeds it'}.")
+        why = "all records may reach the limit at one scale" if alike else "these records do not determine it"
+        sentences.append(f"No curve can be fitted, as {why if over else 'the limit is never exceeded'}.")
     if scatter:
         sentences.append(scatter)
     following = "rank the dampers with `damperlab optimum`."
@@ -401,7 +398,6 @@ def _brief(
 
 
 def _interval(low: float, high: float) -> str:
-    """State the interval of the median; too few records may determine nothing."""
     if low > 0 and high < np.inf:
         return f"95 % from {low:.3g} to {high:.3g}"
     return "its 95 % interval is unbounded"

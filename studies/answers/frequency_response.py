@@ -1,4 +1,4 @@
-"""A curve: one metric over the frequency ratio at one design."""
+"""Frequency response: one metric of one design over the frequency ratio."""
 
 from dataclasses import replace
 from math import isfinite, nan
@@ -34,22 +34,22 @@ def frequency_response(
     cube: "xr.Dataset",
     selection: Selection = Selection(),
 ) -> "xr.Dataset":
-    """Follow one design along the frequency ratio.
+    """Return one metric of one design over the frequency ratio.
 
     Parameters
     ----------
     cube : Dataset
-        A study's cube; only the curve is read.
+        A study's cube, of which only the curve is read.
     selection : Selection
-        The shown result, and the values of the other five dimensions, see `leading_place`. If the study is given in SI
-        units, both may also be named in units, as `amplitude_m` and `clearance_m`.
+        The metric, and the values of the other dimensions; see `leading_place`. If the study is given in SI units,
+        names in units such as `amplitude_m` and `clearance_m` are allowed too.
 
     Returns
     -------
     Dataset
-        Dimension frequency_ratio. The metric, with `amplitude_error`, `response_class` and `status` if the cube has
-        them. Scalar coordinates and attributes as in `resonance_map`. For the main result also `acceleration_g`, the
-        largest acceleration of the structure over the frequencies [g], if it is known.
+        Dimension frequency_ratio. The variables are the metric and, if stored, `amplitude_error`, `response_class` and
+        `status`. Scalar coordinates and attributes are as in `resonance_map`. For the main metric, the attribute
+        `acceleration_g` is the largest acceleration of the structure over the frequencies [g], if known.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Whether a peak may lie between the computed frequencies of a response."""
+"""Find out whether a peak may lie between the computed frequencies of a response."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,29 +22,30 @@ FREQUENCY = "frequency_ratio"
 HIGHER = 1.1
 """A hidden peak is reported only if it may exceed the largest value by this factor."""
 PER_BANDWIDTH = 4
-"""Steps within the bandwidth that resolve a resonance: they miss at most 3 % of its height."""
+"""Number of steps per bandwidth that resolves a resonance. The height of a peak is then too low by at most 3 %."""
 MOST_FREQUENCIES = 1001
-"""Number of frequencies advised if the bandwidth requires more; or, if it is larger, the number that halves the steps."""
+"""Number of frequencies that is advised for very narrow resonances, if halving the steps needs fewer."""
 
 PEAK_BETWEEN = "Between the frequencies computed a peak may be more than a tenth higher."
 
 
 def may_hide(r: NDArray[np.float64], values: NDArray[np.float64], peak: float, mass_ratio: float) -> bool:
-    """Whether a resonance of the structure may reach `peak` between two of the frequencies.
+    """Whether a resonance of the structure may reach `peak` between two neighbouring frequencies.
 
-    Near a resonance at r₀ with height P, X = 1/√((1 + β)² (r² − r₀²)² + 1/P²) if the particle's mass β moves with the
-    structure; without it the factor is 1. A resonance in the middle of an interval is the hardest to detect: X at both
-    ends is then its value at half the interval's width in r². So if both ends are lower, no resonance of height P
-    lies between them. Narrower features, for example a separate response next to a jump, are not excluded.
+    Near a resonance at r₀ with height P, X = 1/√((1 + β)² (r² − r₀²)² + 1/P²) if the particle of mass ratio β moves
+    with the structure. If the particle does not move with the structure, 1 replaces 1 + β. A resonance in the middle of
+    an interval is the hardest to detect: both ends then lie half the interval's width in r² from r₀². So if the values
+    at both ends are lower than X at this distance, no resonance of height P lies in the interval. Narrower features,
+    for example a separate response next to a jump, are not excluded.
 
     Parameters
     ----------
     r, values : ndarray, (n,)
-        Ascending frequencies and the amplitude ratio there.
+        Ascending frequency ratios, and the amplitude ratio at each of them.
     peak : float
-        Amplitude ratio.
+        Amplitude ratio of the peak.
     mass_ratio : float
-        β.
+        Mass ratio β.
     """
     half = 0.5 * (1.0 + mass_ratio) * np.diff(r * r)
     return bool((np.maximum(values[:-1], values[1:]) >= 1.0 / np.sqrt(half**2 + peak**-2.0)).any())
@@ -57,28 +58,30 @@ def hidden(
     damping_ratio: NDArray[np.float64],
     mass_ratio: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """Find the frequencies between which the response of each design may exceed `HIGHER` times its largest value.
+    """Find the intervals in which the response of a design may exceed `HIGHER` times its largest computed value.
 
-    Only coarse intervals count: those wider than ζ, half of the half-power bandwidth. There a peak may hide in two
-    cases:
+    Only intervals wider than ζ, half of the half-power bandwidth, are examined. A peak may hide in such an interval in
+    two cases:
 
-    * a resonance that raises both ends, as in `may_hide`; its height is at most 1/(2ζ), that without a damper. The
-      interval overlaps the range of natural frequencies, from 1/√(1 + β), where the particle moves with the structure,
-      to 1;
-    * the particle strikes at one end only: the response jumps between the two, and the flank of a resonance through one
-      end may extend as far as the other. Without a height, the law of `may_hide` is X = 1/((1 + β)|r² − r₀²|). So a
-      flank with X at its end reaches at most 1/(1/X − (1 + β) Δ(r²)) within the interval, and is unbounded if that
-      difference is not positive. A flank rises towards the range of natural frequencies.
+    * A resonance raises the response at both ends, as in `may_hide`. The height of the resonance is at most 1/(2ζ), the
+      height without a damper. The interval overlaps the range of natural frequencies, from 1/√(1 + β), where the
+      particle moves with the structure, to 1.
+    * The particle strikes at one end only. The response then jumps within the interval, and the flank of a resonance
+      through one end may extend as far as the other end. For an unlimited height, `may_hide` has
+      X = 1/((1 + β)|r² − r₀²|). So a flank with the value X at one end reaches at most 1/(1/X − (1 + β) Δ(r²)) within
+      the interval. The flank is unbounded if that difference is not positive. A flank rises towards the range of
+      natural frequencies.
 
-    Nothing hides between two frequencies at which friction holds the mass: the required force increases with the
-    frequency.
+    No peak hides between two frequencies at which friction holds the mass, because the force that is required to hold
+    the mass increases with the frequency.
 
     Parameters
     ----------
     r : ndarray, (n,)
         Ascending frequencies.
     values, kinds : ndarray, (designs, n)
-        Amplitude ratio and class of response at those frequencies. Where one is unknown, the result is False.
+        Amplitude ratio and class of response at those frequencies. Where an amplitude ratio is unknown, the result is
+        False.
     damping_ratio, mass_ratio : ndarray, (designs,)
         ζ and β of each design.
 
@@ -109,16 +112,16 @@ def hidden(
 
 
 def hidden_of(cube: "xr.Dataset", r: NDArray[np.float64], design: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Apply `hidden` to one design of a study; nothing is read if the frequencies are close enough.
+    """Apply `hidden` to one design of a study. The cube is not read if no interval is wide enough to hide a peak.
 
     Parameters
     ----------
     cube : Dataset
         A study of the response to a harmonic base.
     r : ndarray, (n,)
-        Those of its frequencies that count, ascending.
+        The judged frequencies of the study, ascending.
     design : mapping
-        The other five dimensions.
+        The values of the design along the other dimensions.
 
     Returns
     -------
@@ -150,7 +153,7 @@ def hidden_on(
     plane : tuple of str
         Dimensions of the map.
     index : mapping of int
-        Grid points of the other dimensions.
+        Grid indices along the other dimensions.
     """
     order = np.argsort(cube[FREQUENCY].values)
     r = cube[FREQUENCY].values[order]
@@ -162,7 +165,7 @@ def hidden_on(
 
     zeta, beta = each("damping_ratio"), each("mass_ratio")
     if not (np.diff(r) > zeta.min()).any():
-        return []  # the frequencies are closer than any bandwidth: no peak can hide
+        return []  # no step exceeds half of the smallest bandwidth, so no peak can hide
     where = np.zeros((zeta.size, r.size - 1), np.bool_)
     extent, across = (part.sizes[name] for name in plane)
     step = max(1, BUDGET // (across * r.size))
@@ -186,17 +189,18 @@ def hidden_note(
     damping_ratio: NDArray[np.float64],
     whose: Mapping[str, Any] = MappingProxyType({}),
 ) -> list[Note]:
-    """Note that the largest value over a band may miss the peak, and name the frequencies that would show it; empty if
-    no peak hides.
+    """Return a note that the largest value over a band may miss the peak, with the frequencies that would show it.
+
+    The list is empty if no peak hides.
 
     Parameters
     ----------
     r, where : ndarray, (n,) and (designs, n − 1)
-        Of `hidden`.
+        The frequencies given to `hidden`, and its result.
     damping_ratio : ndarray, (designs,)
-        ζ of each.
+        ζ of each design.
     whose : mapping
-        The value that may be higher, as data for the note (`studies.answers.notes`).
+        Data of the note about the designs or points with hidden peaks.
     """
     if not where.any():
         return []
@@ -207,7 +211,7 @@ def hidden_note(
 
 
 def _number(r: NDArray[np.float64], bandwidth: float) -> int:
-    """Number of frequencies that resolve the resonance; on an even axis they include those already computed."""
+    """Return the advised number of frequencies. On an evenly spaced axis, the computed frequencies are kept."""
     steps = np.diff(r)
     wanted = bandwidth / PER_BANDWIDTH
     twice = 2 * r.size - 1
@@ -219,12 +223,12 @@ def _number(r: NDArray[np.float64], bandwidth: float) -> int:
 
 
 def _ceiling(steps: float) -> int:
-    # a step of exactly the wanted width is not halved because of its rounding
+    # the factor prevents rounding from adding a step
     return math.ceil(steps * (1.0 - 1e-9))
 
 
 MOST_PEAKS = 10
-"""Top designs of a ranking whose peaks are checked: as many as are listed by default."""
+"""Number of designs of a ranking that are checked for hidden peaks."""
 
 
 def hidden_peaks(
@@ -234,7 +238,7 @@ def hidden_peaks(
     lead: Mapping[str, Any],
     homes: "Mapping[str, xr.Dataset] | None" = None,
 ) -> list[Note]:
-    """Check the first designs of a ranking, and the recommended one; note where peaks may hide."""
+    """Return a note if a peak of one of the first designs of a ranking, or of the recommended design, may be hidden."""
     r = question.frequencies
     listed = min(question.top, ranked.sizes["rank"], MOST_PEAKS)
     if question.objective != "peak" or r.size == 1 or not listed:
@@ -251,17 +255,17 @@ def hidden_peaks(
 
 
 def whose(hides: Sequence[bool], listed: int, recommended: int = 0) -> dict[str, Any]:
-    """Say for which designs a peak may hide.
+    """Return the designs with hidden peaks as data for a note.
 
     Parameters
     ----------
     hides : sequence of bool
-        For each design: the ranked ones, of which the first `listed` are listed, and after them the best with impacts,
-        if it is not among these.
+        Whether a peak may be hidden, for each of the first `listed` designs. If the recommended design is not one of
+        these designs, a further entry follows for the recommended design.
     listed : int
         Number of listed designs.
     recommended : int
-        Place of the recommended design in `hides`.
+        Index of the recommended design in `hides`.
     """
     return {
         "designs": sum(hides),

@@ -1,4 +1,4 @@
-"""Judging designs slab by slab: each by its response at the frequencies of the question."""
+"""Judge designs by the responses at the frequencies of the question, slab by slab."""
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     import xarray as xr
 
 REASONS: dict[str, str] = {
-    "incomplete": "not computed yet at every frequency that counts",
-    "failed": "failed at a frequency that counts",
+    "incomplete": "not computed yet at every judged frequency",
+    "failed": "failed at a judged frequency",
     "locked": "locked to the base near resonance",
     "too_fast": "impact faster than allowed",
     "outside": "outside a limit on a result",
 }
-"""Reasons to leave out a design."""
+"""Reasons why a design is left out, in words."""
 
 
 def may_strike(kinds: NDArray[Any]) -> NDArray[np.bool_]:
-    """Whether the particle of a response may strike a wall, by its class: one that is carried never does."""
+    """Return for each class of response whether the particle may strike a wall."""
     return np.asarray((kinds >= ResponseClass.SYMMETRIC) & (kinds != ResponseClass.CARRIED))
 
 
 def new_tally() -> dict[str, int]:
-    """Make the counters of the designs and of those left out, all zero."""
+    """Return zero counters of all designs, and of the designs that are left out for each reason."""
     return dict.fromkeys(("designs", *REASONS), 0)
 
 
@@ -51,26 +51,27 @@ def judged(
 
 
 def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: tuple[str, ...] = ()) -> Found:
-    """Judge designs.
+    """Judge the designs of a slab.
 
     Parameters
     ----------
     slab : Slab
-        The designs, at the frequencies that count.
+        The designs, at the frequencies to judge.
     question : DesignQuestion
-        The objective and limits.
+        The objective, and the limits on results.
     tally : dict of int
-        The counts of `new_tally`; updated.
+        The counters from `new_tally`, which are updated.
     beside : tuple of str
-        Further variables, each reduced over the band to its largest ("impact_speed_max") or its mean.
+        Further variables, of which the means over the band are returned. For "impact_speed_max", the largest value is
+        returned.
 
     Returns
     -------
     dict of ndarray
-        One entry per qualifying design. It has the six grid indices by dimension (the frequency's where the
-        amplitude is largest), `value`, `error`, `lowest` and `highest` (its limits with the question's confidence)
-        and `response_class`. It also has `locked_share`, `locked_near_resonance` (at the judged frequency nearest r
-        = 1), `impact_share` and `beside`.
+        Arrays with one entry per qualifying design: the grid index along each dimension, `value`, `error`, `lowest` and
+        `highest` (the confidence limits of the value) and `response_class`. The index along the frequency belongs to
+        the largest amplitude. Further arrays are `locked_share`, `locked_near_resonance` (whether the mass is locked at
+        the judged frequency nearest r = 1), `impact_share` and the variables of `beside`.
     """
     cube, load = slab.cube, slab.read
     status = load("status")
@@ -90,7 +91,7 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
         tally["locked"] += int((keep & locked[:, question.nearest]).sum())
         keep &= ~locked[:, question.nearest]
     if question.max_impact_speed is not None:
-        # without an impact there is no speed: a missing value does not exclude a design
+        # the missing impact speed of a design without impacts does not exclude the design
         too_fast = (load("impact_speed_max") > question.max_impact_speed).any(axis=1)
         tally["too_fast"] += int((keep & too_fast).sum())
         keep &= ~too_fast
@@ -98,13 +99,13 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
         values = load(name)
         if name in NONE_IS_ZERO:
             values = np.nan_to_num(values)
-        # an undefined value lies in no range
+        # an undefined value lies outside every range
         outside = ~((values >= low) & (values <= high)).all(axis=1)
         tally["outside"] += int((keep & outside).sum())
         keep &= ~outside
     rows = np.flatnonzero(keep)
     amplitude, error, kind, locked = amplitude[rows], error[rows], kind[rows], locked[rows]
-    # a run that ended at the cycle limit may have a larger error than it states
+    # the error of a run that ended at the cycle limit may be larger than stated
     bounded = np.where(status[rows] == Status.MAX_CYCLES, np.nan, error)
     place = amplitude.argmax(axis=1)
     each = np.arange(rows.size)
@@ -127,7 +128,7 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
             strikes &= load("impacts_per_cycle")[rows] > 0
         found["impact_share"] = strikes.mean(axis=1)
     for name in beside:
-        # a design without an impact has no impact speed, and one without dissipation no shares
+        # missing impact speeds (no impacts) and missing shares (no dissipation) become 0
         known = np.nan_to_num(load(name)[rows])
         found[name] = (
             known.max(axis=1, initial=0.0) if name == "impact_speed_max" else product(known, question.weights)
@@ -136,7 +137,7 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
 
 
 def _weigh(question: DesignQuestion, amplitude: np.ndarray) -> np.ndarray:
-    """Give the value of each design from its amplitudes, or a limit of it from their limits."""
+    """Return the value of each design from the amplitudes. Bounds of the amplitudes give bounds of the value."""
     if question.objective in ("resonance", "peak"):
         return np.asarray(amplitude.max(axis=1))
     if question.objective == "band_mean":
@@ -145,7 +146,7 @@ def _weigh(question: DesignQuestion, amplitude: np.ndarray) -> np.ndarray:
 
 
 def _error(question: DesignQuestion, amplitude: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Give the error of each design's value; errors propagate to first order, all with one sign."""
+    """Return the error of each design's value. Errors are propagated to first order, all with the same sign."""
     if question.objective in ("resonance", "peak"):
         return np.take_along_axis(error, amplitude.argmax(axis=1)[:, None], axis=1)[:, 0]
     if question.objective == "band_mean":
@@ -155,7 +156,7 @@ def _error(question: DesignQuestion, amplitude: np.ndarray, error: np.ndarray) -
 
 
 def described(cube: "xr.Dataset", question: DesignQuestion, found: Mapping[str, np.ndarray]) -> "xr.Dataset":
-    """Put judged designs into a Dataset along `rank`, with their coordinates, units and names; no attributes."""
+    """Return judged designs as a Dataset along `rank`, with coordinates, units and long names."""
     import xarray as xr
 
     named: dict[str, dict[str, object]] = {
@@ -182,7 +183,7 @@ def described(cube: "xr.Dataset", question: DesignQuestion, found: Mapping[str, 
 
 
 def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
-    """Say which results are required of designs, as ratios and, if the study is given in units, also in units."""
+    """Describe the limits on the results of designs, as ratios and, if the study is given in units, also in units."""
 
     def spelled(name: str, *ends: float) -> str:
         over = f" {OVER[name]}" if name in OVER_MORE_THAN_Z else ""
@@ -196,14 +197,14 @@ def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
     ]
     if question.max_impact_speed is not None:
         told.insert(0, f"impacts of at most {spelled('impact_speed_max', question.max_impact_speed)}")
-    return f"Allowed at every frequency that counts: {'; '.join(told)}." if told else ""
+    return f"Allowed at every judged frequency: {'; '.join(told)}." if told else ""
 
 
 def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str:
     """Say at how many of the computed frequencies designs were judged."""
     low, high = question.frequencies[0], question.frequencies[-1]
     if question.frequencies.size == 1:
-        why = "was computed" if computed == 1 else "counts here"
+        why = "was computed" if computed == 1 else "is judged"
         at = phrases.equal(FREQUENCY, low, ".10g")
         return f"Only one frequency {why}, {at}: the judgement applies to that frequency alone. {WHY}"
     span = phrases.span(FREQUENCY, low, high, ".10g")
@@ -211,13 +212,13 @@ def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str
 
 
 def say_left_out(tally: Mapping[str, int], reasons: Mapping[str, str] = REASONS, noun: str = "design") -> str:
-    """Say how many designs were left out, and why; empty if none was."""
+    """Say how many designs were left out for which reasons, if any."""
     why = [f"{tally[name]} {reason}" for name, reason in reasons.items() if tally.get(name)]
     return f"Left out of {counted(tally['designs'], noun)}: {', '.join(why)}." if why else ""
 
 
 def attributes_of(question: DesignQuestion, tally: Mapping[str, int]) -> dict[str, object]:
-    """Give the common part of every judgement: objective, band, number of frequencies, completeness, counts."""
+    """Return the attributes of every judgement: objective, band, number of frequencies, completeness and counts."""
     return {
         "objective": question.objective,
         "band": [float(question.frequencies[0]), float(question.frequencies[-1])],

@@ -1,10 +1,11 @@
 """The largest acceleration of the structure.
 
-Under base motion it is computed without integration. In flight ü = −v − 2ζv' − γ_F sign v' [Z ω_n²], with the
-displacement v from the base. It is largest while the structure moves outward: V √(1 + (2ζr)²) + γ_F for a harmonic v of
-amplitude V. A particle with friction accelerates by at most κ. While it slides, the acceleration of the structure is
-less by βκ; while it is carried along, it is less by the factor 1 + β. This neglects the harmonics of v and a particle
-that stays on a wall. `tests/worker/test_acceleration.py` compares it with the accelerations of integrated random responses.
+Under base motion the acceleration is estimated from the displacement amplitude, without integration. While the particle
+is in free flight, ü = −v − 2ζv' − γ_F sign v' [Z ω_n²], where v is the displacement relative to the base. If v is
+harmonic with the amplitude V, the largest |ü| is V √(1 + (2ζr)²) + γ_F. Friction accelerates the particle by at most κ.
+While the particle slides, the acceleration of the structure is smaller by βκ. While the particle moves with the
+structure, the acceleration is smaller by the factor 1 + β. The estimate neglects the higher harmonics of v and a
+particle that stays on a wall. `tests/worker/test_acceleration.py` checks the estimate against integrated responses.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,20 +31,20 @@ if TYPE_CHECKING:
 _MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 Floats = NDArray[np.float64]
 ACCELERATION = "acceleration"
-"""Name of the row of a short answer that states the largest acceleration."""
+"""Name of the row with the largest acceleration in a short answer."""
 LARGEST = "largest of the structure"
-"""Description of an acceleration of the structure with the recommended damper."""
+"""Text that follows the acceleration of the structure with the recommended damper."""
 
 
 class Acting(NamedTuple):
-    """What acts on the structure, each a number or an array along the responses.
+    """Ratios of the structure and its damper that determine the acceleration, as numbers or one value per response.
 
     Parameters
     ----------
     damping_ratio, friction_ratio : float or ndarray
-        ζ, γ_F.
+        Damping ratio ζ and friction ratio γ_F of the structure.
     mass_ratio, particle_friction_ratio : float or ndarray
-        β, κ.
+        Mass ratio β and friction ratio κ of the particle.
     """
 
     damping_ratio: Floats | float
@@ -55,21 +56,21 @@ class Acting(NamedTuple):
 def accelerations(
     relative_amplitude: Floats, frequency_ratio: Floats, kinds: NDArray[Any], acting: Acting
 ) -> Floats:
-    """Give the largest acceleration of a structure under base motion, whose particle meets rigid walls.
+    """Return the largest acceleration of a structure under base motion with a particle between rigid walls.
 
     Parameters
     ----------
     relative_amplitude, frequency_ratio : ndarray, (n,)
-        Peak of |v| [Z]; r.
+        Largest |v| [Z], and frequency ratio r.
     kinds : ndarray, (n,)
-        Classes of the responses. A structure that friction locks moves with its base.
+        Classes of the responses. A locked structure moves with the base.
     acting : Acting
-        What acts on the structure.
+        Ratios of the structure and its damper.
 
     Returns
     -------
     ndarray, (n,)
-        [Z ω_n²].
+        Largest acceleration of each response [Z ω_n²].
     """
     r, beta = frequency_ratio, acting.mass_ratio
     pulled = relative_amplitude * np.hypot(1.0, 2.0 * acting.damping_ratio * r) + acting.friction_ratio
@@ -80,20 +81,20 @@ def accelerations(
 
 
 def acceleration_g(cube: "xr.Dataset", place: Mapping[str, int | NDArray[np.intp]]) -> float:
-    """Give the largest acceleration of the structure with one damper of a study.
+    """Return the largest acceleration of the structure with one damper of a study.
 
     Parameters
     ----------
     cube : Dataset
-        Of the study.
+        The cube of the study.
     place : mapping
-        Grid indices of the damper and of the frequencies and base amplitudes that were judged, by dimension.
+        Grid indices of the damper and of the judged frequencies and base amplitudes, by dimension.
 
     Returns
     -------
     float
-        In g; that of the integration if the study stores `acceleration_ratio`. NaN if the study is in ratios, or stores
-        nothing that determines it.
+        Acceleration in g, from the stored `acceleration_ratio` if the study has it. NaN if the study is given in ratios
+        alone, or stores no results that determine the acceleration.
     """
     import xarray as xr
 
@@ -118,7 +119,7 @@ def acceleration_g(cube: "xr.Dataset", place: Mapping[str, int | NDArray[np.intp
 
 
 def acceleration_of(design: Mapping[str, Any], question: DesignQuestion, cube: "xr.Dataset") -> float:
-    """Give `acceleration_g` of a design on a cube's grid, over the frequencies that count."""
+    """Return `acceleration_g` of a design on a cube's grid, over the judged band of frequencies."""
     place = {name: nearest_place(cube[name].values, float(design[name])) for name in question.design}
     own = cube[FREQUENCY].values
     counted = np.flatnonzero((own >= question.frequencies[0]) & (own <= question.frequencies[-1]))
@@ -126,7 +127,7 @@ def acceleration_of(design: Mapping[str, Any], question: DesignQuestion, cube: "
 
 
 def _particle_friction(cube: "xr.Dataset") -> "xr.DataArray":
-    """Give κ; 0 without friction of the particle."""
+    """Return the friction ratio κ of the particle, or 0 if the particle has no friction."""
     import xarray as xr
 
     if PARTICLE_FRICTION in cube.coords:
@@ -142,7 +143,7 @@ def _particle_friction(cube: "xr.Dataset") -> "xr.DataArray":
 
 
 def _unit(cube: "xr.Dataset") -> "xr.DataArray | float":
-    """Give Z ω_n² [m/s²]; NaN where the study is in ratios."""
+    """Return Z ω_n² [m/s²], or NaN if the study is given in ratios alone."""
     if AMPLITUDE in cube.coords:
         rate = 2.0 * pi * float(definition_of(cube)["physical"]["natural_frequency_hz"])
         return base_of(cube) * rate**2
@@ -151,16 +152,16 @@ def _unit(cube: "xr.Dataset") -> "xr.DataArray | float":
 
 
 def acceleration_row(g: float, cavity: Sequence[str] = (), whose: str = LARGEST) -> tuple[str, str, str]:
-    """Spell the largest acceleration of the structure as a row.
+    """Write the largest acceleration of the structure as a row of a short answer.
 
     Parameters
     ----------
     g : float
         The acceleration in g.
     cavity : sequence of str
-        Assumptions on the cavity, of `cavity.left_open`; empty without an acting particle.
+        Assumptions about the cavity, from `cavity.left_open`. Empty if the damper works without the particle.
     whose : str
-        What is accelerated, and with which damper.
+        Text that follows the acceleration, such as "with the study's damper".
     """
     assumed = f"; assumed {', '.join(cavity)}" if cavity else ""
     return ACCELERATION, f"{g:.2g} g", whose + assumed

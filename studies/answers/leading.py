@@ -1,4 +1,4 @@
-"""The leading design of a study: the one to show first."""
+"""The leading design of a study, which an answer shows unless the question names another design."""
 
 from collections.abc import Container
 from dataclasses import replace
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def leading(ranked: "xr.Dataset") -> dict[str, Any] | None:
-    """Give the recommended design of a ranking: the best, or the best with impacts if the best clamps the structure."""
+    """Return the best design of a ranking, or the best design with impacts if the best design clamps the structure."""
     if ranked.sizes["rank"] == 0:
         return None
     first = {str(name): array.values[0].item() for name, array in ranked.variables.items()}
@@ -28,24 +28,26 @@ def leading(ranked: "xr.Dataset") -> dict[str, Any] | None:
 
 
 def best_at(cube: "xr.Dataset", at: At, free: Container[str] = (), metric: str | None = None) -> Lead:
-    """Give the leading design at the grid points nearest to the named values; over base amplitudes also its worst one.
+    """Return the leading design at the grid points nearest to the values in `at`.
+
+    In a study over base amplitudes, the worst base amplitude of the leading design is returned too.
 
     Parameters
     ----------
     cube : Dataset
         A study.
     at : mapping of float or str
-        Values of dimensions of the cube.
+        Wanted values along dimensions of the cube.
     free : container of str
         Dimensions along which the answer runs.
     metric : str, optional
-        The criterion of a suite, or of a study over base amplitudes; by default its main metric.
+        The criterion of a suite, or of a study over base amplitudes. The default is the main metric of the study.
 
     Returns
     -------
     Lead
-        The dimensions of the damper that have more than one value and are neither named nor free, and likewise the base
-        amplitude. Empty if there is none, if no design is computed, or if the ratios of a damper vary with the
+        Values along the dimensions of the damper and the base amplitude. Dimensions with one value, dimensions in `at`,
+        and free dimensions are left out. Empty if no design is computed, or if the ratios of a damper vary with the
         frequency, since such dampers are not ranked.
     """
     kind = kind_of(cube.sizes)
@@ -77,26 +79,26 @@ def best_at(cube: "xr.Dataset", at: At, free: Container[str] = (), metric: str |
 def leading_place(
     cube: "xr.Dataset", at: At, free: tuple[str, ...], metric: str | None = None
 ) -> tuple[dict[str, int], Lead]:
-    """Choose a grid point for every dimension that is not free: by default that of the best design.
+    """Choose a grid point along every dimension that is not free; by default the grid point of the best design.
 
     Parameters
     ----------
     cube : Dataset
         A study.
     at, free, metric
-        As for `selection.choose` and `best_at`.
+        As in `selection.choose` and `best_at`.
 
     Returns
     -------
     dict of int
         Index by dimension.
     Lead
-        What was taken from the best design.
+        The values that were taken from the best design.
 
     Raises
     ------
     QueryFault
-        As `selection.choose`.
+        If `selection.choose` refuses the given values.
     """
     chosen = choose(cube, at, free)
     lead = best_at(cube, at, free, metric)
@@ -104,7 +106,7 @@ def leading_place(
 
 
 def at_its_place(cube: "xr.Dataset", answer: "xr.Dataset", selection: Selection) -> Selection:
-    """Name the point of a cube's answer explicitly, because the best design of a second study may differ."""
+    """Return a selection that names the point of an answer, so that a second study is read at the same point."""
     place = {
         str(name): value.item()
         for name, value in answer.coords.items()

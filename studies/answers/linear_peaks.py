@@ -1,4 +1,4 @@
-"""What a damper is compared with over a band: the peaks of a tuned mass damper, and of the structure alone."""
+"""Peaks over a band with a tuned mass damper and without any damper, for comparison with a study's damper."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,19 +14,19 @@ from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.vocabulary import Excitation
 
 UNBOUNDED = "grows without bound"
-"""Text for an infinite peak."""
+"""Text that replaces an infinite peak."""
 
 
 @dataclass(frozen=True)
 class LinearPeaks:
-    """The two peaks, in the unit of the compared value.
+    """Peaks with a tuned mass damper and without any damper, in the unit of the compared value.
 
     Parameters
     ----------
     tuned, bare : float
-        With a tuned mass damper and without any damper; NaN if the study has no such peak.
+        Peak with a tuned mass damper, and peak without any damper; NaN if the peak was not computed.
     mass_ratio : float
-        Of the tuned mass damper.
+        Mass ratio of the tuned mass damper.
     """
 
     tuned: float = nan
@@ -47,16 +47,17 @@ class LinearPeaks:
         Parameters
         ----------
         r : ndarray, (n,)
-            Frequency ratios, rising; the band reaches from the first to the last. A single one gives no peaks.
+            Ascending frequency ratios. The band extends from the first to the last. For a single frequency ratio, no
+            peaks are computed.
         damping_ratios : sequence of float
-            Of the structures.
+            Damping ratios of the structures.
         mass_ratio : float
-            Of the tuned mass damper, which has the least peak over all frequencies for the least damped structure.
-            There is none for 0, and for 1 and more.
+            Mass ratio of the tuned mass damper. The damper is tuned for the smallest peak over all frequencies on the
+            least damped structure. The peak is computed only for a mass ratio above 0 and below 1.
         excitation : str
-            What moves the structures.
+            Excitation of the structures.
         scale : float
-            Factor from an amplitude ratio to the compared value.
+            Factor that converts an amplitude ratio to the compared value.
         """
         if r.size == 1:
             return cls()
@@ -70,17 +71,17 @@ class LinearPeaks:
         return cls(peak * scale, bare * scale, mass_ratio)
 
     def beats(self, value: float) -> bool:
-        """Whether the tuned mass damper is clearly better than a value."""
+        """Whether the peak with the tuned mass damper is clearly smaller than `value`."""
         return clearly_less(self.tuned, value)
 
     def note(self) -> Note:
-        """Give as data that the tuned mass damper is better."""
+        """Return the note that the tuned mass damper is better."""
         return Note("tuned_mass_damper", "danger", {"value": self.tuned, "mass_ratio": self.mass_ratio})
 
     def rows(
         self, write: Callable[[float], str], write_mass: Callable[[float], str], beaten: bool
     ) -> list[tuple[str, str, str]]:
-        """Give the rows of a short answer; a tuned mass damper that has beaten the study's damper is named elsewhere."""
+        """Return the rows of a short answer. If `beaten`, a sentence names the tuned mass damper instead of a row."""
         found = []
         if not (beaten or isnan(self.tuned)):
             found.append(("tuned mass damper", write(self.tuned), write_mass(self.mass_ratio)))

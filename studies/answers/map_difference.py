@@ -1,4 +1,4 @@
-"""One map of two studies, and their difference."""
+"""Maps of one metric in two studies, and the difference between the two maps."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -25,9 +25,9 @@ from damperlab.studies.vocabulary import Reduction
 FIELD = "minus"
 DIFFERENCE = "difference"
 _BESIDE = ("amplitude_error", "amplitude_error_m", "response_class", "status")
-"""Companions of a value in either study."""
+"""Variables that accompany the metric in each study's map."""
 _TOLD = frozenset(("name", "axes", "damping_ratio", "metrics", *COORDINATES, "restitution"))
-"""Parts of a definition that repeat the axes or do not change the results."""
+"""Parts of a definition that are not compared, because they repeat the axes or do not change the results."""
 
 
 def map_difference(
@@ -39,31 +39,31 @@ def map_difference(
     over: str | None = None,
     reduce: Reduction | None = None,
 ) -> xr.Dataset:
-    """Compute one map for two studies, and subtract the second from the first.
+    """Compute a map for each of two studies, and subtract the second map from the first.
 
     Parameters
     ----------
     cube, other : Dataset
         The cubes of two studies of one kind with the same values along the axes of the map and along the reduced
-        dimensions. Anything else may differ between them; the note names it.
+        dimensions. The note names other differences between the studies.
     x, y, selection, over, reduce
-        As of `resonance_map`. In SI units (`clearance_m`, `amplitude_m`) each study is converted with its own
-        structure.
+        As in `resonance_map`. For names in SI units (`clearance_m`, `amplitude_m`), the values of each study are
+        converted with the structure of that study.
 
     Returns
     -------
     Dataset
-        As of `resonance_map` on `cube`, dimensions (y, x), with `other`, `other_amplitude_error`,
-        `other_response_class` and `other_status` of the second study. `difference` is the first minus the second, in
-        the unit of the metric, NaN where either has no value. `complete`, `points`, `points_failed` count both
-        together; `other_at` has the values of the further dimensions at which the second study's map is taken, where
-        they differ. `note` says where the difference is largest and how else the studies differ.
+        The map of `resonance_map` for `cube`, dimensions (y, x), with `other`, `other_amplitude_error`,
+        `other_response_class` and `other_status` of the second study. `difference` is the first value minus the second,
+        in the unit of the metric; it is NaN where a value is missing. `complete`, `points` and `points_failed` cover
+        both studies together. If the two maps are taken at different values of further dimensions, `other_at` has the
+        values of the second study. `note` says where the difference is largest and how else the studies differ.
 
     Raises
     ------
     QueryFault
-        As `resonance_map`; if the metric has codes; or for `minus`, if the second study is of another kind, has
-        other values along an axis, or does not store the metric.
+        If `resonance_map` refuses a study, or if the metric has codes. The field `minus` is refused if the second
+        study is of another kind, has other values along an axis, or does not store the metric.
     """
     cube, other = alike((cube, other))
     metric = selection.metric or main_metric(cube)
@@ -116,7 +116,6 @@ def _check_kind(cube: xr.Dataset, other: xr.Dataset, axes: tuple[str, str], metr
 
 
 def _check_axis(name: str, ours: xr.DataArray, theirs: xr.DataArray) -> None:
-    """Refuse axes whose values differ."""
     mine, its = ours.values, theirs.values
     if mine.dtype.kind != "f":
         equal = np.array_equal(mine, its)
@@ -138,7 +137,7 @@ def _span(values: np.ndarray) -> str:
 
 
 def where_apart(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
-    """Say where the difference is largest in each direction, and how often it exceeds the errors."""
+    """Say where the difference is largest in each direction, and how many differences exceed the errors."""
     array = answer[DIFFERENCE]
     values = array.values
     y, x = map(str, array.dims)
@@ -162,7 +161,7 @@ def where_apart(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
             most = phrases.value(metric, abs(float(values[row, column])), ".4g")
             most += "" if phrases.unit(metric) or array.attrs["units"] == "1" else f" {array.attrs['units']}"
             sentences.append(
-                f"the first is {word} at {there.sum():,} of {counted(int(known.sum()), 'point')}, by at most {most} at {at}"
+                f"the first is {word} at {there.sum():,} of {counted(int(known.sum()), 'point')}, by up to {most} ({at})"
             )
     told = "; ".join(sentences)
     error = {"amplitude_ratio": "amplitude_error", "amplitude_m": "amplitude_error_m"}.get(metric)
@@ -180,7 +179,7 @@ def _told(name: str, value: Any, phrases: Phrases) -> str:
 def _apart(
     cube: xr.Dataset, other: xr.Dataset, first: xr.Dataset, second: xr.Dataset, phrases: Phrases
 ) -> Iterator[str]:
-    """Name what differs between the studies: chosen points, and parts of the definitions."""
+    """Name the differences between the studies: the chosen points, and parts of the definitions."""
     for name in _elsewhere(first, second):
         a, b = first[name].item(), second[name].item()
         if isinstance(a, str):
@@ -194,7 +193,7 @@ def _apart(
 
 
 def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """Name the dimensions along which the maps are taken at different values; only in units, if both forms are given."""
+    """Return the dimensions along which the maps are taken at different values, with names in units if possible."""
     names = [str(name) for name in first.coords if first[name].ndim == 0]
     pairs = {name: (first[name].item(), second[name].item()) for name in names}
     apart = [
@@ -205,14 +204,14 @@ def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
 
 
 def _parts(cube: xr.Dataset) -> dict[str, Any]:
-    """Give the parts of a study's definition, those of its physical block one by one."""
+    """Return the parts of a study's definition. Each entry of the physical block is a separate part."""
     study: dict[str, Any] = definition_of(cube)
     physical = study.pop("physical", None) or {}
     return study | {f"physical.{name}": value for name, value in physical.items()}
 
 
 def _phrases(cube: xr.Dataset, other: xr.Dataset) -> Phrases:
-    """Give the names in units; if the structures differ, only for quantities that the question named in units."""
+    """Return the phrases in units. If the structures differ, only quantities that the question names are in units."""
     found, others = Phrases.of(cube), Phrases.of(other)
     keys = found.quantities.keys()
     if keys == others.quantities.keys() and all(

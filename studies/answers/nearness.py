@@ -1,6 +1,4 @@
-"""Whether a number that a user typed means a grid value, as 0.7 means 0.7000000000000001, or is too far from all of
-them.
-"""
+"""Find the grid value that a typed number means, such as 0.7000000000000001 for 0.7."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,50 +10,48 @@ SAME = 1e-9
 
 
 def same(a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
-    """Whether values are equal up to rounding, to a relative difference of `SAME`."""
+    """Whether values are equal, up to a relative difference of `SAME`."""
     first, second = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     return np.asarray(np.abs(first - second) <= SAME * np.maximum(np.abs(first), np.abs(second)))
 
 
 def nearest_place(values: ArrayLike, wanted: float) -> int:
-    """Give the index of the grid value nearest to a number, the first of equally near ones."""
+    """Return the index of the grid value nearest to a number, or the first index if several values are equally near."""
     return int(np.abs(np.asarray(values, dtype=float) - wanted).argmin())
 
 
 def inside(values: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
-    """Whether values are within a range, both ends included, to a relative difference of `SAME`."""
+    """Whether values are within a range, both ends included, up to a relative difference of `SAME`."""
     at = np.asarray(values, dtype=float)
     return np.asarray(((at >= low) & (at <= high)) | same(at, low) | same(at, high))
 
 
 FACTOR = 10.0
-"""Factor by which a number may differ from the only value of an axis. A wrong unit makes a larger difference."""
+"""Largest factor by which a number may differ from the only value of an axis. A wrong unit gives a larger factor."""
 _SLIPS = {"_m": (("mm", 1e-3), ("µm", 1e-6), ("cm", 1e-2)), "_kg": (("g", 1e-3),), "_hz": (("kHz", 1e3),)}
 """Units that people use instead of SI units, with their factors."""
 
 
 def within_reach(values: NDArray[np.float64], wanted: float) -> bool:
-    """Whether a value lies no farther beyond the ends of an axis than the length of the axis, or near its only
-    value.
-    """
+    """Whether a number lies at most one axis length beyond an axis, or within a factor `FACTOR` of a single value."""
     low, high = float(np.min(values)), float(np.max(values))
     if low < high:
         return bool(inside(wanted, 2.0 * low - high, 2.0 * high - low))
-    # a factor means nothing at 0, as for a study without friction: every value is accepted
+    # if the only value is 0, as in a study without friction, every number is accepted
     return low <= 0.0 or bool(inside(wanted, low / FACTOR, low * FACTOR))
 
 
 def check_reach(name: str, values: NDArray[np.float64], wanted: float) -> None:
-    """Raise `QueryFault` for a value farther beyond the ends of an axis than the length of the axis.
+    """Raise `QueryFault` for a value that is too far outside an axis; see `within_reach`.
 
     Parameters
     ----------
     name : str
-        The dimension, or the same quantity in units, as the question names it.
+        Name of the dimension in the question, which may be a name in units.
     values : ndarray, shape (n,)
-        The axis in the unit of `name`.
+        The values of the axis, in the unit of `name`.
     wanted : float
-        The value that the question gives.
+        The value in the question.
     """
     if within_reach(values, wanted):
         return

@@ -1,4 +1,4 @@
-"""Sentences for notes about studies, in ratios or in units. Only this module puts notes into words."""
+"""Sentences for the notes of answers, in ratios or in units."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -8,43 +8,58 @@ from damperlab.studies.brief import Note, listed
 from damperlab.studies.faults import counted
 
 FAR = 4.0
-"""Distance of two frequencies, in bandwidths, above which a resonance between them may be missed."""
+"""Distance between two frequencies, in bandwidths, above which a hidden peak may be far higher."""
 
 Values = Mapping[str, Any]
 
 
 def sentences_of(notes: Iterable[Note], phrases: Phrases) -> str:
-    """Write notes as sentences, one after the other."""
+    """Return the sentences of several notes as one text."""
     return " ".join(sentence_of(each, phrases) for each in notes)
 
 
 def sentence_of(note: Note, phrases: Phrases) -> str:
-    """Spell a note."""
+    """Return the sentence of a note."""
     known = note.values
     match note.kind:
         case "one_frequency":
-            only = "was computed" if known["computed"] else "counts here"
+            only = "was computed" if known["computed"] else "is judged"
             at = phrases.equal(FREQUENCY, known[FREQUENCY], ".10g")
             return f"Only {at} {only}, so nothing is recommended: a damper quiet there may resonate at another frequency."
         case "hidden_peak":
             return _hidden_peak(known, phrases)
         case "cut_off":
-            return f"{known['responses']} of its {known['of']} responses ended at `max_cycles`: the error may be larger."
+            return (
+                f"{known['responses']} of the best design's {known['of']} responses ended at `max_cycles`: the error may "
+                "be larger than stated."
+            )
         case "error":
-            return f"Its error is {known['share']:.1%}: compute it longer, with a smaller `steady.tolerance`."
+            return (
+                f"The error of the best value is {known['share']:.1%}. Compute the study longer, with a smaller "
+                "`steady.tolerance`."
+            )
         case "end_of_range":
-            return f"It lies at the end of {listed(map(phrases.symbol, known))}: a better one may lie beyond."
+            return (
+                f"The best design lies at the end of {listed(map(phrases.symbol, known))}; a better design may lie "
+                "beyond that end."
+            )
         case "rugged":
             where = listed(map(phrases.symbol, known["dimensions"]))
-            return f"One grid step in {where} costs more than a tenth: a better one may lie between."
+            return (
+                f"One grid step in {where} makes the best value worse by more than a tenth; a better design may lie "
+                "between the grid points."
+            )
         case "neighbourhood_unknown":
-            return f"No value next to it in {listed(map(phrases.symbol, known['dimensions']))} is known."
+            return (
+                "Not every value next to the best design along "
+                f"{listed(map(phrases.symbol, known['dimensions']))} is known."
+            )
         case "incomplete":
             if "reduce" in known:
                 return f"Not everything is computed: the {known['reduce']} is taken over the points so far."
             return f"So far: {known['complete']:.0%} of the designs are computed."
         case "failed":
-            return "Where a point failed, as an unbounded response does, the largest value is not known."
+            return "Where a point failed, for example with an unbounded response, the largest value is not known."
         case "missing":
             reasons = (("waiting", "not computed yet"), ("failed", "failed"))
             why = ", ".join(f"{known[name]:,} {reason}" for name, reason in reasons if known[name])
@@ -52,8 +67,8 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             return f"{count:,} of {known['of']:,} frequencies {'has' if count == 1 else 'have'} no value ({why})."
         case "other_excitation":
             return (
-                "Here a force excites the structure with the tuned mass damper and that without a damper, and X is over the "
-                "static displacement. In the study the base is shaken."
+                "Here a force excites the structures with the tuned mass damper and without a damper. X is relative "
+                "to the static displacement. In the study the base is shaken."
             )
         case "promising":
             return f"{counted(known['cells'], 'cell')} of the grid {_better(known)}."
@@ -70,8 +85,8 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
         case "place_within_errors":
             return (
                 f"No cell of the grid {_better(known)}, so the value of the optimum is known. The errors hide the "
-                "differences between neighbours, so its place is known only to steps of "
-                f"{_steps(known, phrases)}. A smaller `steady.tolerance` locates it better."
+                "differences between neighbours, so the place of the optimum is known only to "
+                f"steps of {_steps(known, phrases)}. A smaller `steady.tolerance` locates the optimum better."
             )
         case "budget":
             return f"The budget of {known['points']:,} points is spent before the optimum is known."
@@ -93,16 +108,16 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
 
 
 def friction_words(note: Note) -> str:
-    """Write the largest particle friction at which a damper keeps its value, as part of a sentence."""
+    """Return the part of a sentence with the largest μ_i at which the value rises by at most a tenth."""
     up_to, fails = note.values["up_to"], note.values["fails"]
     if not up_to:
         return f"the value rises by more than a tenth from μ_i = {fails:g} on"
     beyond = "" if fails is None else f", not at {fails:g}"
-    return f"at most a tenth is lost up to μ_i = {up_to:g}{beyond}"
+    return f"the value rises by at most a tenth up to μ_i = {up_to:g}{beyond}"
 
 
 def friction_row(note: Note) -> tuple[str, str, str]:
-    """Write the largest particle friction at which a design keeps its value, as a row of a short answer."""
+    """Return the row of a short answer with the largest μ_i at which the value rises by at most a tenth."""
     up_to, fails = note.values["up_to"], note.values["fails"]
     if not up_to:
         return (
@@ -115,7 +130,7 @@ def friction_row(note: Note) -> tuple[str, str, str]:
 
 
 def advised_axis(known: Values, phrases: Phrases) -> str:
-    """Write the frequency axis that resolves a hidden peak, in the form of a study."""
+    """Return the frequency axis that resolves a hidden peak, written as in the definition of a study."""
     name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
     start, stop = (phrases.number(FREQUENCY, known[end], ".10g") for end in ("start", "stop"))
     return f"`{name}: {{start: {start}, stop: {stop}, num: {known['num']}}}`"
@@ -131,7 +146,7 @@ def _hidden_peak(known: Values, phrases: Phrases) -> str:
 
 
 def _whose(known: Values) -> str:
-    """Name the values that may be higher: points of a map, designs of a ranking, or the one design of the question."""
+    """Name the points of a map, the designs of a ranking, or the single design whose value may be higher."""
     if "places" in known:
         values = "value" if known["places"] == 1 else "values"
         return f"the largest {values} of {known['places']:,} of {known['of']:,} places"
@@ -155,7 +170,6 @@ def _better(known: Values) -> str:
 
 
 def _steps(known: Values, phrases: Phrases) -> str:
-    """Say how closely each parameter is known."""
     steps = known["steps"].items()
     return ", ".join(f"{phrases.value(name, step, '.3g')} in {phrases.label(name)}" for name, step in steps)
 

@@ -1,4 +1,4 @@
-"""One base amplitude of a study over base amplitudes, as a study in ratios, for questions that need one."""
+"""Select one base amplitude of a study over base amplitudes, for questions that need a study in ratios."""
 
 import json
 
@@ -15,23 +15,23 @@ from damperlab.studies.unit_names import RESULT_NAMES
 
 
 def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
-    """Give the cube of one base amplitude, and the rest of the point.
+    """Return the cube of one base amplitude, and the wanted point in this cube.
 
     Parameters
     ----------
     cube : Dataset
-        A harmonic study; one without a dimension of base amplitudes is returned unchanged.
+        Cube of a harmonic study. A cube without a dimension of base amplitudes is returned unchanged.
     at : mapping of float
-        The wanted point. If there are several base amplitudes, it must name one; the nearest grid point is taken.
+        The wanted point, with a base amplitude if the study has several base amplitudes. The nearest is taken.
 
     Returns
     -------
     Dataset
-        Computed lazily, over the six ratios; its attribute `study` is a definition with that amplitude. If a velocity
-        or an acceleration of the base is constant, the ratios of a damper vary with the frequency. The cube then
-        keeps its dimensions, clearances and forces in units, with one base amplitude.
+        Lazily computed cube over ratios. The attribute `study` is a definition with the chosen base amplitude. If the
+        velocity or the acceleration of the base is constant, the dimensions are unchanged, with one base amplitude,
+        since the ratios of a damper vary with the frequency.
     mapping of float
-        The point for that cube: without its base amplitude if the cube has ratios.
+        The wanted point in the returned cube. The base amplitude is left out if the cube is over ratios.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     if definition["physical"].get("constant") is not None:
         definition["physical"][AMPLITUDE] = [chosen]
         return cube.isel({AMPLITUDE: [place]}).assign_attrs(study=json.dumps(definition)), at
-    # its chunks had the former dimensions
+    # the encoding contains chunk sizes of the former dimensions
     part = cube.sel({AMPLITUDE: chosen}).swap_dims(RATIOS_OF).drop_encoding()
     part = part.drop_vars([*RATIOS_OF, AMPLITUDE, *(name for name in RESULT_NAMES if name in part)])
     definition["physical"][AMPLITUDE] = chosen
@@ -71,7 +71,7 @@ def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Da
         called = amplitude_called(cube).capitalize()
         first = {"note": f"{called} Z = {metres:g} m."}
         in_units = {"note": f"{called} Z = {spelled(metres, 'm', 6)}."}
-    else:  # the text that follows names the base amplitude among the other dimensions
+    else:  # the rest of the note names the base amplitude
         power = {1: "", 2: "²"}[CONSTANT[constant]]
         first = in_units = {
             "note": f"The {constant} of the base is the same at every frequency, and Z is the base amplitude at the natural "

@@ -1,4 +1,4 @@
-"""The best designs: every point of the five design dimensions judged by its response over the frequency."""
+"""The best designs of a study, judged by the responses over the frequency."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -38,34 +38,35 @@ def optimal_designs(
 ) -> "xr.Dataset":
     """Rank the designs of a cube.
 
-    A design is judged only if every frequency that counts was computed and has a value. Means over a band are
-    integrals by the trapezoidal rule over the frequencies of the grid.
+    A design is judged only if the response has a value at every judged frequency. Means over a band are computed by the
+    trapezoidal rule over the frequencies of the grid.
 
     Parameters
     ----------
     cube : Dataset
         A study's cube, read slab by slab.
     judging : Judging
-        The criterion, and which designs are judged. With `exclude_locked`, designs that friction locks to the base at
-        the judged frequency nearest r = 1 are left out: the trivial optimum.
+        The criterion, and which designs are judged. `exclude_locked` leaves out the trivial optimum: designs that
+        friction locks to the base at the judged frequency nearest r = 1.
     top : int
-        How many designs, 1 to `MOST_DESIGNS`.
+        Largest number of designs in the answer, 1 to `MOST_DESIGNS`.
 
     Returns
     -------
     Dataset
-        Dimension rank, counted from 1; shorter than `top` if fewer designs qualify. Coordinates along it: the five
-        design dimensions, and `frequency_ratio`, where the amplitude in the band is largest. Variables: `value`, its
-        `error`, `response_class` at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at which
-        the mass is locked. The error of a peak is that of the response at the peak. The error of a mean is the weighted
-        mean error, since errors of a periodic response do not average out. Errors are NaN, and class and share are -1
-        and NaN, if the study does not store them. `lowest` and `highest` are limits with the stated confidence, for
-        each design separately. `impact_share` is the share of the judged frequencies at which a particle with mass
-        strikes while the mass moves. `alike` counts further designs with the same response without impacts, which are
-        folded into the first of them. Attributes: `objective`, `designs` (all in the ranges), `incomplete`, `failed`,
-        `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share of the designs that were
-        computed), `band`, `frequencies`. Also `flatness` of the best (see `flatness.flatness`), those of
-        `verdict.verdict`, and `note`, which says how designs were judged.
+        Dimension rank, counted from 1. The coordinates are the dimensions of the design, and `frequency_ratio`, the
+        frequency of the largest amplitude in the band. Variables: `value`, its `error`, `response_class` at
+        `frequency_ratio`, and `locked_share`, the share of the judged frequencies at which the mass is locked. The
+        error of a peak is the error of the response at the peak. The error of a mean is the weighted mean error, since
+        errors of a periodic response do not average out. If the study does not store errors or classes, errors and
+        `locked_share` are NaN, and `response_class` is -1. `lowest` and `highest` are limits with the stated
+        confidence, for each design separately. `impact_share` is the share of the judged frequencies at which a
+        particle with mass strikes while the mass moves. `alike` counts further designs without impacts that have the
+        same response and are not listed separately. Attributes: `objective`, `designs` (number
+        of all designs in the ranges), `incomplete`, `failed`, `locked`, `too_fast`, `outside` (numbers of designs left
+        out, by reason), `complete` (share of the designs that were computed), `band`, `frequencies`. There are also
+        `flatness` of the best design (see `flatness.flatness`), the attributes of `verdict.verdict`, and `note`, which
+        says how designs were judged.
 
     Raises
     ------
@@ -86,32 +87,32 @@ def merged_designs(
     judging: Judging = Judging(),
     top: int = 10,
 ) -> "xr.Dataset":
-    """Rank the designs of several studies together, each judged at the frequencies of its own study.
+    """Rank the designs of several studies together. Each design is judged at the frequencies of its own study.
 
     Parameters
     ----------
     cubes : mapping of Dataset
-        By the study's id; the first is the study that was refined. A follow-up that holds no design in
-        the ranges adds nothing.
+        The cubes, with the ids of the studies as keys: first the study to refine, then its follow-ups. A follow-up
+        without a design in the ranges adds nothing.
     judging, top : Judging, int
         As in `optimal_designs`; the objective is determined for the first study.
 
     Returns
     -------
     Dataset
-        As of `optimal_designs`, with `study`, the id of the study that holds each design. A design in several studies
-        appears once, with the value of the smallest error: that of the longest run, not the luckiest one. `complete`
-        covers all studies; the counts of designs left out are those of the first.
+        The answer has the form of `optimal_designs`. `study` is the id of the study that contains each design. A design
+        in several studies appears once, with the value that has the smallest error. `complete` covers all studies. The
+        counts of designs left out are for the first study.
 
     Raises
     ------
     QueryFault
-        As `optimal_designs` on the first study, or if another one was judged at other frequencies.
+        If `optimal_designs` refuses the first study, or if another study is judged at other frequencies.
     """
     ids = list(cubes)
     cubes = dict(zip(ids, alike(cubes.values()), strict=True))
     cube = cubes[ids[0]]
-    # follow-ups may lack the units of the study, and their faults would then name ratios
+    # converted here, because follow-ups may have no units
     judging = judging_in_ratios(cube, judging)
     question = DesignQuestion.ask(cube, judging, top)
     judging = replace(judging, objective=question.objective)
@@ -144,14 +145,14 @@ def merged_designs(
 
 @dataclass(frozen=True)
 class _Ranked:
-    """The designs of one study.
+    """The ranked designs of one study.
 
     Parameters
     ----------
     cube, question : Dataset, DesignQuestion
         The study, and the question.
     designs, active : Dataset
-        The best `MOST_DESIGNS`, the best first, and the best of those whose particle strikes.
+        The `MOST_DESIGNS` best designs, the best first, and the best design whose particle strikes.
     tally : dict of int
         Counts of the designs that were left out.
     """
@@ -202,9 +203,7 @@ def _described(cube: "xr.Dataset", question: DesignQuestion, found: Found) -> "x
 
 
 def _folded(found: Found) -> Found:
-    """Combine neighbours in the ranking that have the same response without impacts; parameters that do not act may
-    differ.
-    """
+    """Combine neighbours in the ranking that have no impacts and the same value."""
     idle = (found["response_class"] >= ResponseClass.LINEAR) & (found["impact_share"] == 0)
     value, kind = found["value"], found["response_class"]
     again = np.zeros(value.size, bool)
@@ -229,15 +228,13 @@ def _check_frequencies(name: str, question: DesignQuestion, theirs: DesignQuesti
 
 
 def _joined(parts: "Mapping[str, xr.Dataset]", question: DesignQuestion) -> "xr.Dataset":
-    """Rank the designs of several studies, each design once."""
     import xarray as xr
 
     named = [part.assign(study=("rank", np.full(part.sizes["rank"], name))) for name, part in parts.items()]
     joined = xr.concat(named, "rank", combine_attrs="override", join="outer")
     coordinates = np.stack([joined[name].values for name in question.design], axis=1)
     errors = joined["error"].values
-    # of equal designs the one with the smallest error; if errors are equal, as for periodic responses, the one of the
-    # earlier study
+    # of equal designs, keep the design with the smallest error, and of equal errors the design of the earlier study
     order = np.lexsort((np.arange(errors.size), np.where(np.isnan(errors), np.inf, errors)))
     _, kept = np.unique(coordinates[order], axis=0, return_index=True)
     places = order[kept]
@@ -248,7 +245,7 @@ def _joined(parts: "Mapping[str, xr.Dataset]", question: DesignQuestion) -> "xr.
 
 
 def _flatness(home: "xr.Dataset", question: DesignQuestion, ranked: "xr.Dataset") -> list[dict[str, Any]]:
-    """Examine the neighbourhood of the best design in its own study; empty if there is none."""
+    """Return the result of `flatness` for the best design. The list is empty if no design is ranked."""
     if not ranked.sizes["rank"]:
         return []
     axes = {name: np.arange(home.sizes[name]) for name in question.design}

@@ -1,4 +1,4 @@
-"""Scatter of a result over records that are draws of one motion: its rms and a quantile, each with its error."""
+"""Mean, rms and a quantile of a result over records that are samples of one random motion, with errors."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 BEYOND = 0.025
-"""Share of the draws that may lie beyond either end of an interval of 95 %."""
+"""Probability that the quantile lies beyond one end of the 95 % interval."""
 
 
 class OverRecords(NamedTuple):
@@ -17,11 +17,11 @@ class OverRecords(NamedTuple):
     Attributes
     ----------
     mean, mean_error : float
-        Standard error of the mean.
+        Mean, and its standard error.
     rms, rms_error : float
-        Root of the mean square, and its standard error.
+        Root mean square, and its standard error.
     quantile, quantile_low, quantile_high : float
-        The requested quantile, and the ends of its 95 % interval; an end is NaN if there are too few records.
+        The requested quantile, and the ends of its 95 % interval. An end is NaN if there are too few records.
     """
 
     mean: float
@@ -41,12 +41,13 @@ def over_records(values: Floats, share: float) -> OverRecords:
     values : ndarray, (n,)
         One positive value per record; NaN if unknown.
     share : float
-        Share of the records that stay below the quantile.
+        Probability of the quantile: the share of records with results below the quantile.
 
     Notes
     -----
-    The ends of the interval are order statistics. They are valid for any distribution, since the number of results
-    below the quantile is binomial. H. A. David, H. N. Nagaraja, Order Statistics (2003), section 7.1.
+    The ends of the interval are order statistics. The interval is valid for any distribution of the results, since the
+    number of results below the quantile has a binomial distribution. H. A. David, H. N. Nagaraja, Order Statistics
+    (2003), section 7.1.
     """
     from scipy.special import bdtr
 
@@ -56,7 +57,7 @@ def over_records(values: Floats, share: float) -> OverRecords:
         return OverRecords(*[np.nan] * len(OverRecords._fields))
     mean, rms = float(known.mean()), float(np.sqrt(np.mean(known**2)))
     spread = [float(each.std(ddof=1)) if n > 1 else np.nan for each in (known, known**2)]
-    # the probability that at most this many of n results are below the quantile
+    # entry k is the probability that at most k of the n results are below the quantile
     below = bdtr(np.arange(n), n, share)
     low, high = int((below <= BEYOND).sum()) - 1, int((below < 1.0 - BEYOND).sum())
     return OverRecords(
@@ -71,5 +72,5 @@ def over_records(values: Floats, share: float) -> OverRecords:
 
 
 def enough_records(share: float) -> int:
-    """Give the least number of records for which the interval of the quantile has both ends."""
+    """Return the smallest number of records for which the 95 % interval of the quantile has two ends."""
     return int(np.ceil(np.log(BEYOND) / np.log(max(share, 1.0 - share))))

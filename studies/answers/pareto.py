@@ -1,4 +1,4 @@
-"""The designs that no other one beats in every respect, and how many more may belong to them within their errors."""
+"""Pareto front of designs, and the number of further designs that may belong to the front within their errors."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -36,29 +36,29 @@ def pareto_front(
     judging: Judging = Judging(),
     top: int = MOST_DESIGNS,
 ) -> "xr.Dataset":
-    """Find the designs that cannot be improved in one respect without a loss in another.
+    """Find the designs that cannot be improved in one respect without a loss in another respect.
 
     Parameters
     ----------
     cube : Dataset
         A study's cube, read slab by slab.
     respects : sequence of str
-        Two or three of `RESPECTS`; a leading minus, as in "-dissipation_impact", means larger is better.
+        Two or three of `RESPECTS`. A leading minus, as in "-dissipation_impact", means that larger is better.
     judging, top : Judging, int
-        As in `optimal_designs`; at most `top` designs of the front are listed, the best in the first respect.
+        As in `optimal_designs`. Only the `top` designs that are best in the first respect are listed.
 
     Returns
     -------
     Dataset
-        As of `optimal_designs`, ordered by the first respect, with each respect as a variable and `alike`,
-        the number of further designs that are equal in all of them. Attributes `confidence` and `as_good`. The
-        latter counts the other designs that may belong to the front within their errors, because none is surely
-        better in every respect. It is left out if the study stores no error of its amplitudes.
+        The designs in the form of `optimal_designs`, ordered by the first respect. Each respect is a variable, and
+        `alike` is the number of further designs that are equal in all respects. The attribute `as_good` counts the
+        other designs that may belong to the front, because the errors do not exclude it. The attribute `confidence` is
+        the confidence of each limit. Both attributes are left out if the study stores no errors of amplitudes.
 
     Raises
     ------
     QueryFault
-        As `optimal_designs`, or if a respect is unknown or its variable is not in the cube.
+        If `optimal_designs` refuses the study, if a respect is unknown, or if its variable is not in the cube.
     """
     columns, signs = _read(cube, respects)
     question = DesignQuestion.ask(cube, judging, top)
@@ -135,7 +135,7 @@ def _read(cube: "xr.Dataset", respects: Sequence[str]) -> tuple[list[str], np.nd
 def _compared(
     cube: "xr.Dataset", columns: Sequence[str], signs: np.ndarray, found: Mapping[str, np.ndarray]
 ) -> np.ndarray:
-    """Give the compared values, (design, respect); smaller is better in every column."""
+    """Return the compared values as an array (design, respect). Smaller is better in every column."""
     values = [cube[name].values[found[name]] if name in cube.dims else found[name] for name in columns]
     return np.asarray(np.stack(values, axis=1) * signs)
 
@@ -146,7 +146,7 @@ def _limits(
     signs: np.ndarray,
     found: Mapping[str, np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper limits in the form of `_compared`; for a value without an error, the value itself."""
+    """Return lower and upper limits in the form of `_compared`. Without an error, both limits are the value itself."""
     low = _compared(cube, columns, signs, found)
     high = low.copy()
     for at, (name, sign) in enumerate(zip(columns, signs, strict=True)):
@@ -162,11 +162,15 @@ def _limits(
 
 
 def _unsurpassed(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Find the designs that no other design surely beats, by its upper limits against their lower ones."""
+    """Find the designs that no other design surely beats.
+
+    Design A surely beats design B if every upper limit of A is at most the lower limit of B, and at least one is
+    smaller.
+    """
     surpassed = np.zeros(low.shape[0], bool)
     rest = high[np.lexsort(high.T[::-1])]
     while rest.size:
-        # what any design beats is also beaten by one that no other beats, so comparing with these suffices
+        # each beaten design is also beaten by an unbeaten design, so a comparison with the unbeaten designs suffices
         best = rest[0]
         surpassed |= (best <= low).all(axis=1) & (best < low).any(axis=1)
         rest = rest[~(rest >= best).all(axis=1)]
@@ -174,13 +178,13 @@ def _unsurpassed(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.ndarray]:
-    """Keep the designs that no other beats, the first of equals, ordered by the first respect."""
+    """Keep the designs that no other design beats, ordered by the first respect. Of equal designs, keep the first."""
     order = np.lexsort(compared.T[::-1])
     found, rest = {name: array[order] for name, array in found.items()}, compared[order]
     places = np.arange(order.size)
     kept: list[int] = []
     while places.size:
-        # in this order no later design beats the first remaining one
+        # the designs are sorted, so no later design beats the first design of `rest`
         first = rest[0]
         kept.append(int(places[0]))
         same = (rest == first).all(axis=1)
@@ -191,7 +195,7 @@ def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.n
 
 
 def _wanted(name: str, question: DesignQuestion, phrases: Phrases) -> str:
-    """Name the compared quantities, and the better direction of each."""
+    """Name a compared quantity, and say whether larger or smaller is better."""
     column, meaning = RESPECTS[name.removeprefix("-")]
     label = phrases.label(column)
     named = phrases.about(question.long_name) if column == "value" else meaning if label == column else label

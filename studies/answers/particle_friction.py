@@ -1,6 +1,4 @@
-"""Finds the largest particle friction at which a design keeps its promised value, by computing the design with
-friction.
-"""
+"""Find the largest friction of the particle at which the value of a ranked design rises by at most a tenth."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import takewhile
@@ -33,31 +31,31 @@ if TYPE_CHECKING:
     import xarray as xr
 
 COEFFICIENTS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
-"""Examined μ_i, roughly those of a rolling ball, of PTFE, and of dry metals."""
+"""Examined friction coefficients μ_i, from a rolling ball through PTFE to dry metals."""
 FRICTION = "particle_friction"
-"""Kind of the note."""
+"""Kind of the note that `friction_note` returns."""
 WITHIN = 1.1
-"""Allowed multiple of the promised value."""
+"""Largest allowed ratio of the value with friction to the value without friction."""
 
 
 def studies_with_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> tuple[Study, ...]:
-    """Make the studies that compute the recommended damper of a ranking with friction of its particle.
+    """Return the studies that compute the damper recommended by a ranking, with friction of the particle.
 
     Parameters
     ----------
     cube : Dataset
         The ranked study.
     ranked : Dataset
-        Of `optimal_designs`, `merged_designs` or `worst_case_designs`.
+        The answer of `optimal_designs`, `merged_designs` or `worst_case_designs`.
     judging : Judging
-        The question of the ranking.
+        The criteria of the ranking.
 
     Returns
     -------
     tuple of Study
-        One study over `COEFFICIENTS`, or one for each of them over base amplitudes. Empty if the recommended damper
-        does not work by impacts, or the study is in ratios or incomplete. Also empty if friction or gravity already
-        acts on the particle, or friction cannot be combined with the contact or the solver.
+        One study over `COEFFICIENTS`. For a study over base amplitudes, one study for each coefficient. Empty if the
+        recommended damper does not work by impacts, if the study is in ratios or incomplete, if friction or gravity
+        already acts on the particle, or if friction cannot be combined with the contact or the solver.
     """
     kind, lead = kind_of(cube.sizes), leading(ranked)
     if kind is SUITE or lead is None or not _strikes(lead) or ranked.attrs["complete"] < 1:
@@ -73,22 +71,22 @@ def studies_with_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Jud
 
 
 def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> Refinement:
-    """Make the studies that find the largest friction of the particle at which the recommended damper keeps its value.
+    """Return the studies of `studies_with_friction` as a refinement.
 
     Parameters
     ----------
     cube, ranked, judging
-        As for `studies_with_friction`.
+        As in `studies_with_friction`.
 
     Returns
     -------
     Refinement
-        Without studies if the ranking already has the result.
+        The studies to compute. There are none if the ranking already has the result.
 
     Raises
     ------
     QueryFault
-        If there is no such study.
+        If friction of the particle cannot be added to the recommended damper.
     """
     asked, lead = studies_with_friction(cube, ranked, judging), leading(ranked)
     if not asked or lead is None:
@@ -110,7 +108,7 @@ def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) ->
 
 
 def _strikes(lead: Mapping[str, Any]) -> bool:
-    """Whether the recommended damper works by impacts. Over base amplitudes this is unknown, and a particle suffices."""
+    """Whether the recommended damper works by impacts. Over base amplitudes, every particle is assumed to strike."""
     if "impact_share" in lead:
         return bool(lead["impact_share"] != 0.0)  # NaN if unknown
     return bool(lead["mass_ratio"] > 0.0)
@@ -124,9 +122,9 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
     study : Study
         The study of the design.
     question : DesignQuestion
-        The question.
+        The criteria by which designs are judged, with the judged frequencies.
     design : mapping of float
-        The design, by dimension; its particle strikes.
+        The design, by dimension. Its particle strikes.
 
     Returns
     -------
@@ -154,7 +152,7 @@ def _computed(study: Study) -> bool:
 def _over_amplitudes(
     study: Study, cube: "xr.Dataset", damper: Mapping[str, Any], judging: Judging
 ) -> tuple[Study, ...]:
-    """Make the studies of one damper over the judged base amplitudes and frequencies, one for each coefficient."""
+    """Make the studies of one damper over the judged base amplitudes and frequencies, one study per coefficient."""
     document = study.document()
     physical = document["physical"]
     if not _computed(study) or any(name in physical for name in MADE_BY.values()):
@@ -176,7 +174,7 @@ def _over_amplitudes(
 
 
 _MADE = tuple(DERIVATIONS[name].source for name in ("damping_ratio", "mass_ratio", FREQUENCY))
-"""Quantities whose ratios are given instead."""
+"""Quantities in units that are left out of a follow-up, because the follow-up has the corresponding ratios."""
 
 
 def friction_note(
@@ -186,20 +184,22 @@ def friction_note(
     value: float,
     metric: str | None = None,
 ) -> Note | None:
-    """Note the largest coefficient at which the value is at most `WITHIN` times the promised one, and the next larger one.
+    """Return a note with the largest μ_i up to which the value of a damper is at most `WITHIN` times `value`.
+
+    The note also contains the next larger coefficient.
 
     Parameters
     ----------
     asked : sequence of Study
-        Of `studies_with_friction`.
+        The studies from `studies_with_friction`.
     cubes : iterable of Dataset
-        Cubes of completed studies, those of `asked` among them.
+        Cubes of completed studies, which may include those of `asked`.
     judging : Judging
-        The question of the ranking.
+        The criteria of the ranking.
     value : float
-        The promised value.
+        The value of the damper in the ranking.
     metric : str, optional
-        The criterion over base amplitudes.
+        The criterion, for a study over base amplitudes.
 
     Returns
     -------
@@ -219,7 +219,7 @@ def friction_note(
 
 
 def has_friction_added(cube: "xr.Dataset", ranked: "xr.Dataset") -> bool:
-    """Whether a study gives the friction of the particle that another one leaves open."""
+    """Whether the study of `cube` defines the friction of the particle, and the study of `ranked` leaves it open."""
     open_there, open_here = (FRICTIONLESS in left_open(definition_of(each)) for each in (ranked, cube))
     return open_there and not open_here
 
@@ -227,13 +227,12 @@ def has_friction_added(cube: "xr.Dataset", ranked: "xr.Dataset") -> bool:
 def with_friction(
     ranked: "xr.Dataset", cube: "xr.Dataset", judging: Judging, cubes: "Iterable[xr.Dataset]"
 ) -> "xr.Dataset":
-    """Say in a ranking up to which friction of the particle its best damper keeps its value, or which command finds
-    this.
+    """Add the note of `friction_note` to a ranking. If the note is unknown, name the command that finds the friction.
 
     Parameters
     ----------
     ranked, cube, judging
-        As for `studies_with_friction`.
+        As in `studies_with_friction`.
     cubes : iterable of Dataset
         Completed studies with friction.
     """
@@ -255,9 +254,7 @@ def with_friction(
 
 
 def _told(words: Mapping[str, Any], said: str, notes: list[NoteDocument]) -> dict[str, Any]:
-    """Give the attributes that change: `brief` with a sentence appended to the row of the acceleration, and the notes
-    of the answer, if it has any, followed by these.
-    """
+    """Return `brief` with `said` appended to the row of the acceleration, and the notes of the answer with `notes`."""
     brief = words["brief"]
     rows = [[*row[:2], f"{row[2]}; {said}"] if row[0] == ACCELERATION else row for row in brief["rows"]]
     told: dict[str, Any] = {"brief": brief | {"rows": rows}}
@@ -279,7 +276,7 @@ def _coefficient(definition: Mapping[str, Any]) -> float | None:
 
 
 def _values(cube: "xr.Dataset", judging: Judging, metric: str | None) -> dict[float, float]:
-    """Give the value with each coefficient of a cube; dampers that do not qualify are missing."""
+    """Return the value of the damper by friction coefficient, for the coefficients with which the damper qualifies."""
     if kind_of(cube.sizes) is AMPLITUDES:
         ranked = worst_cases(cube, metric, 1)
         coefficients: Collection[float] = [float(_coefficient(definition_of(cube)) or 0.0)] * ranked.sizes[

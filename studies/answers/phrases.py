@@ -1,4 +1,4 @@
-"""Names and values of quantities in the sentences of answers: as ratios, or in units if the study is given in them."""
+"""Names and values of quantities in the sentences of answers: as ratios, or in units if the study is given in units."""
 
 import math
 import re
@@ -60,7 +60,7 @@ PRINTED: dict[str, Printed] = {
     **{name: Printed("X", "amplitude X", "mm", 1e3) for name in AMPLITUDES},
     **{ratio: Printed("a", RESULT_NAMES[name], "m/s²", 1.0) for ratio, name in ACCELERATIONS.items()},
 }
-"""Names for a ratio in a study in units."""
+"""Printed quantity of each ratio, for a study that is given in units."""
 
 _PRINTED_UNITS = {
     "m": ("mm", 1e3),
@@ -88,7 +88,7 @@ PRINTED_OF_SI: dict[str, Printed] = {
         if variable.units != "1"
     },
 }
-"""Names for the dimensions and results that a cube, or an answer, has in SI units."""
+"""Printed quantity of each dimension and result in SI units."""
 
 _PRINTED = PRINTED | PRINTED_OF_SI
 
@@ -97,7 +97,7 @@ TERMS: dict[str, str] = {
     **{name: f"{words} {SYMBOLS[name]}" for name, words in DIMENSION_NAMES.items()},
     **{name: printed.label for name, printed in PRINTED_OF_SI.items()},
 }
-"""Name of a dimension or a quantity in a sentence."""
+"""Names of dimensions and quantities in sentences."""
 
 
 @dataclass(frozen=True)
@@ -107,9 +107,9 @@ class Phrases:
     Parameters
     ----------
     quantities : mapping of InUnits
-        Quantities given in units, by their names in the cube; all others stay ratios.
+        Quantities in units, by name in the cube. All other quantities are ratios.
     amplitude : str
-        What Z is called.
+        Name of the reference length Z.
     """
 
     quantities: Mapping[str, InUnits] = field(default_factory=dict)
@@ -117,7 +117,7 @@ class Phrases:
 
     @classmethod
     def of(cls, cube: "xr.Dataset") -> "Phrases":
-        """Give the names for a study: in units, or as ratios if the study is in ratios alone."""
+        """Return the phrases for a study: in units, or in ratios if the study is given in ratios alone."""
         beside = (*coordinates_in_units(cube), *results_in_units(cube))
         found = {each.source: each for each in (*beside, *in_si(cube))}
         named = found | {each.name: replace(each, source=each.name, factor=1.0) for each in beside}
@@ -125,17 +125,16 @@ class Phrases:
 
     @classmethod
     def of_ratios(cls, cube: "xr.Dataset") -> "Phrases":
-        """Give the names of ratios; quantities that the cube stores in SI units stay in units."""
+        """Return the phrases in ratios. Quantities that the cube stores in SI units stay in units."""
         return cls({each.source: each for each in in_si(cube)}, amplitude_called(cube))
 
     def as_named(self, metric: str | None) -> "Phrases":
-        """Give the names for a table of a result that the user named. If the user named a ratio, all quantities stay
-        ratios.
+        """Return the phrases for a table of a result. If the user named a ratio, all quantities are ratios.
 
         Parameters
         ----------
         metric : str or None
-            The name that was used; None if there was none.
+            The name of the result that the user wrote; None if the user named no result.
         """
         if metric not in VARIABLES:
             return self
@@ -146,25 +145,26 @@ class Phrases:
         return name in self.quantities
 
     def symbol(self, name: str) -> str:
-        """Give the symbol of a dimension or of the amplitude."""
+        """Return the symbol of a dimension or of the amplitude."""
         if self._has(name):
             return _PRINTED[name].symbol
         return "X/Z" if name == AMPLITUDE else SYMBOLS.get(name, name)
 
     def label(self, name: str) -> str:
-        """Give the name of a dimension, or of its quantity, with its symbol."""
+        """Return the name of a dimension, or of its quantity in units, with the symbol."""
         if name == BASE_AMPLITUDE:
             return f"{self.amplitude} Z"
         return _PRINTED[name].label if self._has(name) else TERMS.get(name, name)
 
     def unit(self, name: str) -> str:
-        """Give the unit with a leading space, which degrees do not have; empty for a ratio."""
+        """Return the unit with a leading space, or "" for a ratio. The sign for degrees has no leading space."""
         unit = _PRINTED[name].unit if self._has(name) else ""
         return unit if unit == "°" else f" {unit}".rstrip()
 
     def column(self, name: str, quantity: str = "") -> str:
-        """Name a column of a table, with its unit in brackets. `quantity` is the quantity that an answer's own name
-        stands for.
+        """Name a column of a table, with the unit in brackets.
+
+        If only answers use `name`, `quantity` is the corresponding quantity of the cube.
         """
         quantity = quantity or name
         if not self._has(quantity):
@@ -178,15 +178,15 @@ class Phrases:
         return f"{self.label(name) if of_a_dimension else named}{unit and f' [{unit}]'}"
 
     def printed(self, name: str, value: float) -> float:
-        """Convert a ratio to the number that is written, in the printed unit."""
+        """Convert a ratio to the printed unit of its quantity."""
         return value * self.quantities[name].factor * _PRINTED[name].scale if self._has(name) else value
 
     def number(self, name: str, value: float, form: str = ".6g") -> str:
-        """Write a ratio in the printed unit of its quantity, without this unit."""
+        """Convert a ratio to the printed unit of the quantity, and write the number without the unit."""
         return format(self.printed(name, value), form)
 
     def value(self, name: str, value: float, form: str = ".6g") -> str:
-        """Write a ratio in the printed unit of its quantity, with this unit; one that stays a ratio has none."""
+        """Convert a ratio to the printed unit of the quantity, and write the number with the unit."""
         return self.number(name, value, form) + self.unit(name)
 
     def equal(self, name: str, value: float, form: str = ".6g") -> str:
@@ -194,15 +194,13 @@ class Phrases:
         return f"{self.symbol(name)} = {self.value(name, value, form)}"
 
     def span(self, name: str, low: float, high: float, form: str = ".6g") -> str:
-        """Write ``r = 0.8 to 1.25``, or ``f = 2 to 3.125 Hz``; a range of one value as that value."""
+        """Write a range as ``r = 0.8 to 1.25``, or ``f = 2 to 3.125 Hz``; write a range of one value as that value."""
         if low == high:
             return self.equal(name, low, form)
         return f"{self.symbol(name)} = {self.number(name, low, form)} to {self.value(name, high, form)}"
 
     def measured(self, value: float, error: float, form: str = ".6g") -> str:
-        """Write an amplitude with its error. The error is omitted if it is rounding, or smaller than the last digit
-        shown.
-        """
+        """Write an amplitude with its error. An error too small for the digits shown is omitted."""
         shown = self.number(AMPLITUDE, value, form)
         hides = form == ".3g" and abs(error) < HIDDEN * abs(value)
         if is_rounding(value, error) or hides:
@@ -212,7 +210,7 @@ class Phrases:
         return f"{shown} ± {self.value(AMPLITUDE, error, '.2g')}"
 
     def shown(self, name: str, array: "xr.DataArray") -> str:
-        """Name a result in a table, with its unit or its reference: ``amplitude X in mm``."""
+        """Return the name of a result with the unit or the reference, such as ``amplitude X in mm``."""
         units = str(array.attrs.get("units", "1"))
         told = self.about(with_what_it_is_over(name, str(array.attrs.get("long_name", name))))
         if self._has(name):
@@ -223,7 +221,7 @@ class Phrases:
         return told if units == "1" else f"{told}{',' if ',' in told else ''} in {units}"
 
     def about(self, long_name: str) -> str:
-        """Name the criterion of designs."""
+        """Replace ratios in the long name of a criterion by quantities in units."""
         if self._has(AMPLITUDE):
             for ratio, length in (("X/Z", "X"), ("amplitude ratio", "amplitude"), ("|x−z|/Z", "|x−z|")):
                 long_name = long_name.replace(ratio, length)
@@ -231,22 +229,22 @@ class Phrases:
 
 
 OVER_MORE_THAN_Z = OVER.keys() - AMPLITUDES.keys() - ACCELERATIONS.keys()
-"""Results whose names do not include their reference."""
+"""Results whose names do not contain the divisor."""
 HIDDEN = 5e-4
-"""Relative error that does not show in three digits."""
+"""Relative error below which an error does not show in three digits."""
 RATIOS = Phrases()
 _SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit is given separately
 
 
 def said(cube: "xr.Dataset", say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:
-    """Give an answer's words in ratios; if the study is given in units, add them in units as ``in_units``.
+    """Return the texts of an answer in ratios. If the study is given in units, add the texts in units as ``in_units``.
 
     Parameters
     ----------
     cube : Dataset
         The study of the question.
     say : callable
-        Function that gives the texts, by the names of their attributes.
+        Function of the phrases. The function returns a mapping from attributes to texts.
     """
     units = Phrases.of(cube)
     words = say(Phrases.of_ratios(cube))
@@ -254,7 +252,7 @@ def said(cube: "xr.Dataset", say: Callable[[Phrases], dict[str, Any]]) -> dict[s
 
 
 def together(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the words of two answers, in ratios and in units."""
+    """Combine the texts of two answers, in ratios and in units."""
     words = {**first, **second}
     if "in_units" in first and "in_units" in second:
         words["in_units"] = {**first["in_units"], **second["in_units"]}

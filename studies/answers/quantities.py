@@ -1,4 +1,4 @@
-"""Adds values in SI units and names of classes to an answer, beside its ratios and codes, for files and Datasets."""
+"""Add values in SI units and the names of response classes to an answer, beside its ratios and codes."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -21,12 +21,12 @@ MEANT = {
     "mass": "mass_ratio",
     "clearance": "clearance_ratio",
 }
-"""For each name that only an answer uses, the result or dimension that it stands for."""
+"""Result or dimension of a cube that corresponds to each name used only in answers."""
 _SUFFIXES = {"m": "m", "m s-2": "m_per_s2", "m s-1": "m_per_s", "J": "j", "N": "n", "kg": "kg", "Hz": "hz"}
 
 
 def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
-    """Add in SI units the quantities that an answer has in ratios.
+    """Convert the ratios of an answer into quantities in SI units, and add these quantities to the answer.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
     Returns
     -------
     Dataset
-        Of the same type. Each ratio gains a coordinate or variable in units with the same dimensions, as
-        `clearance_m` and `amplitude_m`; an answer's own names get the unit appended, as `hybrid_m`. Unchanged if the
-        study is given in ratios alone.
+        The answer with a coordinate or variable in units for each ratio, such as `clearance_m` and `amplitude_m`. If
+        only answers use a name, the unit is appended, as in `hybrid_m`. Nothing is added if the study is given in
+        ratios alone.
     """
     known = {each.source: each for each in quantities_of(definition)}
     meant = dict(MEANT)
@@ -62,14 +62,14 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
 
 
 def in_quantities(answer: D, metric: str) -> tuple[D, str]:
-    """Give a map whose axes and result are in units wherever it has them, and the name of that result.
+    """Return a map with axes and result in units, if the answer contains units, and the name of the result.
 
     Parameters
     ----------
     answer : Dataset
-        With or without the additions of `with_quantities`.
+        A map, with or without the additions of `with_quantities`.
     metric : str
-        Which of its variables is shown.
+        Name of the variable that is shown.
     """
     axes = {
         source: name
@@ -85,17 +85,17 @@ _WORDS = {kind.value: kind.name.lower() for kind in ResponseClass}
 
 
 def with_words(answer: D) -> D:
-    """Add to every variable of response classes a coordinate with their names.
+    """Add to every variable of response classes a coordinate with the names of the classes.
 
     Parameters
     ----------
     answer : Dataset
-        With or without ``response_class``, ``other_response_class``.
+        An answer, which may have the variables ``response_class`` and ``other_response_class``.
 
     Returns
     -------
     Dataset
-        Of the same type, with the coordinate ``response_class_words`` (text) of the same dimensions.
+        The answer with the text coordinate ``response_class_words``, which has the dimensions of ``response_class``.
     """
     words = {}
     for name, codes in answer.data_vars.items():

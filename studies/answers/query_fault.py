@@ -1,4 +1,4 @@
-"""A question that the cube cannot answer in this form."""
+"""The error for a question that a study cannot answer."""
 
 from typing import Any, Literal, get_args, get_origin
 
@@ -12,12 +12,12 @@ NONE_QUALIFIES = "No design of the study qualifies, so there is none to start fr
 
 
 class QueryFault(UserError, ValueError):
-    """The error in the question, and what to ask instead.
+    """A question that a study cannot answer. The message says what is wrong, and what to ask instead.
 
     Parameters
     ----------
     fault : Fault
-        The argument, the value found, the allowed values, the advice.
+        The argument, the value found, the allowed values and the advice.
     """
 
     def __init__(self, fault: Fault) -> None:
@@ -25,17 +25,17 @@ class QueryFault(UserError, ValueError):
         self.fault = fault
 
     def __reduce__(self) -> tuple[type["QueryFault"], tuple[Fault]]:
-        """Pickle by the fault, so that it survives transport between processes."""
+        """Pickle the error by its fault, so that the error can be sent to another process."""
         return type(self), (self.fault,)
 
 
 def refused(field: str, found: str, allowed: str, advice: str, told: str = "") -> QueryFault:
-    """Refuse a question because of one argument; `told` replaces the usual sentence."""
+    """Make the error for a question with an argument that is not allowed. `told` replaces the default sentence."""
     return QueryFault(Fault(field, found, allowed, advice, told))
 
 
 def check_question(question: object) -> None:
-    """Refuse the first number or word of a question that its field does not allow."""
+    """Raise `QueryFault` for the first field of a question whose number or word is not allowed."""
     kind: Any = type(question)
     for each in fields_of(kind):
         value, limited = getattr(question, each.name), words_of(each)

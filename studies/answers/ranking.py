@@ -1,4 +1,4 @@
-"""One question for the best designs, for every kind of study and every criterion, shared by all interfaces."""
+"""Rank the designs of any kind of study by any criterion. All interfaces use this function."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
@@ -17,32 +17,33 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Opened = Callable[[Iterable[str]], "Mapping[str, xr.Dataset]"]
-"""Function that opens the study and its follow-ups, by id, the study first."""
+"""Function that returns the cubes of the study and of the given follow-ups. The keys are ids; the study comes first."""
 
 
 def ranked_designs(cube: "xr.Dataset", judging: Judging, ranking: Ranking, opened: Opened) -> "xr.Dataset":
-    """Rank the designs of a study, the best first. The designs of a suite, or of a study over base amplitudes, are
-    ranked by their worst case.
+    """Rank the designs of a study, the best first.
+
+    The designs of a ground-motion suite, or of a study over base amplitudes, are ranked by their worst case.
 
     Parameters
     ----------
     cube : Dataset
         The study's cube.
     judging, ranking : Judging, Ranking
-        The question.
+        The criteria, and how many designs are ranked with which follow-ups.
     opened : callable
-        Gives the cubes of the study and of the follow-ups in the ranking.
+        Function that returns the cubes of the study and of the follow-ups in the ranking.
 
     Returns
     -------
     Dataset
-        Of `merged_designs`, `pareto_front`, `optimal_designs` or `worst_case_designs`. If the opened studies contain
-        it, the short answer gives the largest friction of the particle at which the best damper keeps its value.
+        The answer of `merged_designs`, `pareto_front`, `optimal_designs` or `worst_case_designs`, with the result of
+        `particle_friction.with_friction`.
 
     Raises
     ------
     QueryFault
-        As those functions, and for fields that do not apply to this kind of study.
+        If one of those functions refuses the study, or if a field does not apply to this kind of study.
     """
     kind = kind_of(cube.sizes)
     _check_fields(kind, judging, ranking)
@@ -69,7 +70,7 @@ def ranked_designs(cube: "xr.Dataset", judging: Judging, ranking: Ranking, opene
 
 
 def _check_fields(kind: Kind, judging: Judging, ranking: Ranking) -> None:
-    """Refuse fields that do not apply to the kind of study, or that exclude each other."""
+    """Refuse fields that do not apply to the kind of study, and fields that cannot be combined."""
     for name in sorted((given(judging) | given(ranking)).keys() - kind.ranking):
         found = f"{kind.words}, to which it does not apply"
         others = " or ".join(each.words for each in KINDS if name in each.ranking)

@@ -1,4 +1,4 @@
-"""Refinement: follow-up studies where better designs may lie, or around a class boundary, until the result is known."""
+"""Refinement of an optimum, or of a boundary between response classes, by follow-up studies."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -43,11 +43,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PARTS = {1: 8, 2: 4}
-"""Number of parts into which a cell next to the best is divided, by the number of parameters. It is 2 for more
-parameters and for cells elsewhere.
+"""Number of parts into which a cell next to the best design is divided along each parameter, by the number of
+parameters. With more parameters, and for all other cells, the number is 2.
 """
 AT_ONCE = 12
-"""Largest number of cells elsewhere that are examined in one round."""
+"""Largest number of cells away from the best design that are divided in one round."""
 BOUNDARY_PARTS = 16
 ROUNDING = 1e-9
 
@@ -60,20 +60,21 @@ def refine_optimum(
 ) -> Refinement:
     """Make the studies that examine where a better design may lie.
 
-    The grid's cells are those of all studies. The least value in a cell is estimated from its corners. A dip is
-    assumed to continue into the cell, for half of its width, with the slope at its edge; differences within the
-    errors count as zero. Every cell that can contain a design better by more than the tolerance is divided; so are
-    those around the best. For a study in units the last follow-up is the optimum with friction of its particle.
+    The grid cells of all studies are examined. The smallest value in a cell is estimated from the values at its corners
+    and the slopes there: the value is assumed to fall with the slope of the neighbouring cell, as far as the middle of
+    the cell. Differences within the errors count as zero. A cell is divided if it can contain a design that is better
+    by more than the tolerance, or if it touches the best design. For a study in units, the last follow-up computes the
+    optimum with friction of the particle.
 
     Parameters
     ----------
     study : Study
         The study to refine.
     cubes : mapping of Dataset
-        Its cube first, then those of finished follow-ups, by id.
+        The cube of the study first, then the cubes of finished follow-ups, by the ids of the studies.
     search : Search
-        Limits on the step to which each parameter is refined, in its own unit, and on the points of all follow-ups
-        together. Also the share of the value by which a design must promise to be better.
+        The step to which each parameter is refined, the largest number of points of all follow-ups together, and the
+        share of the best value by which a design must be expected to be better.
     judging : Judging
         As in `optimal_designs`.
 
@@ -161,7 +162,7 @@ def refine_optimum(
 def _with_friction(
     answer: Refinement, rubbing: Study, cubes: "Iterable[xr.Dataset]", judging: Judging
 ) -> Refinement:
-    """Add the largest particle friction at which a known optimum keeps its value, or else the study that determines it."""
+    """Add the note of `friction_note` to a known optimum. If the note is unknown, add the study that determines it."""
     note = friction_note((rubbing,), cubes, judging, answer.found["value"])
     if note is None:
         return replace(answer, studies=(rubbing,), points=rubbing.points)
@@ -208,7 +209,7 @@ def _brief(
 def _grids(
     cells: Cells, chosen: np.ndarray, parts: int, tolerance: float, varied: list[str]
 ) -> list[dict[str, list[float]]]:
-    """Divide cells into `parts`, or into fewer if steps of the tolerance suffice; neighbours share a grid."""
+    """Divide chosen cells into at most `parts` along each parameter, and combine neighbouring cells into one grid."""
     grids = []
     for box in joined(cells, chosen):
         axes = {}
@@ -223,7 +224,7 @@ def _grids(
 
 
 def _note_search(promising: int, blurred: bool, steps: Mapping[str, float], search: Search) -> Note:
-    """Note where a better design may lie, or the error of the best."""
+    """Return a note that a better design may lie in some cells, or how well the optimum is known."""
     better = {"better_by": search.value_tolerance}
     coarse = {name: step for name, step in steps.items() if step > search.tolerance * (1 + ROUNDING)}
     if promising:
@@ -248,12 +249,12 @@ def refine_boundary(
     study, cubes
         As in `refine_optimum`.
     tolerance : float
-        Step to which the change is located.
+        Largest step between the two values of `along` at the change.
     along : str
-        The dimension of the search.
+        The dimension along which the class changes.
     at : mapping of float
-        The point of the other dimensions, as in `selection.choose`. A value of `along` selects the change nearest to
-        it; without one, the first.
+        The values along the other dimensions, as in `selection.choose`. A value of `along` selects the change nearest
+        to that value; without such a value, the first change is located.
 
     Raises
     ------
@@ -307,7 +308,7 @@ def refine_boundary(
 def _line(
     cubes: "Mapping[str, xr.Dataset]", along: str, chosen: Mapping[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values along a line, ascending, and the class at each, from every cube that contains the line."""
+    """Return the ascending values along a line, and the class at each value, from every cube that contains the line."""
     known: dict[float, int] = {}
     for cube in cubes.values():
         index = {name: nearest_place(cube[name].values, value) for name, value in chosen.items()}
@@ -323,7 +324,7 @@ def _line(
 def _fine(
     parent: "xr.Dataset", refined: list[str], tolerance: float, ranges: Mapping[str, tuple[float, float]]
 ) -> int:
-    """Count the designs of a grid with these steps over the part of the study that the question covers."""
+    """Count the designs of a grid with steps of `tolerance` over the ranges of the question."""
     spans = []
     for name in refined:
         values = parent[name].values
@@ -333,7 +334,7 @@ def _fine(
 
 
 def _note_cost(spent: Mapping[str, float], fine: int, more: int = 0) -> Note:
-    """Note the cost of the search, and of a grid whose steps would give the same answer, if there is one."""
+    """Return a note with the cost of the search and, if known, the cost of a grid with equally small steps."""
     if not fine:
         return Note("spent", "hint", spent)
     return Note("cost", "hint", {"points": int(spent["points"]) + more, "fine_points": fine})

@@ -1,4 +1,4 @@
-"""A map: one metric over two dimensions, at one point of the others or reduced over one of them."""
+"""Map of one metric over two dimensions. The other dimensions are fixed, or one of these dimensions is reduced."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 PEAKS = ("amplitude_ratio", "amplitude_ratio_max")
 """Results that may have a resonance peak between the computed frequencies."""
 BUDGET = 2**20
-"""Number of points reduced together, with four variables each; a chunk on the border of two slabs is read twice."""
+"""Number of points that are reduced together, each with four variables."""
 
 
 def resonance_map(
@@ -62,40 +62,41 @@ def resonance_map(
 ) -> "xr.Dataset":
     """Slice the cube along two dimensions.
 
-    A quantity is shown at its largest over the frequencies of the study unless the question names a frequency. A map
-    at r = 1 alone would recommend designs that are terrible a few per cent away. Likewise a suite is shown under its
-    worst record, and a damper over base amplitudes at the worst of them. With `over`, the worst values are reduced
-    along that dimension.
+    If the question names no frequency, the map shows the largest value of a quantity over the frequencies of the study.
+    A map at r = 1 alone would recommend designs that are very bad at frequencies a few per cent away. Likewise, the map
+    of a suite shows the largest value over the records, and the map of a study over base amplitudes the largest value
+    over these amplitudes. With `over`, the largest values are then reduced along that dimension.
 
     Parameters
     ----------
     cube : Dataset
         A study's cube; only the needed part is read.
     x, y : str
-        The dimensions of the map; for a study in SI units also `clearance_m` and the like, which then name the
-        answer's dimensions.
+        The dimensions of the map. If the study is given in SI units, names in units such as `clearance_m` are allowed
+        too. The dimensions of the answer then have these names.
     selection : Selection
-        The shown result, and the values of the other dimensions, see `leading_place`.
+        The metric, and the values of the other dimensions; see `leading_place`.
     over, reduce : str, optional
-        A third dimension and its reduction: "max" (the default), "min" or "mean", over the points that have a value;
-        no maximum is known if a point failed. Its slabs are read one after the other.
+        A third dimension, and its reduction over the points that have a value: "max" (the default), "min" or "mean".
+        The maximum is unknown if a point failed. The cube is read slab by slab along this dimension.
 
     Returns
     -------
     Dataset
-        Dimensions (y, x). The metric, and its `amplitude_error`, `response_class` and `status` if the cube has them.
-        For a maximum or minimum these are the values at its point, which `<over>_at` names, or at the failed point that
-        leaves the maximum unknown. Among points with the same value, one at which the mass moves is preferred. For a
-        mean, the error is the mean error and the status the worst, and there is no class. After a reduction,
-        `computed_share` is the share of the reduced points that were computed. The other dimensions are scalar
-        coordinates. Attributes: `complete` (share of the points of the slice that were computed), `points`,
-        `points_failed`, `reduce`, `over`. Also `worst_over`, the uncontrolled dimension if it was reduced to the worst,
-        and `note`, the choices in words.
+        Dimensions (y, x). The variables are the metric and, if the cube has them, `amplitude_error`, `response_class`
+        and `status`. After a reduction to the maximum or minimum, these variables are taken at the point of the
+        extremum, which `<over>_at` names. If a failed point leaves the maximum unknown, they are taken at the failed
+        point. Among points with the same value, one at which the mass moves is preferred. For a mean, the error is the
+        mean error and the status is the worst status; there is no class. After a reduction, `computed_share` is the
+        share of the reduced points that were computed. The other dimensions are scalar coordinates. Attributes:
+        `complete` (share of the points of the slice that were computed), `points`, `points_failed`, `reduce`, `over`,
+        `note` (the choices in words), and `worst_over` (the second dimension over which the largest value was taken, if
+        there is one).
 
     Raises
     ------
     QueryFault
-        If a dimension or the metric is not in the cube, or one is used twice.
+        If a dimension or the metric is not in the cube, or if a dimension is used twice.
     """
     units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
     if units.keys() & {x, y, over, selection.metric}:
@@ -141,7 +142,7 @@ def resonance_map(
         answer = _slice(cube, x, y, metric, index)
     else:
         answer = _reduced(cube, (y, x), metric, (over, inner), reduce, index)
-    # a study over base amplitudes has no ratios of mass and damping at its points
+    # `hidden_on` expects the dimensions of a harmonic study
     peaks = (over, reduce) == (FREQUENCY, "max") and metric in PEAKS and kind_of(cube.sizes) is HARMONIC
     notes = hidden_on(cube, metric, (y, x), index) if peaks else []
     if over is not None and answer.attrs["complete"] < 1:
@@ -177,7 +178,7 @@ def _in_units(
     selection: Selection,
     reduce: Reduction | None,
 ) -> "xr.Dataset":
-    """Convert a question in units into ratios, and give the axes and the metric in the named units."""
+    """Answer a question in units: convert the question to ratios, and axes and metric of the answer to units."""
     import xarray as xr
 
     x, y, over = named
@@ -213,7 +214,7 @@ def _reduced(
     reduce: str,
     index: Mapping[str, int],
 ) -> "xr.Dataset":
-    """Reduce along the first dimension of `along`, slab by slab: the largest values over the second, if it is named."""
+    """Reduce a map along the first dimension of `along`, after taking the maximum over the second one, if any."""
     y, x = dims
     over, inner = along
     extent, each = cube.sizes[over], 1 if inner is None else cube.sizes[inner]
@@ -270,7 +271,7 @@ def _where(
     values: np.ndarray,
     reduce: str,
 ) -> "xr.Variable":
-    """Name the place of an extremum along a dimension; empty if there is none."""
+    """Return the coordinate of the extremum along a dimension, or NaN or an empty text where there is no extremum."""
     import xarray as xr
 
     found = cube[name].values[place]

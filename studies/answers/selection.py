@@ -1,4 +1,4 @@
-"""Shared by every question: checking names, choosing grid points, reading, describing the choices."""
+"""Functions that all questions use to check names, choose grid points, read variables, and describe the choices."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "status")
-"""Companions of a metric, so that no value appears without its error, class and status."""
+"""Variables that accompany a metric, so that no value appears without its error, class and status."""
 
 
 class Lead(NamedTuple):
-    """Place of the best design in dimensions that a question leaves open, its name, and the share of the designs that are
-    computed.
+    """Values of the best design along the dimensions that a question leaves open.
+
+    `called` names the design in words, and `complete` is the share of the designs that are computed.
     """
 
     at: Mapping[str, float]
@@ -40,12 +41,12 @@ NO_LEAD = Lead({}, "")
 
 
 def dimensions_of(cube: "xr.Dataset") -> tuple[str, ...]:
-    """Give the dimensions of a study's cube in their order."""
+    """Return the dimensions of a study's cube, in order."""
     return tuple(map(str, cube["status"].dims))
 
 
 def main_metric(cube: "xr.Dataset") -> str:
-    """Name the default metric of a question."""
+    """Return the name of the default metric for a study."""
     return kind_of(cube.sizes).metric
 
 
@@ -74,7 +75,7 @@ def check_metric(cube: "xr.Dataset", name: str, field: str = "metric") -> None:
 
 
 def check_quantity(cube: "xr.Dataset", name: str, told: str) -> None:
-    """Raise as `check_metric`, and also if the variable holds codes; `told` completes the message."""
+    """Raise `QueryFault` if the cube lacks the variable or the variable holds codes. `told` completes the message."""
     check_metric(cube, name)
     if coded(cube, name):
         advice = "choose a metric that is a quantity"
@@ -82,18 +83,18 @@ def check_quantity(cube: "xr.Dataset", name: str, told: str) -> None:
 
 
 def require_stored(cube: "xr.Dataset", field: str, *names: str, otherwise: str | None = None) -> None:
-    """Raise `QueryFault` unless the cube holds every variable that a question needs apart from its metric.
+    """Raise `QueryFault` if the cube lacks a variable that a question needs in addition to the metric.
 
     Parameters
     ----------
     cube : Dataset
         A study's cube.
     field : str
-        The argument that needs the variables, as typed.
+        The argument that needs the variables, as the user typed the argument.
     *names : str
         The variables.
     otherwise : str, optional
-        Advice; by default to leave the argument out. Empty if there is none.
+        Alternative in the message. By default, the advice is to leave the argument out. "" gives no alternative.
     """
     missing = [name for name in names if name not in cube.data_vars]
     if missing:
@@ -124,7 +125,7 @@ def _guess(name: str, known: list[str]) -> str:
 
 
 def check_axis(cube: "xr.Dataset", field: str, name: str, taken: Iterable[str] = ()) -> None:
-    """Raise as `check_dimension`, and for a dimension of texts, which has no numerical order."""
+    """Raise `QueryFault` as `check_dimension` does, or for a dimension of texts, which have no numerical order."""
     check_dimension(cube, field, name, taken)
     if cube[name].dtype.kind == "U":
         allowed = [each for each in dimensions_of(cube) if cube[each].dtype.kind == "f" and each not in taken]
@@ -133,14 +134,14 @@ def check_axis(cube: "xr.Dataset", field: str, name: str, taken: Iterable[str] =
 
 
 def check_free(cube: "xr.Dataset", at: At, axes: Iterable[str], answer: str) -> None:
-    """Raise `QueryFault` if the question fixes an axis of its own answer; the fault uses the name in the question.
+    """Raise `QueryFault` if a question fixes a dimension of the answer.
 
     Parameters
     ----------
     cube : Dataset
         The cube.
     at : mapping of float or str
-        The values of the question, some perhaps in units.
+        The values that the question fixes, as ratios or in units.
     axes : iterable of str
         Dimensions of the answer.
     answer : str
@@ -153,7 +154,7 @@ def check_free(cube: "xr.Dataset", at: At, axes: Iterable[str], answer: str) -> 
             why = "the curve runs along it" if answer == "curve" else f"it is an axis of the {answer}"
             told = f"{{field}} cannot be fixed here, because {why}."
             advice = "leave it out: every value of it is in the answer"
-            advice += "" if answer == "curve" else "; other axes are named by `x` and `y`"
+            advice += "" if answer == "curve" else "; choose other axes with `x` and `y`"
             runs = f"the {answer} runs along {sources.get(name, name)}"
             raise refused(name, describe(value), f"nothing: {runs}", advice, told)
 
@@ -166,10 +167,10 @@ def choose(cube: "xr.Dataset", at: At, free: tuple[str, ...]) -> dict[str, int]:
     cube : Dataset
         The cube.
     at : mapping of float or str
-        Wanted values: the nearest grid point is taken, or the record of that name. A dimension that is not named is
-        taken at its first point, but the frequency ratio at the point nearest r = 1.
+        Wanted values. The nearest grid point is taken; a record is found by its name. Along a dimension that is not
+        named, the first point is taken, and along the frequency ratio the point nearest r = 1.
     free : tuple of str
-        Dimensions that stay.
+        Dimensions along which no point is chosen.
 
     Returns
     -------
@@ -179,8 +180,8 @@ def choose(cube: "xr.Dataset", at: At, free: tuple[str, ...]) -> dict[str, int]:
     Raises
     ------
     QueryFault
-        If `at` names an unknown or a free dimension, or a value is no finite number, far outside its axis, or no
-        record of the study.
+        If `at` names an unknown or a free dimension, if a value is not a finite number or lies far outside its axis, or
+        if the study has no record of that name.
     """
     for name in at:
         check_dimension(cube, name, name, free)
@@ -215,7 +216,7 @@ def _nearest(dimension: str, values: np.ndarray, wanted: object) -> int:
 
 
 def finite(dimension: str, wanted: object) -> float:
-    """Give a wanted value along a dimension; raise `QueryFault` unless it is a finite number."""
+    """Return a wanted value along a dimension; raise `QueryFault` if the value is not a finite number."""
     if not isinstance(wanted, float | int) or not math.isfinite(wanted):
         raise refused(dimension, describe(wanted), "a finite number", "name a value on the axis")
     return float(wanted)
@@ -227,7 +228,7 @@ def in_ratios(cube: "xr.Dataset", at: At) -> At:
     Raises
     ------
     QueryFault
-        If a dimension is given both ways, or a value lies far outside its axis.
+        If a dimension is given both as a ratio and in units, or if a value lies far outside its axis.
     """
     units = {each.name: each for each in coordinates_in_units(cube)}
     found: dict[str, float | str] = {}
@@ -244,7 +245,7 @@ def in_ratios(cube: "xr.Dataset", at: At) -> At:
 
 
 def companions(cube: "xr.Dataset", metric: str) -> list[str]:
-    """Name the companions of a metric that the cube has; the error is that in the unit of the metric."""
+    """Return the names of `COMPANIONS` that the cube has, with the name of the error in the unit of the metric."""
     in_units = metric in AMPLITUDES.values() and "amplitude_error_m" in cube.data_vars
     names = ("amplitude_error_m" if name == "amplitude_error" and in_units else name for name in COMPANIONS)
     return [name for name in names if name in cube.data_vars and name != metric]
@@ -253,12 +254,12 @@ def companions(cube: "xr.Dataset", metric: str) -> list[str]:
 def say(
     cube: "xr.Dataset", index: Mapping[str, int], at: At, phrases: Phrases = RATIOS, lead: Lead = NO_LEAD
 ) -> str:
-    """Describe the chosen grid points, and say which differ from the wanted values."""
+    """Describe the chosen grid points, and say which points differ from the wanted values."""
     chosen_at = []
     for name, position in index.items():
         values = cube[name].values
         if values.dtype.kind == "U":
-            chosen = "" if name in at or values.size == 1 else f" (not asked for; one of {values.size})"
+            chosen = "" if name in at or values.size == 1 else f" (by default, one of {values.size})"
             chosen_at.append(f"{name} = {values[position]}{chosen}")
             continue
         phrase = f"{phrases.label(name)} = {phrases.value(name, values[position], '.10g')}"
@@ -269,40 +270,41 @@ def say(
             worst = f"the worst of {values.size} for" if name == AMPLITUDE else "of"
             phrase += f" ({worst} the {lead.called})"
         elif name not in at and values.size > 1:
-            phrase += f" (not asked for; one of {values.size} on the grid)"
+            phrase += f" (by default, one of {values.size} grid values)"
         chosen_at.append(phrase)
     return "At " + ", ".join(chosen_at) + "." if chosen_at else ""
 
 
 def scalars(cube: "xr.Dataset", index: Mapping[str, int]) -> "dict[str, xr.DataArray]":
-    """Give the chosen values as scalar coordinates."""
+    """Return the chosen values as scalar coordinates."""
     return {name: cube[name].isel({name: position}) for name, position in index.items()}
 
 
 def read(cube: "xr.Dataset", name: str, index: Mapping[str, Any], dims: tuple[str, ...]) -> np.ndarray:
-    """Read a variable at `index` with its dimensions in the order `dims`, which must be all that remain."""
+    """Read a variable at `index`, with the remaining dimensions in the order of `dims`, which must name all of them."""
     return np.asarray(cube[name].isel(index).transpose(*dims).values)
 
 
 def as_float(values: np.ndarray) -> np.ndarray:
-    """Give values as float64, with NaN for a missing count; counts are never negative."""
+    """Return values as float64. A negative count marks a missing value and becomes NaN."""
     if values.dtype.kind == "f":
         return values.astype(np.float64, copy=False)
     return np.where(values < 0, np.nan, values.astype(np.float64))
 
 
 def coded(cube: "xr.Dataset", name: str) -> bool:
-    """Whether the values are codes, which have no mean and no order."""
+    """Whether a variable holds codes, which have no mean and no order."""
     return "flag_values" in cube[name].attrs
 
 
 def completeness(computed: int, failed: int, points: int) -> dict[str, Any]:
-    """Give the attributes for the completeness of a slice.
+    """Return the attributes for the completeness of a slice.
 
     Parameters
     ----------
     computed, failed, points : int
-        Numbers of points: with any status but `NOT_COMPUTED`; with a status of 2 or above; in total.
+        Number of points that were computed (every status except `NOT_COMPUTED`), that failed (status 2 or above), and
+        in total.
     """
     return {"complete": computed / points, "points": points, "points_failed": failed}
 

@@ -1,4 +1,4 @@
-"""Designs of a cube with all their cases, in slabs that fit in memory."""
+"""Slabs of a cube that fit in memory. A slab contains some designs with all cases."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -19,16 +19,16 @@ Places = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Slab:
-    """Some designs of a cube.
+    """Some designs of a cube, with all cases.
 
     Parameters
     ----------
     cube : Dataset
-        Of any kind of study.
+        The cube of a study of any kind.
     designs, cases : tuple of str
-        The dimensions of a design, and the dimensions of its cases, which are all others.
+        The dimensions of a design, and all other dimensions.
     index : mapping of int arrays
-        Grid indices along every dimension; every combination of them is examined.
+        Grid indices along every dimension. Every combination of grid indices is examined.
     """
 
     cube: "xr.Dataset"
@@ -38,7 +38,7 @@ class Slab:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Number of designs along each of their dimensions."""
+        """Number of designs along each dimension of a design."""
         return tuple(self.index[name].size for name in self.designs)
 
     @property
@@ -47,16 +47,16 @@ class Slab:
         return math.prod(self.index[name].size for name in self.cases)
 
     def read(self, name: str) -> NDArray[Any]:
-        """Give a variable as an array (design, case)."""
+        """Return a variable as an array (design, case)."""
         values = self.cube[name].isel(self.index).transpose(*self.designs, *self.cases).values
         return np.asarray(values.reshape(math.prod(self.shape), -1))
 
     def designs_at(self, rows: Places) -> dict[str, Places]:
-        """Give the grid indices of designs, by dimension."""
+        """Return the grid indices of designs, by dimension."""
         return self._places(self.designs, rows)
 
     def cases_at(self, columns: Places) -> dict[str, Places]:
-        """Give the grid indices of cases, by dimension."""
+        """Return the grid indices of cases, by dimension."""
         return self._places(self.cases, columns)
 
     def _places(self, names: tuple[str, ...], flat: Places) -> dict[str, Places]:
@@ -70,9 +70,9 @@ def slabs_of(cube: "xr.Dataset", index: Mapping[str, Places], designs: tuple[str
     Parameters
     ----------
     cube, designs
-        As of `Slab`.
+        As in `Slab`.
     index : mapping of int arrays
-        Grid indices to examine; all indices if a dimension is not named.
+        Grid indices to examine, by dimension. Along a dimension that is not named, all indices are examined.
     """
     every = dimensions_of(cube)
     cases = tuple(name for name in every if name not in designs)

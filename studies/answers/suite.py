@@ -1,6 +1,4 @@
-"""The best dampers of a ground-motion suite or over base amplitudes, and advice for questions that such studies
-refuse.
-"""
+"""Rank the dampers of a ground-motion suite, or of a study over base amplitudes, by the worst case."""
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
@@ -64,11 +62,11 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
     Parameters
     ----------
     dimensions : sequence of str
-        Of the study.
+        The dimensions of the study.
     asked : str
-        The question's name.
+        The name of the question.
     amplitudes : bool
-        Whether a study over base amplitudes can answer it too.
+        Whether a study over base amplitudes can answer the question too.
     """
     kind = kind_of(dimensions)
     if kind is AMPLITUDES and not amplitudes:
@@ -90,7 +88,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
 
 
 def _instead(asked: str) -> str:
-    """Name the question that a study over base amplitudes answers instead."""
+    """Say what to ask of a study over base amplitudes instead of the refused question."""
     if asked in ("refine", "follow-ups"):
         return (
             "submit it again with finer axes of clearance_m and friction_force_n around its best damper, or with one base "
@@ -112,26 +110,28 @@ def worst_cases(
     Parameters
     ----------
     cube : Dataset
-        A ground-motion suite or a study over base amplitudes, read a slab of dampers at a time.
+        The cube of a ground-motion suite or of a study over base amplitudes, read slab by slab.
     metric : str, optional
-        The criterion, smaller is better; by default the peak displacement against the base, or the amplitude ratio.
+        The criterion, of which smaller values are better. The default is the peak displacement relative to the base for
+        a suite, and the amplitude for a study over base amplitudes.
     top : int
-        How many, 1 to `MOST_DESIGNS`.
+        Largest number of dampers in the answer, 1 to `MOST_DESIGNS`.
     records : sequence of str, optional
-        Only these records count, by id or by an earthquake's name.
+        The records over which the worst case is taken, each by its id or by the name of an earthquake. By default all
+        records of the suite.
     ranges : mapping of (float, float), optional
-        Lowest and highest value of dimensions: they limit the ranked dampers and the cases.
+        Lowest and highest value along dimensions. The ranges limit the ranked dampers and the cases.
     exclude_locked : bool
-        Leave out dampers whose friction locks the mass to its base at every base amplitude, near resonance.
+        Leave out dampers whose friction locks the mass to its base near resonance at every base amplitude.
 
     Returns
     -------
     Dataset
-        Dimension rank, counted from 1. Coordinates along it: the four dimensions of the damper, and those of its worst
-        case. Variables: `value`, and stored results of the same case: `growth` of the perturbed starts, `error` of an
-        amplitude, `response_class`. A damper with a case that failed or was not computed is left out. Attributes:
-        `metric`, `designs` (all in the ranges), `failed`, `incomplete`, `locked`, `complete`, `points`,
-        `points_failed`, and `note`, a description in words.
+        Dimension rank, counted from 1. The coordinates are the four dimensions of the damper, and the dimensions of its
+        worst case. The variables are `value` and, if they are stored, further results of the worst case: `growth` of
+        the perturbed starts, `error` of an amplitude, and `response_class`. A damper with a case that failed or was not
+        computed is left out. Attributes: `metric`, `designs` (number of all dampers in the ranges), `failed`,
+        `incomplete`, `locked`, `complete`, `points`, `points_failed`, and `note`, a description in words.
 
     Raises
     ------
@@ -194,14 +194,14 @@ def worst_case_designs(
     ranges: Mapping[str, tuple[float, float]] | None = None,
     exclude_locked: bool = False,
 ) -> "xr.Dataset":
-    """Rank dampers as `worst_cases` does, and judge the best.
+    """Rank dampers as `worst_cases` does, and describe the best damper.
 
     Returns
     -------
     Dataset
-        Of `worst_cases`, with the attributes `brief`, the short answer; `verdict`, its sentences; `notes`, all remarks as
-        data. Over base amplitudes also `acceleration_g`, the largest acceleration of the structure with the best damper,
-        if it is known.
+        The answer of `worst_cases` with further attributes: `brief` (the short answer), `verdict` (the sentences of the
+        short answer) and `notes` (all remarks as data). A study over base amplitudes also has `acceleration_g`, the
+        largest acceleration of the structure with the best damper, if this acceleration is known.
     """
     answer = worst_cases(cube, metric, top, records, ranges, exclude_locked)
     damper, counting = kind_of(cube.sizes).designs, _counting(cube, records, ranges or {})
@@ -209,7 +209,7 @@ def worst_case_designs(
     linear, notes = LinearPeaks(), []
     if answer.sizes["rank"]:
         place = {name: nearest_place(cube[name].values, answer[name].values[0]) for name in damper}
-        # along the complete axis, including values outside the range
+        # the complete axes are used, including values outside the ranges
         ends = ends_of_damper(cube, answer.attrs["metric"], counting, place)
         if kind_of(cube.sizes) is AMPLITUDES:
             most = acceleration_g(cube, {**counting, **place})
@@ -224,7 +224,7 @@ def worst_case_designs(
 
 
 def _beside(part: "xr.Dataset", metric: str) -> dict[str, str]:
-    """Name the further results of a worst case, each with its source variable."""
+    """Return the names of the further results of a worst case, each with the variable that holds the result."""
     found = {"growth": "growth", "response_class": "response_class"}
     if metric in ("amplitude_ratio", "amplitude_m"):
         found["error"] = metric.replace("amplitude", "amplitude_error").removesuffix("_ratio")
@@ -254,9 +254,7 @@ def _counting(
 
 
 def _linear_peaks(met: "xr.Dataset", answer: "xr.Dataset") -> LinearPeaks:
-    """Compute what the best damper is compared with under the base amplitudes that count: a tuned mass damper has its
-    mass.
-    """
+    """Compute the peaks without a damper, and with a tuned mass damper that has the mass of the best damper."""
     metric = answer.attrs["metric"]
     constant = definition_of(met).get("physical", {}).get("constant")
     if constant or metric not in ("amplitude_ratio", "amplitude_m"):
@@ -273,10 +271,10 @@ def _brief(
     ends: Mapping[str, list[Any]],
     linear: LinearPeaks,
 ) -> Brief:
-    """Name the best damper, its worst case, and the next ones."""
+    """Name the best damper, its worst case, and the next best dampers."""
     values = answer["value"].values
     if not np.isfinite(values[:1]).any():
-        return Brief(None, (f"No damper is left of {answer.attrs['designs']:,}.",))
+        return Brief(None, (f"None of the {answer.attrs['designs']:,} dampers qualifies.",))
     phrases, metric = Phrases.of(cube), str(answer.attrs["metric"])
     # the dimensions of a suite's dampers are already in SI units
     varied = [name for name in damper if cube.sizes[name] > 1]
@@ -325,7 +323,6 @@ def _brief(
 
 
 def _kind(answer: "xr.Dataset") -> Damper:
-    """Name the best damper by its parts."""
     mass = float(answer["mass_ratio" if "mass_ratio" in answer.coords else "particle_mass_kg"].values[0])
     friction = float(answer["friction_force_n"].values[0])
     return damper_of(mass > 0.0, friction > 0.0)

@@ -1,4 +1,4 @@
-"""The hybrid damper compared with a tuned mass damper: both curves, their peaks, and where each is better."""
+"""Compare a hybrid damper with a tuned mass damper by the responses, the peaks, and where each damper is better."""
 
 import math
 from collections.abc import Mapping
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 METRIC = "amplitude_ratio"
 LEAST_MASS = 1e-12
-"""Smallest mass ratio of an absorber; the tuning of a lighter one differs from 1 only by rounding."""
+"""Smallest mass ratio of an absorber. A smaller mass ratio gives a tuning of 1 within rounding."""
 
 
 def tmd_comparison(
@@ -47,36 +47,40 @@ def tmd_comparison(
     Parameters
     ----------
     cube : Dataset
-        A study's cube; if the design is named, only its curve is read.
+        A study's cube. If the design is named, only the curve of this design is read.
     tuning : Tuning
-        The tuned mass damper. `mass_ratio` is the mass of both dampers; the design takes the nearest grid value, unless
-        `at` names it. `tmd_mass_ratio` is the mass of the tuned mass damper alone. Its structure and the one without a
-        damper have the study's excitation: a shaken base, or a force on the structure, with X over its static deflection.
+        The tuned mass damper. `mass_ratio` is the mass ratio of both dampers; the design has the nearest grid value,
+        unless `at` names a mass ratio. `tmd_mass_ratio` is the mass ratio of the tuned mass damper alone. By default,
+        the structure with a tuned mass damper and the structure without a damper have the excitation of the study.
+        Under a force, amplitudes are relative to the static displacement F₀/k.
     at : mapping of float, optional
-        The design, as in `frequency_response`. Unnamed parameters are those of the best design with impacts, or of
-        the best of all if none has any, by the largest amplitude over the band.
+        The design, as in `frequency_response`. Parameters that are not named are those of the recommended design (see
+        `leading.best_at`).
 
     Returns
     -------
     Dataset
-        Dimension frequency_ratio. `hybrid` with `amplitude_error`, `response_class` and `status`; `tmd` and
-        `no_damper`, exact at the same frequencies.
+        Dimension frequency_ratio. `hybrid` is the amplitude ratio with the study's damper, with `amplitude_error`,
+        `response_class` and `status`. `tmd` and `no_damper` are exact amplitude ratios at the same frequencies.
 
-        Attributes of the absorber: `tmd_mass_ratio`, `tmd_tuning`, `tmd_damping_ratio` over its own frequency, and
-        `tmd_damping_over_structure` over the structure's.
+        Attributes of the absorber: `tmd_mass_ratio`, `tmd_tuning`, `tmd_damping_ratio` (over the natural frequency of
+        the absorber) and `tmd_damping_over_structure` (over the natural frequency of the structure).
 
-        Peaks: `hybrid_peak`, the largest value, infinite if one is unbounded, with `hybrid_peak_at` and
-        `hybrid_peak_error`, which is NaN if the study stores none. `tmd_peak` and `tmd_peak_at` are exact over the same
-        band, and `tmd_peak_everywhere` over all frequencies. `ratio` is hybrid over tuned mass damper, and `judged`
-        says whether it is known which peak is lower.
+        Peaks: `hybrid_peak` is the largest value of `hybrid`, or infinite if a response is unbounded. `hybrid_peak_at`
+        is the frequency ratio of this peak, and `hybrid_peak_error` is the error, or NaN if the study stores none.
+        `tmd_peak` and `tmd_peak_at` are exact over the same band, and `tmd_peak_everywhere` is exact over all
+        frequencies. `ratio` is `hybrid_peak` divided by `tmd_peak`. `judged` says whether it is known which peak is
+        lower.
 
-        Bands: `hybrid_bandwidth` and `tmd_bandwidth` are the share of the band where X/Z is above its peak over √2.
-        `hybrid_better` has the lowest and highest grid frequency of each run in which the hybrid is better by more than
-        its error. `hybrid_better_share` is the share of these frequencies among those whose response is known.
+        Bands: `hybrid_bandwidth` and `tmd_bandwidth` are the shares of the band in which X/Z exceeds the peak divided
+        by √2. `hybrid_better` has the lowest and the highest grid frequency of each run in which the hybrid is better
+        by more than its error. `hybrid_better_share` is the share of such frequencies among the frequencies with a
+        known or unbounded response.
 
         Others: `exact` holds both exact curves for drawing, at frequencies close enough to miss no peak
-        (`studies.tmd.curves`). `complete`, `points`, `points_failed` and `note`. `verdict` says in sentences which is
-        better or, at one frequency, what to compute next.
+        (`studies.tmd.curves`). `complete`, `points`, `points_failed` and `note` are those of `frequency_response`,
+        with sentences about the comparison added to `note`. `verdict` says in sentences which damper is better or, at
+        one frequency, what to compute next.
 
     Raises
     ------
@@ -89,10 +93,10 @@ def tmd_comparison(
     criterion, mass_ratio = tuning.criterion, tuning.mass_ratio
     excitation = _excitation(cube, tuning.excitation)
     if mass_ratio is not None:
-        # the study's particle may have no mass if the absorber's is given
+        # if the mass of the absorber is given, the particle may have no mass
         least = LEAST_MASS if tuning.tmd_mass_ratio is None else 0.0
         _check_mass("mass_ratio", mass_ratio, "correct it, or leave it out to use that of the design", least)
-        # the absorber may have any mass; it is compared with the nearest particle of the study
+        # the absorber may have any mass; it is compared with the particle of the nearest mass in the study
         masses = cube["mass_ratio"].values
         near = (
             mass_ratio
@@ -175,7 +179,7 @@ def tmd_comparison(
     }
 
     def words(phrases: Phrases) -> dict[str, Any]:
-        # if only the tuned damper is under a force, its static displacement has no base amplitude to refer to
+        # the units of a study with a shaken base do not apply to amplitudes under a force
         spelled = phrases
         if excitation != excitation_of(cube):
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
@@ -191,7 +195,7 @@ def tmd_comparison(
 
 
 def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phrases) -> list[str]:
-    """Name the compared design if it was not fully specified."""
+    """Name the compared design if the question did not specify all parameters."""
     if not best:
         return []
     at = ", ".join(phrases.equal(name, value) for name, value in best.items())
@@ -200,14 +204,12 @@ def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phra
 
 
 def _excitation(cube: "xr.Dataset", asked: Excitation | None) -> Excitation:
-    """Give the excitation of the comparison: that of the study, or on request a force for a study with a shaken
-    base.
-    """
+    """Return the excitation of the comparison. If the base is shaken in the study, a force can be requested instead."""
     own = excitation_of(cube)
     if asked is None:
         return own
     if own == "force" and asked != own:
-        raise refused("excitation", describe(asked), "force, as in the study", "leave it out")
+        raise refused("excitation", describe(asked), "force, the excitation of the study", "leave it out")
     return asked
 
 
@@ -218,7 +220,7 @@ def _check_mass(field: str, mass_ratio: float, advice: str, least: float = LEAST
 
 
 def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
-    """Share of the band, by the trapezoidal weights of its grid points, in which values exceed a level."""
+    """Return the share of the band in which values exceed a level, with the weights of the trapezoidal rule."""
     if r.size == 1:
         return math.nan
     weights = trapezoid(r)
@@ -247,7 +249,7 @@ def _words(answer: "xr.Dataset", phrases: Phrases, notes: list[Note]) -> str:
     other = [sentence_of(each, phrases) for each in notes if each.kind == "other_excitation"]
     sentences += other
     if not other and found["excitation"] == "force":
-        sentences.append("A force on the structure excites both; ratios are over its static displacement.")
+        sentences.append("A force excites both structures; ratios are relative to the static displacement.")
     if r.size == 1:
         at = phrases.equal(FREQUENCY, r[0], ".10g")
         sentences.append(f"Compared at {at} only, where both may look better than they are. {WHY}")

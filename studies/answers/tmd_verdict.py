@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 def is_judged(answer: "xr.Dataset") -> bool:
     """Whether it is known which damper has the lower peak over the band.
 
-    A peak is the largest of all values, so one higher value proves that the study's peak is higher. It is known to be
-    lower only if every frequency has a value and no resonance as high as the tuned mass damper's peak fits between two
+    One value above the tuned mass damper's peak proves that the study's peak is higher. The study's peak is known to be
+    lower if every frequency has a value and no resonance as high as the tuned mass damper's peak fits between two
     frequencies.
 
     Parameters
     ----------
     answer : Dataset
-        Of `tmd_comparison`, with its peaks and their `ratio`.
+        The answer of `tmd_comparison`, with the peaks and their `ratio`.
     """
     if answer.sizes[FREQUENCY] == 1 or np.isnan(answer.attrs["ratio"]):
         return False
@@ -47,7 +47,7 @@ def is_judged(answer: "xr.Dataset") -> bool:
 
 
 def notes_of(cube: "xr.Dataset", answer: "xr.Dataset") -> list[Note]:
-    """Give as data the facts that limit or change the comparison."""
+    """Return notes on the facts that limit or change the comparison."""
     found, r = answer.attrs, answer[FREQUENCY].values
     notes = []
     if r.size == 1:
@@ -72,18 +72,18 @@ def notes_of(cube: "xr.Dataset", answer: "xr.Dataset") -> list[Note]:
 def brief_of(
     cube: "xr.Dataset", answer: "xr.Dataset", varied: Mapping[str, float], known: list[Note], phrases: Phrases
 ) -> Brief:
-    """Name the damper with the lower peak over the band, or the reason why it is unknown.
+    """Name the damper with the lower peak over the band, or say why this damper is unknown.
 
     Parameters
     ----------
     cube : Dataset
-        The study.
+        The cube of the study.
     answer : Dataset
-        Of `tmd_comparison`, with its peaks, their `ratio`, and `judged`.
+        The answer of `tmd_comparison`, with the peaks, their `ratio`, and `judged`.
     varied : mapping of float
         The varying parameters of the study's design.
     known : list of Note
-        Of `notes_of`.
+        The notes from `notes_of`.
     phrases : Phrases
         The names and units of quantities.
     """
@@ -146,7 +146,7 @@ def _rows(
 ) -> tuple[tuple[str, str, str], ...]:
     found: dict[str, Any] = answer.attrs
     named = dict(varied)
-    if not _strikes(answer):  # only the friction of such a damper matters
+    if not _strikes(answer):  # without impacts, only friction dissipates energy in the damper
         named = {
             name: value for name, value in varied.items() if RATIOS_OF.get(name, name) not in OF_PARTICLE
         }
@@ -184,7 +184,7 @@ def _tuned(found: Mapping[str, Any], phrases: Phrases) -> str:
 
 
 def _hidden(answer: "xr.Dataset") -> NDArray[np.bool_]:
-    """Intervals in which this design's peak may hide, from `hidden`; empty if a value is unknown."""
+    """Mark the intervals in which a peak may be hidden (see `hidden`). If a value is unknown, mark no interval."""
     hybrid, r = answer["hybrid"].values, answer[FREQUENCY].values
     if r.size == 1 or not np.isfinite(hybrid).all():
         return np.zeros((1, r.size - 1), np.bool_)

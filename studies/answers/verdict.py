@@ -1,4 +1,4 @@
-"""The result of a ranking: the damper, its value and its limits; the second best, and what to compute next."""
+"""The short answer of a ranking: the best damper with its value, the next best dampers, and what to compute next."""
 
 import math
 from collections.abc import Mapping
@@ -39,13 +39,13 @@ if TYPE_CHECKING:
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
 CLAMPED = 1.5
-"""Largest amplitude ratio at which a mass counts as clamped, if friction holds it at enough frequencies."""
+"""Largest amplitude ratio of a mass that counts as clamped."""
 HELD = 0.1
-"""Share of the frequencies at which friction must hold a mass that counts as clamped."""
+"""Smallest share of frequencies at which friction must hold a mass, for the mass to count as clamped."""
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
 """Frequencies to compute next if a study has only one frequency."""
 OTHERS = 2
-"""How many further designs are listed below the best."""
+"""Number of further designs that are listed below the best design."""
 
 Row = Mapping[str, Any]
 """A design: its coordinates, `value`, `error`, and other results."""
@@ -58,9 +58,7 @@ def is_clamped(design: Row) -> bool:
 
 
 def best_with_impacts(found: "xr.Dataset") -> dict[str, Any] | None:
-    """Give the best design whose particle strikes at a frequency that counts; None if there is none or it is
-    unknown.
-    """
+    """Return the best design whose particle strikes at a judged frequency, or None if no such design is known."""
     if found.sizes["rank"] == 0:
         return None
     rank = {
@@ -80,31 +78,34 @@ def verdict(
     flat: list[dict[str, Any]],
     homes: "Mapping[str, xr.Dataset] | None" = None,
 ) -> dict[str, Any]:
-    """Judge a ranking.
+    """Describe the result of a ranking, and say how certain it is.
 
     Parameters
     ----------
     cube, question : Dataset, DesignQuestion
         The study and the question.
     ranked : Dataset
-        Its designs, the best first, with `lowest` and `highest`; all that may be the best are included.
+        The designs, the best first, with `lowest` and `highest`, including all designs that may be the best.
     active : mapping or None
-        Of `best_with_impacts`.
+        The design from `best_with_impacts`.
     flat : list of dict
-        Of `flatness.flatness`.
+        The result of `flatness.flatness` for the best design.
     homes : mapping of Dataset, optional
-        The studies that hold the designs, by the id that `ranked` has as `study`; by default `cube` holds all.
+        The cubes that hold the designs, by the ids in the variable `study` of `ranked`. By default `cube` holds all
+        designs.
 
     Returns
     -------
     dict
-        Attributes of the answer. `confidence`; `as_good`, the number of further designs that may be the best within
-        their errors; `chance_of_another`, the probability that one of them is, left out if errors are unknown.
-        `best_with_impacts`, left out if there is none; `clamped` if friction clamps the structure with the best;
-        `next_frequencies`, to compute if only one frequency counts.
-        `brief`, the short answer; `verdict`, its sentences; `notes`, all remarks as data. `doubts` are the notes that
-        question the best value, each with its `kind` (`DOUBTS`). `in_units` has the same words in units, left out if
-        the study is given in ratios alone.
+        Attributes of the answer. `confidence` is the confidence of each limit, and `as_good` the number of further
+        designs that may be the best within their errors. `chance_of_another` is the probability that one of these
+        designs is the best; it is left out if errors are unknown. `best_with_impacts` is left out if there is no such
+        design. `clamped` is present if friction clamps the structure of the best design. `next_frequencies`, the
+        frequencies to compute next, is present if only one frequency was judged. `acceleration_g` is the largest
+        acceleration of the structure, if it is known.
+        `brief` is the short answer, `verdict` holds the sentences of the short answer, and `notes` all remarks as data.
+        `doubts` are the notes that question the best value, each with its `kind` (`DOUBTS`). `in_units` has the same
+        texts in units, and is left out if the study is given in ratios alone.
     """
     if ranked.sizes["rank"] == 0:
         none = _none_left(cube, question, ranked.attrs)
@@ -113,7 +114,7 @@ def verdict(
     values, highest = ranked["value"].values, ranked["highest"].values
     errors = np.where(np.isnan(highest), np.nan, ranked["error"].values)
     may_be = contend(ranked["lowest"].values, highest)
-    # the first is the best value, and always among those that may be the best
+    # the first design has the best value, and so index 0 in `values[may_be]`
     chance = chance_of_another(values[may_be], errors[may_be], 0)
     found: dict[str, Any] = {"confidence": CONFIDENCE, "as_good": int(may_be[1:].sum())}
     if not math.isnan(chance):
@@ -141,24 +142,24 @@ def verdict(
 
 @dataclass(frozen=True)
 class _Known:
-    """The data for all sentences.
+    """The data for the sentences of the short answer.
 
     Parameters
     ----------
     cube, question, peaks
-        The study, the question, and the peaks that may lie between its frequencies.
+        The study, the question, and notes on peaks that may lie between the judged frequencies.
     best, lead : mapping
-        The best design, and the recommended one. If friction clamps the structure with the best, the best with impacts
-        is recommended.
+        The best design, and the recommended design. If friction clamps the structure of the best design, the best
+        design with impacts is recommended.
     striking : mapping or None
-        The best with impacts, if one without impacts is recommended.
+        The best design with impacts, if the recommended design works without impacts.
     others : list of mapping
         The next designs of the ranking.
     flat, lead_flat : list of dict
         Results of `flatness.flatness`: around the best design, and around the recommended one.
     linear : LinearPeaks
-        The peaks with a tuned mass damper of the same mass, and without any damper; without values if they are not
-        judged.
+        The peaks with a tuned mass damper of the same mass, and without any damper. They are NaN if designs are not
+        judged by the peak.
     acceleration_g : float
         The largest acceleration of the structure with the recommended design, in g; NaN if unknown.
     complete : float
@@ -268,7 +269,7 @@ class _Known:
         return notes
 
     def doubts(self, phrases: Phrases) -> list[dict[str, str]]:
-        """Write the notes that are doubts, the gravest first."""
+        """Return the notes that question the best value, the most serious note first."""
         by_kind = {note.kind: note for note in self.notes}
         return [
             {"kind": kind, "sentence": sentence_of(by_kind[kind], phrases)}
@@ -330,7 +331,7 @@ class _Known:
         return own, f"No particle needed: friction alone does best, {value} at {design}."
 
     def _breaks(self, phrases: Phrases) -> str:
-        """Name the parameters along which one grid step loses much, and those at the end of their range."""
+        """Name parameters along which one grid step makes the value much worse, and those at the end of an axis."""
         rugged = [phrases.symbol(entry["dimension"]) for entry in self.lead_flat if entry["worse"]]
         ends = [phrases.symbol(name) for name in _ends(self.cube, self.lead_flat)]
         parts = [f"one grid step in {listed(rugged)} costs more than 10 %"] if rugged else []
@@ -343,7 +344,7 @@ class _Known:
         if self.striking is not None and not any(row["impact_share"] > 0 for row in self.others):
             row = self.striking
             rows.append(("best with impacts", self._value(row, phrases), self._design(row, phrases)))
-        # an idle particle has no effect: a design that differs in its particle alone is the same one
+        # without impacts, designs that differ only in the particle are the same design
         same = self._design(self.lead, phrases)
         others = [row for row in self.others if row["impact_share"] or self._design(row, phrases) != same]
         for place, row in zip(PLACES[1:], others, strict=False):
@@ -360,7 +361,7 @@ class _Known:
         return rows + self._acceleration(whose)
 
     def _acceleration(self, whose: str = LARGEST) -> list[tuple[str, str, str]]:
-        """State the acceleration of the structure, and the assumptions if the study has no friction of the particle."""
+        """Return the row with the acceleration of the structure and the assumptions about the cavity."""
         if not math.isfinite(self.acceleration_g):
             return []
         cavity = left_open(definition_of(self.cube)) if self.lead["impact_share"] > 0 else []
@@ -388,9 +389,7 @@ class _Known:
         return phrases.measured(float(row["value"]), float(row["error"]), ".3g")
 
     def _design(self, row: Row, phrases: Phrases, acts: bool = False) -> str:
-        """Name the varying parameters of a design. If its particle does nothing, name only its friction, unless `acts`
-        is set.
-        """
+        """Name the varying parameters of a design. A particle without impacts is left out if `acts` is False."""
         varied = [
             name for name in self.question.design if self.cube.sizes[name] > 1 or name == "friction_ratio"
         ]
@@ -415,17 +414,17 @@ def _none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str,
         (total - failed - waiting, "left out by the limits of the question"),
     ]
     why = ", ".join(f"{count:,} {reason}" for count, reason in left_out if count > 0)
-    return Brief(None, (f"No design is left of {total:,}: {why}.",), (), command("show", study))
+    return Brief(None, (f"None of the {total:,} designs qualifies: {why}.",), (), command("show", study))
 
 
 def say_next(phrases: Phrases) -> str:
-    """Name the frequencies to compute next if a study has only one."""
+    """Name the frequencies to compute next for a study with one frequency."""
     start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
     return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)}, {NEXT_BAND['num']} values."
 
 
 def _ends(cube: "xr.Dataset", flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
-    """Give the ends of axes at which a design lies, except along an axis on which all designs are equally good."""
+    """Return the ends of axes at which a design lies. An axis along which all designs are equally good is left out."""
     ends = {}
     for entry in flat:
         name, value = entry["dimension"], entry["value"]
@@ -436,7 +435,7 @@ def _ends(cube: "xr.Dataset", flat: list[dict[str, Any]]) -> dict[str, list[Any]
 
 
 def _cut_off(cube: "xr.Dataset", question: DesignQuestion, best: Row) -> int:
-    """Count the responses of a design whose run ended before they reached the tolerance."""
+    """Count the responses of a design whose runs ended at the cycle limit, before they reached the tolerance."""
     if "status" not in cube:
         return 0
     place = {name: nearest_place(cube[name].values, float(best[name])) for name in question.design}

@@ -11,7 +11,7 @@ from damperlab.studies.answers.phrases import RATIOS
 from damperlab.studies.answers.query_fault import QueryFault, empty_range
 
 FEWEST = 2
-"""Values along an axis that are always kept: its ends."""
+"""Number of values along an axis that are always kept: the two ends."""
 
 
 def window(
@@ -19,27 +19,27 @@ def window(
     ranges: Mapping[str, tuple[float, float] | None] | None = None,
     most: int | None = None,
 ) -> xr.Dataset:
-    """Extract a part of a map and keep evenly spaced grid lines of it.
+    """Extract a part of a map, and keep evenly spaced grid lines of this part.
 
-    The kept values are those of grid points, not means over cells. The lines of the largest and of the smallest
-    value are among them. Another narrow feature between two kept lines is invisible until the part is made smaller.
-    The note mentions this.
+    The kept values are values at grid points, not means. If `most` allows it, the grid lines through the largest and
+    the smallest value are kept. Other narrow features between two kept lines are lost, as the note says.
 
     Parameters
     ----------
     answer : Dataset
-        Of `resonance_map`, dimensions (y, x); its first variable is the metric. If `map_difference` made it, the
-        difference is used instead.
+        The answer of `resonance_map`, dimensions (y, x), whose first variable is the metric. In an answer of
+        `map_difference`, the difference is used instead of the metric.
     ranges : mapping of (float, float) or None
         Lowest and highest value of either dimension.
     most : int, optional
         Largest number of values along either dimension, 2 or more. The first and the last value of the part are kept.
-        If `most` is at least 3, the line of the largest value is kept too; if at least 4, also that of the smallest.
+        If `most` is at least 3, the grid line through the largest value is kept too. If `most` is at least 4, the grid
+        line through the smallest value is also kept.
 
     Returns
     -------
     Dataset
-        The part. Its note says what was left out; counts and completeness refer to the complete map.
+        The part of the map. The note says what was left out. Counts and completeness refer to the complete map.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def _inside(values: NDArray[np.float64], name: str, limits: tuple[float, float] 
 
 
 def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list[tuple[int, int]]:
-    """Find the positions of the largest and the smallest value of the part; none for codes and for an empty part."""
+    """Return the positions of the largest and the smallest value of the part, if the values are not codes."""
     metric = answer["difference"] if "difference" in answer else next(iter(answer.data_vars.values()))
     if "flag_values" in metric.attrs or metric.dtype.kind not in "fiu":
         return []
@@ -90,9 +90,7 @@ def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list
 
 
 def _spread(places: NDArray[np.intp], most: int, wanted: list[int]) -> NDArray[np.intp]:
-    """Keep both ends and evenly spaced positions between them. Move the nearest position to each of `wanted`, in their
-    order.
-    """
+    """Return both ends and evenly spaced positions, with the nearest position moved to each position of `wanted`."""
     kept = np.round(np.linspace(0, places.size - 1, max(FEWEST, most))).astype(np.intp)
     fixed = {0, kept.size - 1}
     for place in wanted:

@@ -1,4 +1,4 @@
-"""Error against run time over the points of a study."""
+"""Work-precision diagram: error against run time for the points of a study."""
 
 from typing import TYPE_CHECKING
 
@@ -13,27 +13,27 @@ if TYPE_CHECKING:
 
 TIME_BINS = 4
 ERROR_BINS = 8
-"""Bins per decade."""
+"""Number of bins per decade of the relative error."""
 TIME_DECADES = (-9, 5)
-"""Run times from 1 ns to a day [s]; values beyond fall into the first or the last bin."""
+"""Decades of the run time [s], from 1 ns to about a day. Other run times fall into the first or the last bin."""
 ERROR_DECADES = (-18, 2)
 QUANTILES = (0.1, 0.5, 0.9)
 
 
 def work_precision(cube: "xr.Dataset") -> "xr.Dataset":
-    """Sort a study's points by run time and give the errors for each time.
+    """Sort the points of a study by run time, and return the distribution of errors for each run time.
 
-    The cube is read slab by slab into a histogram of run time and relative error, so the memory does not depend on
-    the cube.
+    The cube is read slab by slab into a histogram of run time and relative error, so the required memory does not
+    depend on the size of the cube.
 
     Returns
     -------
     Dataset
-        Dimension `run_time`, the centres of the bins that contain points [s], four a decade. Variables: `number` of
-        points, and `max_cycles_share` of the points that reached the cycle limit. `error_low`, `error_median` and
-        `error_high` are the relative errors of the amplitude ratio that 10, 50 and 90 per cent of the points do not
-        exceed. Their resolution is an error bin, eight a decade; 0 means below 1e-18. Attributes: `complete`,
-        `points`, `points_failed`, `seconds` (of all points), `note`.
+        Dimension `run_time`: centres of the non-empty bins of run time [s], four bins per decade. `number` is
+        the number of points in a bin, and `max_cycles_share` is the share of these points that reached the cycle limit.
+        `error_low`, `error_median` and `error_high` are the relative errors of the amplitude ratio that 10, 50 and 90
+        per cent of the points do not exceed. Errors are resolved to eight bins per decade; 0 means an error below
+        1e-18. Attributes: `complete`, `points`, `points_failed`, `seconds` (run time of all points), `note`.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""From a specification to a damper: a search over studies, and its answer."""
+"""Design of a damper for a specification: the search over studies, and the answer."""

@@ -1,7 +1,7 @@
-"""The tuned mass damper of the same mass, on the same structure with the same tolerances, in closed form.
+"""A tuned mass damper with the mass of the designed particle, for comparison on the same structure.
 
-Under ground-motion records it is integrated in steps, which is exact for a linear structure, and not tuned: see
-`tuned_beside`.
+The response to ground-motion records is integrated in steps, which is exact for a linear structure. The tuned mass
+damper is not tuned for records; see `tuned_beside`.
 """
 
 import math
@@ -35,36 +35,38 @@ LIMITED = {
     "acceleration_m_per_s2": Judged(order=2),
     "rms_acceleration_m_per_s2": Judged(factor=math.sqrt(0.5), order=2),
 }
-"""Limits that can apply to a damper with neither friction nor impacts; it satisfies all others."""
+"""Limits that a tuned mass damper can exceed, and the quantity that each limit restricts. All other limits concern
+friction or impacts, which a tuned mass damper does not have.
+"""
 MOVED = Judged(stroke=True)
-"""The displacement of its mass against the structure."""
+"""The stroke: the displacement of the absorber's mass relative to the structure."""
 DETUNED = 0.02
-"""Relative error of its natural frequency at which it is judged too, to show the sensitivity to its tuning."""
+"""Relative error of the absorber's natural frequency, with which the sensitivity to the tuning is computed."""
 
 
 @dataclass(frozen=True)
 class Beside:
-    """A tuned mass damper under the same specification.
+    """A tuned mass damper, judged under the specification of the designed damper.
 
     Parameters
     ----------
     absorber : Absorber
-        Tuned either for the smallest worst case of the measure, over the bands and within the tolerances, or for the
-        smallest peak over all frequencies.
+        The absorber, tuned either for the smallest worst case of the measure, over the bands and within the tolerances,
+        or for the smallest peak over all frequencies.
     for_bands : bool
-        Whether it is tuned for the bands, and not for the smallest peak over all frequencies.
+        Whether the absorber is tuned for the bands, and not for the smallest peak over all frequencies.
     value : float
-        Its worst case over band, amplitudes and tolerances, in the unit of the measure.
+        Worst case over band, amplitudes and tolerances, in the unit of the measure.
     nominal : float
-        The worst case without tolerances.
+        Worst case without tolerances.
     detuned : float
-        The worst case if its own natural frequency is also off by up to `DETUNED`, either way. Under records no
-        smaller deviation is tried, and only two structures: the nominal one and the one with the worst case.
+        Worst case if the absorber's natural frequency is also off by up to `DETUNED` in either direction. Under records
+        only the full error is tried, on the nominal structure and on the structure with the worst case.
     stroke, detuned_stroke : float
-        The largest displacement of its mass against the structure within the tolerances: tuned, and detuned by
-        `DETUNED`.
+        Largest displacement of the absorber's mass relative to the structure, within the tolerances: as tuned, and with
+        a natural frequency that is off by up to `DETUNED`.
     exceeded : tuple of str
-        Limits on results that it exceeds within the tolerances.
+        Limits on results that the absorber exceeds within the tolerances.
     """
 
     absorber: Absorber
@@ -78,18 +80,20 @@ class Beside:
 
 
 def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
-    """Tune the absorber of a mass, and judge it like the dampers; None without mass, or without a record's samples.
+    """Return the tuned absorber of a given mass, with the worst case under the specification.
 
-    Mass, natural frequency and damping of the structure deviate within their tolerances, and the absorber keeps its
-    tuning. It is tuned for the smallest worst case over the given bands, but not for records. Under records, the
-    tuning with the smallest peak over all frequencies is judged too. The one with the smaller worst case under all
-    excitations is used.
+    The result is None if the mass ratio is 0, or if the samples of a record are missing.
+
+    Mass, natural frequency and damping of the structure deviate within their tolerances, while the absorber keeps its
+    tuning. The absorber is tuned for the smallest worst case over the given bands, but not for records. If there are
+    records, the absorber with the smallest peak over all frequencies is judged too. Of the two absorbers, the one with
+    the smaller worst case under all excitations is returned.
     """
     if mass_ratio <= 0.0 or any(
         source.id not in records.motions for records in asked.records for source in records.sources
     ):
         return None
-    # records shake the base
+    # a ground-motion record moves the base
     forced = not asked.records and all(each.motion.force for each in asked.excitations)
     usual = minimax(mass_ratio, asked.structure.damping_ratio, "force" if forced else "base")
     tuned = [tuned_for(asked, usual)] if asked.excitations else []
@@ -98,7 +102,7 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
 
 
 def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside:
-    """Judge an absorber: under the records on some structures, over the bands on the structure with the worst case."""
+    """Judge an absorber on the nominal structure, and on structures that deviate within the tolerances."""
     tried = list(structures(asked))
     every = [_shaken(asked, absorber, shares) for shares in tried]
     values = [_worst(asked, each) for each in every]
@@ -132,19 +136,19 @@ def _worst(asked: Specification, built: Built) -> float:
 
 
 def _under(built: Built) -> float:
-    """The largest value of the measure under the records."""
+    """Return the largest value of the measure under the records."""
     return max((results[name] for name, results in built.measured), default=0.0)
 
 
 def _stroke_under(built: Built) -> float:
-    """The largest stroke under the records."""
+    """Return the largest stroke under the records."""
     return max((results[STROKE] for _, results in built.measured), default=0.0)
 
 
 def curve(
     asked: Specification, amplitude: Amplitude, absorber: Absorber, r: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Give the measure over frequency on the nominal structure, under an amplitude."""
+    """Return the measure at the frequency ratios `r`, for an absorber on the nominal structure under one amplitude."""
     judged, structure = judged_of(asked), asked.structure
     own = structure.angular_frequency if asked.in_units else 1.0
     moved = response(amplitude.excitation, judged, absorber, structure.damping_ratio, r)
@@ -153,7 +157,7 @@ def curve(
 
 
 def _shaken(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> Built:
-    """Give the structure with these deviations, and its results under the records."""
+    """Return the structure with the deviations `shares`, and the results under the records."""
     on = built(asked, tuned, shares)
     omega = asked.structure.angular_frequency * (1.0 + on.shift)
     return replace(on, measured=tuple(_under_records(asked, on.absorber, on.damping, omega)))
@@ -164,7 +168,7 @@ def _under_records(
 ) -> Iterator[tuple[str, dict[str, float]]]:
     for records in asked.records:
         for source, cases in groupby(records.cases, key=lambda case: case.source):
-            # a linear structure: its response is proportional to the record
+            # the response of a linear structure is proportional to the record
             once = measures_under(absorber, damping, omega, records.motions[source.id], 1.0, records.tail_s)
             for case in cases:
                 results = {name: case.scale * value for name, value in once.items()}
@@ -172,12 +176,12 @@ def _under_records(
 
 
 def _limited(asked: Specification, absorber: Absorber, every: list[Built], name: str) -> Iterator[float]:
-    """Give the largest limited result under all excitations, on every structure."""
-    yield 0.0  # without impacts and friction
+    """Yield the result for a limit: the largest value over the bands, and the value for each record and structure."""
+    yield 0.0  # results of impacts and friction
     if name not in LIMITED:
         return
     judged = LIMITED[name]
-    # a limit in ratios is checked in the structure's own units
+    # limits are stored in the units of the structure, also for a specification in ratios
     unit = 1.0 if asked.in_units else asked.structure.angular_frequency**judged.order
     yield unit * hardest(asked, absorber, judged)[0]
     for each in every:

@@ -1,6 +1,4 @@
-"""A structure with a tuned mass damper over a band of frequencies, in closed form: its largest response or its rms over
-the band.
-"""
+"""Largest response, or rms of the response, of a structure with a tuned mass damper over a band of frequencies."""
 
 import math
 from typing import NamedTuple
@@ -15,31 +13,30 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, highest
 
 Floats = NDArray[np.float64]
 SAMPLES, FEWER = 4001, 601
-"""Number of sampled frequencies, if the judged value has no closed form here. This is so for a displacement against the
-base, for a response times a power of the frequency (an acceleration, for example), and for the rms over the band. The
-search for tuning and damping uses the smaller number.
+"""Numbers of frequencies at which a response without a closed form is sampled, for example an acceleration or the rms
+over the band. The search for tuning and damping uses the smaller number.
 """
 BESIDE, FEWER_BESIDE = 60, 12
-"""For an rms, additional frequencies on either side of each peak of X/Z, ever closer to it, since a narrow peak may lie
-between two samples.
+"""Numbers of additional frequencies on either side of each peak of X/Z, if the rms is judged. These frequencies become
+denser towards the peak, because a narrow peak may lie between two samples.
 """
 CLOSEST, FARTHEST = 1e-6, 0.3
-"""Smallest and largest relative distance of these frequencies from a peak."""
+"""Smallest and largest relative distance of the additional frequencies from a peak."""
 
 
 class Judged(NamedTuple):
-    """The judged quantity: a derivative of the displacement times a factor, or the displacement against the base.
+    """The judged quantity: a displacement, or a derivative of a displacement, multiplied by `factor`.
 
     Attributes
     ----------
     factor, order
-        As of a `Measure`.
+        `factor` and `order` of a `Measure`.
     against_base : bool
-        Whether the displacement is against the base.
+        Whether the displacement is relative to the base.
     mean : bool
         Whether the rms over the band is judged, and not the largest value.
     stroke : bool
-        Whether the displacement is that of the absorber against the structure.
+        Whether the displacement is the stroke of the absorber, relative to the structure.
     """
 
     factor: float = 1.0
@@ -50,7 +47,7 @@ class Judged(NamedTuple):
 
 
 class Absorbers(NamedTuple):
-    """Many absorbers as arrays of length n, with equal or different masses; see `Absorber`."""
+    """Parameters of n absorbers as arrays of length n; see `Absorber`. A common mass ratio may be a scalar."""
 
     mass_ratio: float | Floats
     tuning: Floats
@@ -64,8 +61,10 @@ def worst_of_each(
     damping_ratio: float | Floats,
     shift: float | Floats,
 ) -> Floats:
-    """Give `worst_over` for many absorbers, all on one structure or each on its own, (n,); without a closed form, at
-    fewer frequencies.
+    """Return `worst_over` for n absorbers, shape (n,).
+
+    The absorbers share one structure, or each absorber has its own structure. A value without a closed form is sampled
+    at fewer frequencies than in `worst_over`.
     """
     return _sampled(excitation, judged, absorbers, damping_ratio, shift, (FEWER, FEWER_BESIDE))
 
@@ -78,8 +77,9 @@ def _sampled(
     shift: float | Floats,
     many: tuple[int, int],
 ) -> Floats:
-    """Give the judged quantity for many absorbers, shape (n,), from `many` frequencies over the band and on either
-    side of a peak.
+    """Return the judged quantity for n absorbers, shape (n,).
+
+    `many` holds the number of frequencies over the band, and the number on either side of a peak.
     """
     share = 1.0 + np.reshape(shift, (-1, 1))
     low, high = excitation.low / share, excitation.high / share
@@ -115,7 +115,7 @@ def _sampled(
 def _is_closed(excitation: Excitation, judged: Judged) -> bool:
     """Whether the judged quantity is X/Z times a constant, whose largest value has a closed form.
 
-    This includes an acceleration if that of the base is constant: the powers of the frequency cancel.
+    An acceleration is included if the acceleration of the base is constant, because the powers of the frequency cancel.
     """
     motion = excitation.motion
     return (
@@ -127,7 +127,7 @@ def _is_closed(excitation: Excitation, judged: Judged) -> bool:
 
 
 def rates(judged: Judged, angular_frequency: float, r: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the factor of a derivative of a displacement: (ω_n r) to the power of its order."""
+    """Return the ratio of the derivative of order n to the displacement, (ω_n r)**n, where n is `judged.order`."""
     found: NDArray[np.float64] = (angular_frequency * r) ** judged.order
     return found
 
@@ -139,18 +139,18 @@ def worst_over(
     damping_ratio: float,
     shift: float,
 ) -> float:
-    """Give the judged quantity under the largest amplitude of a band.
+    """Return the judged quantity over a band, under the largest amplitude of the excitation.
 
     Parameters
     ----------
     excitation : Excitation
-        Over a band, with frequencies over the nominal natural frequency.
+        Excitation over a band, with frequencies relative to the nominal natural frequency.
     judged : Judged
         The judged quantity.
     absorber : Absorber
-        On the structure as built.
+        The absorber, with ratios relative to the structure as built.
     damping_ratio, shift : float
-        Its ζ, and the relative deviation of its natural frequency.
+        ζ of the structure as built, and the relative deviation of its natural frequency from nominal.
 
     Returns
     -------
@@ -172,9 +172,9 @@ def response(
     damping_ratio: float | Floats,
     r: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Amplitude ratio: absolute, against the base, or of the stroke.
+    """Return the amplitude ratio of the structure, absolute or relative to the base, or of the absorber's stroke.
 
-    See `damperlab.studies.tmd.transfer.amplitude_ratio`, where a is the factor of the excitation. The absorber moves by
+    For the formula see `damperlab.studies.tmd.transfer.amplitude_ratio`. The stroke, relative to the structure, is
     λ²/(γ² − λ² + 2iζγλ) times the structure's displacement.
     """
     if excitation.motion.force and not judged.stroke:

@@ -1,4 +1,4 @@
-"""The structure as built, with deviations within its tolerances, and an absorber on it."""
+"""A structure with deviations within the tolerances, and an absorber on this structure."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 
 AGAINST_BASE = "worst_relative_displacement"
-"""The measure over a band that is a displacement against the base."""
+"""Name of the measure that is a displacement relative to the base, over a band."""
 FREQUENCY, DAMPING, TUNING = "natural_frequency_hz", "damping_ratio", "tuning"
 OFF = {
     "mass_kg": (-1.0, 0.0, 1.0),
@@ -20,27 +20,29 @@ OFF = {
     DAMPING: (-1.0, 1.0),
     TUNING: (-1.0, 0.0, 1.0),
 }
-"""Fractions of the structure's tolerances, and of an absorber's detuning, that are tried first; `hardest` searches
-between them.
+"""Fractions of the structure's tolerances, and of an absorber's detuning, that are tried first. `hardest` then
+searches between these fractions.
 """
 PLACES, HIGHS, EXACT = 41, 16, 3
-"""Numbers of values over a range, of the highest ones that are refined, and of those computed exactly."""
+"""Number of values over the range of a deviation, number of the highest points that are refined, and number of the
+refined points that are computed exactly.
+"""
 CLOSER, ROUNDS = 4, 6
 """Factor by which each refinement reduces the step, and the number of refinements."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """A structure with deviations, with the absorber as it was tuned.
+    """A structure with deviations from the nominal values, and an absorber on this structure.
 
     Parameters
     ----------
     absorber : Absorber or Absorbers
-        In ratios to this structure; arrays if many are examined.
+        The absorber, with ratios relative to this structure; arrays for several absorbers or structures.
     damping, shift, stiffness : float or array
-        ζ, the relative deviation of ω_n, and the stiffness over the nominal one.
+        ζ, the relative deviation of ω_n, and the stiffness divided by the nominal stiffness.
     measured : tuple
-        The variable of the measure under each record, and all results.
+        One entry for each record and scale: the variable of the measure, and all results by variable.
     """
 
     absorber: Any
@@ -51,13 +53,13 @@ class Built:
 
 
 def judged_of(asked: Specification) -> Judged:
-    """Give the measure of a specification for a response over a band."""
+    """Return the measure of a specification as the quantity judged over a band."""
     measure = asked.measure
     return Judged(measure.factor, measure.order, measure.name == AGAINST_BASE, measure.mean)
 
 
 def structures(asked: Specification) -> Iterator[dict[str, float]]:
-    """Deviations of the structure: first none, then a grid over the complete range of the tolerances."""
+    """Yield deviations of the structure: first none, then a grid over the complete range of the tolerances."""
     off = {name: OFF[name] for name in OFF if name in asked.tolerances}
     yield dict.fromkeys(off, 0.0)
     for sides in product(*off.values()):
@@ -66,7 +68,7 @@ def structures(asked: Specification) -> Iterator[dict[str, float]]:
 
 
 def built(asked: Specification, tuned: Absorber | Absorbers, shares: Mapping[str, float | Floats]) -> Built:
-    """Give the structure, or many structures, with these deviations and the absorber; no record is applied yet."""
+    """Return one or several structures with the deviations `shares` and an absorber, without results under records."""
     mass = shares.get("mass_kg", 0.0)
     shift, off = asked.structure.built_off(mass, shares.get(FREQUENCY, 0.0), shares.get(DAMPING, 0.0))
     damping = np.minimum(asked.structure.damping_ratio * (1.0 + off), 0.999)
@@ -82,7 +84,7 @@ def built(asked: Specification, tuned: Absorber | Absorbers, shares: Mapping[str
 def over_bands(
     asked: Specification, built: Built, judged: Judged, worst: Callable[..., Any] = worst_over
 ) -> Iterator[Any]:
-    """Give the judged quantity over each given band."""
+    """Yield the judged quantity over the band of each excitation."""
     own = (asked.structure.angular_frequency if asked.in_units else 1.0) * (1.0 + built.shift)
     for each in asked.excitations:
         value = worst(each, judged, built.absorber, built.damping, built.shift)
@@ -92,24 +94,24 @@ def over_bands(
 def hardest(
     asked: Specification, absorber: Absorber, judged: Judged, detuning: float = 0.0
 ) -> tuple[float, dict[str, float]]:
-    """Give the largest judged value over the bands within the tolerances, and the structure that reaches it.
+    """Return the largest judged value over the bands within the tolerances, and the deviations that cause this value.
 
-    The worst damping is at an end of its tolerance. Natural frequency, mass and, if it may deviate, the tuning of the
-    absorber lie anywhere within their tolerances. A lightly damped structure moves most where a narrow peak meets an
-    end of a band. These deviations are searched one after the other, starting from each structure of a coarse grid. The
-    structures with the highest values are then refined.
+    The worst damping is at an end of the tolerance. The worst values of natural frequency, mass and tuning may lie
+    anywhere, because a lightly damped structure moves most where a narrow peak meets an end of a band. These quantities
+    are searched one after the other, starting from each structure of a coarse grid. The structures with the highest
+    values are then refined.
 
     Parameters
     ----------
     asked, absorber, judged
-        Excitation, absorber, and measure.
+        Specification, absorber, and judged quantity.
     detuning : float
         The allowed relative deviation of the absorber's natural frequency.
 
     Returns
     -------
     float
-        0 if there is no band.
+        The largest value; 0 if there is no band.
     dict of float
         The deviations of the structure, and of the tuning of the absorber (`TUNING`).
     """
@@ -153,7 +155,7 @@ def hardest(
 
 
 def _along(places: Floats, i: int, shares: Floats) -> Floats:
-    """Give points (n, k) with position i replaced by each of these fractions, (m,) or (n, m), as (n, m, k)."""
+    """Return the points `places`, (n, k), with coordinate i replaced by each of the m fractions `shares`: (n, m, k)."""
     line = np.repeat(places[:, None], shares.shape[-1], axis=1)
     line[:, :, i] = shares
     return line

@@ -1,4 +1,4 @@
-"""Tuning an absorber for the smallest worst case over the bands, for all structures within the tolerances."""
+"""Tuning of an absorber for the smallest worst case over the bands, and over all structures within the tolerances."""
 
 import math
 from collections.abc import Callable
@@ -13,43 +13,44 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 
 BELOW, ABOVE, APART = 0.4, 0.5, 0.025
-"""Range of the search below and above the tuning for the smallest peak over all frequencies, and its step, as
-logarithms.
+"""The search extends `BELOW` and `ABOVE` the tuning with the smallest peak over all frequencies, in steps of `APART`.
+All three numbers are logarithms of frequency ratios.
 """
 BESIDE_BAND, FARTHEST = 0.25, 2.3
-"""Range of the search beyond each band, which may be far from resonance, and its largest distance from that tuning, as
-logarithms.
+"""The search also extends `BESIDE_BAND` beyond each band, which may be far from resonance, but at most `FARTHEST` from
+the tuning with the smallest peak. Both numbers are logarithms of frequency ratios.
 """
 DAMPINGS = np.exp(np.linspace(-5.0, 1.0, 13))
-"""Range of the damping, relative to that for the smallest peak over all frequencies."""
+"""Damping ratios of the search, relative to the damping ratio with the smallest peak over all frequencies."""
 LOWS = 3
-"""Number of lowest points that are refined."""
+"""Number of the starts with the lowest values, which are refined further."""
 WIDE = (0.05, 0.8)
-"""Range of tuning and damping around each of these points, as logarithms."""
+"""Half-widths of the first grid around a start, in the logarithms of tuning and damping ratio."""
 SIDE = np.linspace(-1.0, 1.0, 5)
 CLOSER, ROUNDS, FEW = 0.7, 20, 6
-"""The best of a grid of `SIDE` × `SIDE` is refined by a finer grid, many times; before that, many points are refined a
-few times.
+"""The grid of `SIDE` × `SIDE` points around the best point is narrowed by the factor `CLOSER`, `ROUNDS` times. Before
+that, a grid is narrowed `FEW` times around each of many starts.
 """
 ALONG = np.linspace(-1.0, 1.0, 9)
 ASIDE, NARROWER, HALVINGS, STRETCHES = 0.03, 0.3, 8, 5
-"""The bottom of a valley is followed along `ALONG` values of the damping. The best tuning for each is searched up to
-`ASIDE` away, as a logarithm, a range that is halved `HALVINGS` times. Both ranges are then narrowed, `STRETCHES` times.
+"""The best tuning is followed along the values `ALONG` of the damping. For each damping, tunings up to `ASIDE` away, as
+a logarithm, are tried, and this range is halved `HALVINGS` times. Then the ranges of damping and tuning are multiplied
+by `NARROWER`. All this is done `STRETCHES` times.
 """
 EXCHANGES, ENOUGH = 6, 1.01
-"""Number of times that the hardest structure is added to those the absorber is tuned for. It is added if its value is
-more than the second number times the expected worst case.
+"""Largest number of times that the structure with the worst case is added to the structures for which the absorber is
+tuned. This structure is added if the worst case is more than `ENOUGH` times the expected worst case.
 """
 
 
 def tuned_for(asked: Specification, start: Absorber) -> Absorber:
     """Tune an absorber for the smallest worst case over the bands.
 
-    The absorber is tuned for some structures. Then the structure with the worst case is added to them and the
-    absorber tuned again, until no structure is worse than those it is tuned for (method of exchange).
+    The absorber is tuned for a set of structures. Then the structure with the worst case is added to the set, and the
+    absorber is tuned again, until the set contains the worst structure (method of exchange).
     """
     judged = judged_of(asked)
-    # more damping of the structure hardly ever increases its motion
+    # more damping hardly ever increases the motion of the structure
     known = [shares for shares in structures(asked) if shares.get("damping_ratio", 0.0) <= 0.0]
 
     def among(shares: list[dict[str, float]], tunings: Floats, dampings: Floats) -> Floats:
@@ -66,7 +67,7 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
         start,
         *(Absorber(start.mass_ratio, float(tunings[i]), float(dampings[j])) for i, j in sorted(begin)),
     ]
-    # the nominal structure distinguishes valleys; all structures together give the depth of each
+    # local minima are found on the nominal structure, and compared on all structures together
     lowest = sorted((_least(nominal, one, FEW) for one in starts), key=lambda found: found[0])[:LOWS]
     expected, absorber = _followed(
         worst, *min((_least(worst, one) for _, one in lowest), key=lambda found: found[0])
@@ -83,7 +84,7 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
 
 
 def _tunings(asked: Specification, start: Absorber) -> Floats:
-    """Tunings to examine: around that for the smallest peak, and around each band."""
+    """Return the tunings to examine: around the tuning with the smallest peak, and around each band."""
     own = math.log(start.tuning)
     ends = [own - BELOW, own + ABOVE]
     for each in asked.excitations:
@@ -93,9 +94,9 @@ def _tunings(asked: Specification, start: Absorber) -> Floats:
 
 
 def _lows(heights: Floats) -> set[tuple[int, int]]:
-    """Give the lowest tuning for each damping, and all local minima.
+    """Return the grid points of all local minima, and the lowest grid point for each damping.
 
-    With little damping the minima are narrower than the grid, so their values on the grid need not be low.
+    With little damping, a minimum is narrower than a step of the grid, and may lie between two grid points.
     """
     padded = np.pad(heights, 1, constant_values=math.inf)
     rows, columns = heights.shape
@@ -107,7 +108,7 @@ def _lows(heights: Floats) -> set[tuple[int, int]]:
 def _least(
     worst: Callable[[Floats, Floats], Floats], best: Absorber, rounds: int = ROUNDS
 ) -> tuple[float, Absorber]:
-    """Refine the best tuning so far by ever finer grids of `SIDE` × `SIDE`."""
+    """Refine an absorber by ever finer grids of `SIDE` × `SIDE` points. Return the least value and the absorber."""
     width = np.array(WIDE)
     p, q = (side.ravel() for side in np.meshgrid(SIDE, SIDE, indexing="ij"))
     value = math.inf
@@ -124,8 +125,9 @@ def _least(
 def _followed(
     worst: Callable[[Floats, Floats], Floats], value: float, best: Absorber
 ) -> tuple[float, Absorber]:
-    """Follow the best tuning for each damping. Where two peaks are equal, the valley is narrow and curved, and grids
-    miss its bottom.
+    """Refine an absorber along the best tuning for each damping.
+
+    Where two peaks of the response are equal, the minimum is a narrow, curved valley, which grids miss.
     """
     along, aside, reached, there = WIDE[1], ASIDE, value, best
     for _ in range(STRETCHES):

@@ -1,4 +1,4 @@
-"""The best damper without one of its parts, searched under the same specification."""
+"""The best damper without a particle, or without friction, for the same specification."""
 
 from dataclasses import dataclass, replace
 
@@ -12,25 +12,25 @@ from damperlab.studies.specification.specification import Choice, Specification
 from damperlab.studies.variables import MADE_BY
 
 SMALL = Effort(divided=10, starts=1, sizes=1, reserve=0.4, left=0.0)
-"""Effort of the searches for alternatives in an answer."""
+"""Effort of the search for each alternative."""
 LACKS = {
     "friction_alone": ("clearance_m", "particle_mass_kg", "restitution", *MADE_BY.values()),
     "particle_alone": ("friction_force_n",),
 }
-"""Each alternative, and the part that it lacks."""
+"""Quantities that each alternative lacks."""
 CALLED = {"friction_alone": "friction alone", "particle_alone": "the particle alone"}
 
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another damper for the same specification.
+    """The best damper with friction alone or with a particle alone, for comparison with the designed damper.
 
     Parameters
     ----------
     build : Build
-        The best one found.
+        The best damper found.
     score : Score
-        Its worst case over band, amplitudes and the corners of its tolerances.
+        Worst case of this damper over bands, amplitudes and the corners of the tolerances.
     complete : bool
         Whether the budget allowed the complete search.
     """
@@ -41,19 +41,19 @@ class Alternative:
 
 
 def without(asked: Specification, parts: tuple[str, ...]) -> Specification:
-    """Give the specification of a damper without some of its parts."""
+    """Return the specification of a damper without the quantities `parts`."""
     gone = {name: Choice(0.0, 0.0) if name != "clearance_m" else Choice(1.0, 1.0) for name in parts}
     kept = {name: each for name, each in asked.tolerances.items() if name not in parts}
     return replace(asked, choices={**asked.choices, **gone}, tolerances=kept)
 
 
 def alternative(name: str, asked: Specification, book: Book, most: int) -> Step[Alternative]:
-    """Search for the best damper with one part alone, within a given number of points of the book.
+    """Search for the best damper of the kind `name` in `LACKS`, with at most `most` points in the book.
 
     Raises
     ------
     BudgetSpent
-        If no damper could be judged with its tolerances; a value without tolerances is not comparable.
+        If the points do not suffice to judge a damper with its tolerances.
     """
     search = Search(without(asked, LACKS[name]), book, SMALL, told=False)
     best = yield from search.run(most)

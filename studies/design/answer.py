@@ -1,4 +1,4 @@
-"""A design as plain data: what `damperlab design --json` prints."""
+"""The answer of a design as a document, which `damperlab design --json` prints."""
 
 from dataclasses import asdict
 from typing import Annotated, Any, Literal, NotRequired
@@ -28,9 +28,9 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import NO_DAMPER, Absorber
 
 BINDS = 0.97
-"""Share of a limit from which it counts as binding."""
+"""A limit binds if the result is at least this fraction of the limit."""
 SAMPLES = 301
-"""Frequencies of a response in closed form."""
+"""Number of frequencies at which a response with a closed form is computed."""
 
 
 class Amount(TypedDict):
@@ -41,7 +41,7 @@ class Amount(TypedDict):
 
 
 class ReachedUnder(TypedDict):
-    """The condition under which a limited result is largest."""
+    """The condition under which a result with a limit is largest."""
 
     frequency_ratio: Number
     frequency_hz: Number
@@ -51,7 +51,7 @@ class ReachedUnder(TypedDict):
 
 
 class Limit(ReachedUnder):
-    """A limit, the result for it, and whether the limit is kept and binds."""
+    """A limit, the result that the limit restricts, and whether the limit is kept and binds."""
 
     limit: str
     allowed: Measured
@@ -72,8 +72,9 @@ class Response(TypedDict, total=False):
 
 
 class Alternative(KnownDesign):
-    """A damper without one of its parts, as an alternative; `ratio` is its worst case over that of the recommended
-    damper.
+    """A damper with friction alone or with a particle alone, as an alternative to the recommended damper.
+
+    `ratio` is the worst case of the alternative divided by the worst case of the recommended damper.
     """
 
     ratio: Number
@@ -99,13 +100,13 @@ class BesideAbsorber(TypedDict):
 
 
 class NoDamper(TypedDict):
-    """The structure alone."""
+    """The response of the structure without a damper."""
 
     response: Response
 
 
 class BestOfMass(KnownDesign):
-    """The best damper found for a mass, as drawn, with other dampers of that mass."""
+    """The best damper found for a mass, and the worst cases of other dampers of this mass."""
 
     particle_mass_kg: NotRequired[Number]
     mass_ratio: NotRequired[Number]
@@ -117,14 +118,14 @@ class BestOfMass(KnownDesign):
 
 
 class Ended(TypedDict):
-    """Why the search ended."""
+    """The reason why the search ended, and the number of examined dampers."""
 
     criterion: str
     looked_at: Count
 
 
 class UnderRecord(TypedDict):
-    """The measure of the drawn damper under a record at a scale."""
+    """The measure of the nominal damper under a record at a scale."""
 
     record: str
     record_name: str
@@ -133,7 +134,7 @@ class UnderRecord(TypedDict):
 
 
 class DesignAnswer(TypedDict):
-    """What `damperlab design --json` prints."""
+    """The document that `damperlab design --json` prints."""
 
     name: str
     digest: str
@@ -184,12 +185,12 @@ class DesignAnswer(TypedDict):
 
 
 def answer_document(found: Found) -> DesignAnswer:
-    """Give all findings as mappings, lists, texts and numbers; a number that is not finite means a failed response."""
+    """Return all findings as a document. A number that is not finite stands for a failed response."""
     asked, build, stated = found.asked, found.build, found.stated
     builds = found.builds
     brief, notes = verdict_of(found)
     damper = brief.damper
-    assert damper is not None  # a design has one, or is without a damper
+    assert damper is not None  # the verdict of a design always names a kind, which may be `no_damper`
     probability = None if builds is None else builds.passed / builds.drawn
     if builds is None and not asked.tolerances:
         probability = 1.0 if stated.violation == 0.0 else 0.0
@@ -247,7 +248,7 @@ def answer_document(found: Found) -> DesignAnswer:
 
 
 def known_document(asked: Specification, ahead: tuple[Build, Score]) -> KnownDesign:
-    """Give the best damper so far, in the form of the recommended one."""
+    """Return the best damper so far, with its worst case, as a document."""
     build, score = ahead
     return {
         "design": design_document(build, asked),
@@ -257,7 +258,7 @@ def known_document(asked: Specification, ahead: tuple[Build, Score]) -> KnownDes
 
 
 def worst_document(asked: Specification, score: Score) -> Worst:
-    """Give a worst case with its units, and the conditions where it occurs."""
+    """Return a worst case with its units, and the conditions under which the worst case occurs."""
     return {
         "measure": asked.measure.name,
         "value": score.value,
@@ -268,8 +269,9 @@ def worst_document(asked: Specification, score: Score) -> Worst:
 
 
 def _where(asked: Specification, score: Score) -> Where:
-    """Give the conditions of a worst case: a frequency and an amplitude, or a record and its scale; None for the
-    others.
+    """Return the conditions of a worst case: a frequency and an amplitude, or a record and its scale.
+
+    Conditions that do not apply are None.
     """
     under = score.under
     known: Where = {
@@ -301,12 +303,12 @@ def _where(asked: Specification, score: Score) -> Where:
 
 
 def _rate(asked: Specification) -> float:
-    """Give ω_n [rad/s], the reference of accelerations; 1 for a specification in ratios."""
+    """Return ω_n [rad/s], the reference of accelerations; 1 for a specification in ratios."""
     return asked.structure.angular_frequency if asked.in_units else 1.0
 
 
 def limits_of(found: Found) -> list[Limit]:
-    """Give the result for each limit, and whether the limit is kept and binds."""
+    """Return each limit with its result, and whether the limit is kept and binds."""
     rows: list[Limit] = []
     asked = found.asked
     for name, limit in asked.limits.items():
@@ -344,7 +346,7 @@ def limits_of(found: Found) -> list[Limit]:
 
 
 def _reached_at(asked: Specification, at: tuple[Under, float] | None) -> ReachedUnder:
-    """Give the condition under which a limited result is largest; None if there is none."""
+    """Return the condition under which a result with a limit is largest. All values are None if `at` is None."""
     known: ReachedUnder = {
         "frequency_ratio": None,
         "frequency_hz": None,
@@ -400,7 +402,7 @@ def _absorber(found: Found) -> BesideAbsorber | None:
 
 
 def _of_mass(found: Found, one: OfMass) -> BestOfMass:
-    """Give the best damper found for a mass, as drawn, with other dampers of that mass."""
+    """Return the best damper found for a mass as a document."""
     best: BestOfMass = {
         "design": design_document(one.build, found.asked),
         "worst": worst_document(found.asked, one.score),
@@ -416,29 +418,29 @@ def _of_mass(found: Found, one: OfMass) -> BestOfMass:
 
 
 def _mass_name(asked: Specification) -> Literal["particle_mass_kg", "mass_ratio"]:
-    """Name the mass of a particle. In a specification in ratios the structure has mass 1."""
+    """Return the key of the particle's mass. In a specification in ratios the structure has mass 1."""
     return "particle_mass_kg" if asked.in_units else "mass_ratio"
 
 
 def _times(value: float, found: Found) -> float | None:
-    """Give a value divided by that of the recommended damper; None if the latter is 0."""
+    """Return a value divided by the worst case of the recommended damper; None if that worst case is 0."""
     return value / found.compared.value if found.compared.value > 0.0 else None
 
 
 def _under_each(found: Found) -> list[Score]:
-    """Give the worst case as drawn under each excitation, records last; `cases` has the details for records."""
+    """Return the nominal worst case under each excitation, with excitations by records last."""
     alone = not found.asked.excitations and len(found.asked.records) == 1
     return [*found.under, *(() if alone else found.under_records)]
 
 
 def cases_of(found: Found) -> list[tuple[Case, float]]:
-    """Give the measure of the drawn damper under every record at every scale; empty for a specification over bands."""
+    """Return the measure of the nominal damper for every record at every scale; empty if there are no records."""
     cases = found.asked.cases
     return [(each, float(found.book.curve(found.build, each).measured[0])) for each in cases]
 
 
 def _response(found: Found, build: Build) -> Response:
-    """Give the response of a damper as drawn, with its error, at every computed frequency; empty without bands."""
+    """Return the response of a nominal damper, with its error, at every computed frequency; empty without bands."""
     asked = found.asked
     if not asked.excitations:
         return {}
@@ -447,7 +449,7 @@ def _response(found: Found, build: Build) -> Response:
 
 
 def _closed_form(found: Found, absorber: Absorber) -> Response:
-    """Give the response of the nominal structure with a tuned mass damper, or without a damper; empty without a band."""
+    """Return the response of the nominal structure with an absorber, or without a damper; empty if there is no band."""
     if not found.asked.excitations:
         return {}
     r = np.linspace(

@@ -1,4 +1,4 @@
-"""The recommended damper under other amplitudes than specified: its response over the band under each, and its peak."""
+"""Response of the recommended damper over the band, under amplitudes within and beyond the specified range."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAME = 1e-9
-"""Relative distance within which an amplitude counts as an end of the range."""
+"""Relative difference within which an amplitude equals an end of the range."""
 
 
 class OverBand(TypedDict):
@@ -36,15 +36,16 @@ class OverBand(TypedDict):
 
 
 def backbone_document(found: Found) -> list[OverBand]:
-    """Give the response of the damper as drawn under amplitudes of the excitation that binds, the smallest first.
+    """Return the response of the nominal damper under amplitudes of the binding excitation, the smallest first.
 
     Returns
     -------
     list of dict
-        `amplitude` in `amplitude_units` (that of the constant quantity), and whether the specification `asked` for it.
-        Along the band, `frequency_ratio`, `frequency_hz`, the `value` of the measure, and its `ratio` to the base
-        amplitude or the static displacement. `worst` is the judged value; `worst_ratio` is the largest ratio, at
-        `worst_frequency_ratio` and `worst_frequency_hz`. Frequencies in hertz are None without units.
+        `amplitude` is the amplitude of the base motion or force, in `amplitude_units`. `asked` is True if the amplitude
+        is within the specified range. `frequency_ratio`, `frequency_hz`, the `value` of the measure, and its `ratio` to
+        the base amplitude or the static displacement are lists over the band. `worst` is the judged value;
+        `worst_ratio` is the largest ratio, at `worst_frequency_ratio` and `worst_frequency_hz`. Frequencies in hertz
+        are None without units.
     """
     return [_under(found, each) for each in found.shown]
 
@@ -76,13 +77,13 @@ def _under(found: Found, amplitude: Amplitude) -> OverBand:
 
 
 def peaks_of(found: Found) -> list[tuple[Amplitude, Curve, int]]:
-    """Give each amplitude with the response under it, and the index of its largest value."""
+    """Return each amplitude, the response under this amplitude, and the index of the largest response."""
     curves = [(each, found.book.curve(found.build, each)) for each in found.shown]
     return [(each, curve, int(curve.measured.argmax())) for each, curve in curves]
 
 
 def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> "xr.Dataset":
-    """Put the amplitudes of an answer into a Dataset.
+    """Return the responses under the amplitudes of an answer as a Dataset.
 
     Parameters
     ----------
@@ -92,10 +93,10 @@ def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> "xr.Dataset":
     Returns
     -------
     Dataset
-        Dimensions `amplitude` and `frequency_ratio`: `value` and `ratio`, NaN where nothing was computed, since every
-        amplitude has additional frequencies around its own peak. The variables `worst`, `worst_ratio`,
-        `worst_frequency_ratio` and `asked` have the dimension `amplitude` alone; `asked` is true for amplitudes of the
-        specification.
+        `value` and `ratio` have the dimensions `amplitude` and `frequency_ratio`. Values are NaN where nothing was
+        computed, because every amplitude has additional frequencies around its own peak. `worst`, `worst_ratio`,
+        `worst_frequency_ratio` and `asked` have the dimension `amplitude` alone; `asked` is true for amplitudes within
+        the specified range.
     """
     import xarray as xr
 

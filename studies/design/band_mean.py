@@ -1,6 +1,6 @@
-"""A response's mean square over the band, with its error, and the frequencies that would reduce that error.
+"""Mean square of a response over the band, the error of the mean square, and frequencies that reduce this error.
 
-Every frequency in hertz counts the same. So the root of the mean square is the rms in time of a slow sweep through
+Every frequency in hertz has the same weight. So the root of the mean square is the rms in time of a slow sweep through
 the band at a constant rate.
 """
 
@@ -23,11 +23,11 @@ class BandMean:
     Parameters
     ----------
     value : float
-        In the unit of the response.
+        The root of the mean square, in the unit of the response.
     between : float
-        Estimated error of the integral, since the response is known only at some frequencies.
+        Estimated error of `value` between the frequencies at which the response is known.
     error : float
-        Standard error from those of the responses, which are independent of each other.
+        Standard error of `value`. The errors at different frequencies are independent of each other.
     """
 
     value: float
@@ -41,8 +41,8 @@ def band_mean(r: NDArray[np.float64], values: NDArray[np.float64], errors: NDArr
     Parameters
     ----------
     r, values, errors : ndarray, (n,)
-        Ascending frequencies, the first and the last at the ends of the band; the response there, in any unit, and its
-        standard errors.
+        Ascending frequencies, of which the first and the last are the ends of the band; the response at each frequency,
+        in any unit; and the standard error of each response.
     """
     if r.size == 1 or not np.isfinite(values).all():
         return BandMean(float(values.max()), 0.0, float(errors[int(values.argmax())]))
@@ -54,13 +54,14 @@ def band_mean(r: NDArray[np.float64], values: NDArray[np.float64], errors: NDArr
     value = float(np.sqrt(square))
     doubt = float(_doubts(r, values**2).sum()) / width
     spread = float(np.sqrt(((weights * values * errors) ** 2).sum())) / value
-    # the root of the possible excess of the mean square
+    # `between` is the growth of the root if the mean square grows by `doubt`
     return BandMean(value, float(np.sqrt(square + doubt)) - value, spread)
 
 
 def halved(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
-    """Give the midpoints of the intervals with the largest error of the integral; none for an interval within
-    `NARROW`.
+    """Return the midpoints of the intervals with the largest error of the integral.
+
+    Intervals no wider than `NARROW` are left out.
     """
     if r.size < 3 or not np.isfinite(values).all():
         return ()
@@ -76,9 +77,9 @@ def halved(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, 
 
 
 def _doubts(r: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Estimate the error of the trapezoidal rule on each interval, shape (n - 1,), by the larger curvature at its ends.
+    """Estimate the error of the trapezoidal rule on each interval, shape (n - 1,), from the curvature at its ends.
 
-    On an interval of width h it is h³/12 of a second derivative there.
+    On an interval of width h the error is h³/12 times the second derivative at some point of the interval.
     """
     steps = np.diff(r)
     if r.size < 3:

@@ -1,4 +1,4 @@
-"""The book of a search: every known point, and the studies that compute the wanted ones."""
+"""The book of a search: the results of all known points, and the studies that compute missing points."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -36,11 +36,11 @@ VARIABLES = (
     "impacts_per_cycle",
     "response_class",
 )
-"""Variables stored for a point, apart from those of limits."""
+"""Variables stored for every point. The variables of the measure and of the limits are added."""
 BESIDE = {ratio: name for name, ratio in RATIOS_OF.items()}
-"""The dimension that replaces a ratio if something other than the displacement of the base is constant."""
+"""For each ratio, the dimension that replaces this ratio in studies over base amplitudes."""
 WORST = "amplitude_ratio_worst"
-"""The largest amplitude reached from any start."""
+"""Variable of the largest amplitude over all starts."""
 OF_STARTS = (
     WORST,
     "attractors",
@@ -50,27 +50,28 @@ OF_STARTS = (
     "attractor_share_third",
     "amplitude_ratio_third",
 )
-"""Variables stored for several starts."""
+"""Variables stored for a study from several starts."""
 SEED = 20
 """Seed of the starts, and of builds drawn within the tolerances."""
 ENSEMBLE = {"kind": "ensemble", "n": STARTS, "seed": SEED}
-"""Several starts, in the form of a study."""
+"""The value of `start` in a study from several starts."""
 ABOUT_THE_RUN = ("cycles", "run_time", "status")
-"""Additional variables to store."""
+"""Additional variables that describe the computation of a point."""
 STUDY_COST = 40
-"""Number of points that cost as much as one more study."""
+"""Overhead of a study, expressed as a number of points."""
 MOST_MERGED = 40
-"""Largest number of sets of designs whose joining is examined pair by pair."""
+"""Largest number of groups of designs for which every pair of groups is examined for joining."""
 
 
 class BudgetSpent(Exception):
-    """The next step would exceed the budget; known points stay."""
+    """The next step would exceed the budget. All computed points stay known."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A build at frequencies relative to its own natural frequency, under an amplitude of an excitation; or a build
-    under a record.
+    """Points to compute for a build, under an amplitude at several frequencies or under a record.
+
+    Frequencies are relative to the natural frequency of the build.
     """
 
     build: Build
@@ -79,9 +80,7 @@ class Wanted:
 
 
 class _Kind(NamedTuple):
-    """Values that are common to all designs of a study: the base amplitude Z [m], whether they have a particle, the
-    constant quantity, and the forces on the particle.
-    """
+    """Values that all designs of a study share. `particle` says whether the designs have a particle."""
 
     amplitude_m: float
     particle: bool
@@ -91,27 +90,27 @@ class _Kind(NamedTuple):
 
 @dataclass
 class _Group:
-    """Designs with the same wanted frequencies."""
+    """Designs to compute at the same frequencies."""
 
     designs: set[Place]
     frequencies: frozenset[float]
     grids: list[list[NDArray[np.float64]]] = field(default_factory=list)
 
     def cut(self) -> "_Group":
-        """Cover the designs by grids."""
+        """Cover the designs by grids. Each grid becomes a study."""
         rows = np.array(sorted(self.designs))
         self.grids = cover(rows, most=max(8, len(rows)))
         return self
 
     @property
     def cost(self) -> int:
-        """Number of points, and the overhead of the studies in points."""
+        """Number of points of the studies, plus `STUDY_COST` for each study."""
         cells = sum(int(np.prod([axis.size for axis in grid])) for grid in self.grids)
         return cells * len(self.frequencies) + STUDY_COST * len(self.grids)
 
 
 class Book:
-    """Known points, by their ratios.
+    """All known points of a search, by the parameters of the damper and the frequency.
 
     Parameters
     ----------
@@ -130,19 +129,19 @@ class Book:
         """Variables stored for a point."""
         self.spent = 0
         self.stage = ""
-        """The current activity, for display; nothing depends on it."""
+        """The current activity, for display only."""
         self.ahead: Build | None = None
-        """The best damper so far, for display; nothing depends on it."""
+        """The best damper so far, for display only."""
         self.from_many_starts: list[xr.Dataset] = []
-        """The recommended damper from several starts, once it is known."""
+        """Cubes of the recommended damper from several starts; empty before the computation."""
         self._known: dict[tuple[Spot, float], tuple[float, ...]] = {}
         self._frequencies: dict[Spot, set[float]] = {}
-        """Frequencies that were wanted or computed for each damper under an amplitude."""
+        """Frequencies that were requested or computed, for each damper and amplitude."""
         self._curves: dict[tuple[Build, Under], Curve] = {}
 
     @property
     def left(self) -> int:
-        """Points that the budget still allows."""
+        """Number of points that the budget still allows."""
         return self.budget - self.spent
 
     def lacking(self, wanted: Iterable[Wanted]) -> int:
@@ -150,13 +149,13 @@ class Book:
         return len({point for each in wanted for point in self._points(each)} - self._known.keys())
 
     def _points(self, wanted: Wanted) -> Iterator[tuple[Spot, float]]:
-        """Give the key of each wanted point: the parameters of the damper, and the frequency."""
+        """Yield the key of each wanted point: the parameters of the damper, and the frequency."""
         spot = wanted.build.spot(self.asked.structure, wanted.amplitude)
         for r in wanted.frequencies:
             yield spot, r
 
     def studies(self, wanted: Iterable[Wanted]) -> tuple[Study | Suite, ...]:
-        """Make the studies that compute the unknown wanted points, in a deterministic order."""
+        """Return studies that compute the unknown points among `wanted`, in a deterministic order."""
         under_records: set[Spot] = set()
         lacking: dict[tuple[float, Spot], set[float]] = {}
         for each in wanted:
@@ -191,7 +190,7 @@ class Book:
         frequencies: Iterable[float],
         **more: object,
     ) -> Study:
-        """Make the study of a grid of dampers at frequencies; `more` replaces common settings."""
+        """Make the study of a grid of dampers at some frequencies; `more` replaces settings of the study."""
         damping, restitution, mass, clearance, friction = (axis.tolist() for axis in grid)
         axes: dict[str, object] = {"frequency_ratio": sorted(set(frequencies))}
         particle = kind.particle
@@ -230,7 +229,7 @@ class Book:
 
     def from_starts(self, wanted: Wanted) -> tuple[Study, ...]:
         """Make the study that computes a build from several starts."""
-        assert isinstance(wanted.amplitude, Amplitude)  # a record starts at rest
+        assert isinstance(wanted.amplitude, Amplitude)  # a response to a record starts at rest
         law, place, contact = wanted.build.spot(self.asked.structure, wanted.amplitude)
         more = {
             "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
@@ -242,7 +241,7 @@ class Book:
         return (self._study(kind, grid, wanted.frequencies, **more),)
 
     def _physical(self, amplitude_m: float) -> dict[str, object]:
-        """Give the block for a study's units, if there are any."""
+        """Return the `physical` block of a study; empty for a specification in ratios."""
         if not self.asked.in_units:
             return {}
         structure = self.asked.structure
@@ -255,7 +254,7 @@ class Book:
         }
 
     def add(self, cubes: "Iterable[xr.Dataset]") -> None:
-        """Take over the points of completed studies."""
+        """Add the points of completed studies to the book."""
         self._curves.clear()
         for cube in cubes:
             if RECORD in cube.sizes:
@@ -294,7 +293,7 @@ class Book:
                 self.spent += 1
 
     def under_record(self, build: Build, case: Case) -> Curve:
-        """Give the known results of a build under a record: a single point, with results in units."""
+        """Return the known results of a build under a record: a single point, with results in units."""
         row = self._known.get((build.spot(self.asked.structure, case), ONCE[0]))
         at = np.array(ONCE if row else ())
         rows = np.array(row or ()).reshape(at.size, len(RECORD_VARIABLES))
@@ -302,9 +301,7 @@ class Book:
         return Curve(at, np.ones(at.size), columns, self.asked.measured(case))
 
     def curve(self, build: Build, amplitude: Under) -> Curve:
-        """Give the known results of a build under an amplitude, within the band of its excitation; or under a
-        record.
-        """
+        """Return the known results of a build under a record, or under an amplitude over the band."""
         if isinstance(amplitude, Case):
             return self.under_record(build, amplitude)
         if (build, amplitude) not in self._curves:
@@ -324,8 +321,9 @@ class Book:
 
 
 def _beside(cube: "xr.Dataset") -> Iterator[float]:
-    """Give the ratios of `BEFORE`, 0 for those that a study lacks; for a study over base amplitudes, the numbers of the
-    cavity.
+    """Yield the value of each ratio in `BEFORE`, or 0 for a ratio that the study lacks.
+
+    For a study over base amplitudes, yield the numbers of the cavity instead.
     """
     if AMPLITUDE in cube.sizes:
         yield from cavity_of(definition_of(cube)["physical"]).numbers.values()
@@ -334,7 +332,7 @@ def _beside(cube: "xr.Dataset") -> Iterator[float]:
 
 
 def _law_of(cube: "xr.Dataset") -> Law:
-    """Give the constant quantity of a study, with its parameters."""
+    """Return the `Law` of a study: the constant quantity of its excitation, with parameters."""
     if AMPLITUDE not in cube.sizes:
         return FORCE if excitation_of(cube) == "force" else ()
     physical = definition_of(cube)["physical"]
@@ -343,7 +341,7 @@ def _law_of(cube: "xr.Dataset") -> Law:
 
 
 def _merged(groups: list[_Group]) -> list[_Group]:
-    """Join sets of designs if computing them together costs less than separately."""
+    """Join sets of designs if one computation costs less than separate computations."""
     found = [group.cut() for group in groups]
     if len(found) > MOST_MERGED:
         return found

@@ -1,4 +1,4 @@
-"""A damper as built, on a structure as built: both nominal, or with deviations within the tolerances."""
+"""A damper on a structure, both with nominal values or with deviations within the tolerances."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,20 +23,20 @@ Place = tuple[float, float, float, float, float]
 """ζ, e, β, d/Z and γ_F; without a particle e, β and d/Z are 0."""
 
 Law = tuple[()] | tuple[str] | tuple[str, float, float, float]
-"""The constant quantity of the excitation: empty for a base displacement, its name for a force. For a base velocity or
-acceleration: its name, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural
-frequency. For a ground-motion record: its id, its scale, and the structure's mass and natural frequency.
+"""The constant quantity of the excitation. The tuple is empty for a base displacement, and contains "force" for a
+force. For a base velocity or acceleration, the tuple contains the name of the quantity, the base amplitude Z at the
+natural frequency, and the structure's mass and natural frequency. For a record, id and scale replace the name and Z.
 """
 FORCE = ("force",)
 Inside = tuple[float, ...]
-"""Parameters of the forces on a particle: the contact time over 1/ω_n, 0 if contacts take no time, and the ratios
-of `BEFORE`. Under a record, and if a velocity or an acceleration of the base is constant, the numbers of its `Cavity`
-replace them.
+"""Parameters of the forces on a particle: the contact time relative to 1/ω_n (0 if contacts take no time), and the
+ratios in `BEFORE`. Under a record, and if a velocity or an acceleration of the base is constant, the numbers of the
+`Cavity` replace these ratios.
 """
 NOTHING_INSIDE: Inside = (0.0,) * (1 + len(BEFORE))
 Spot = tuple[Law, Place, Inside]
-"""The parameters of a damper under an amplitude, for every frequency. Under a displacement or a force they are ratios.
-Else d [m] and F_f [N] replace two of them, and under a record m [kg] also replaces β.
+"""Parameters of a damper under an amplitude. For a constant displacement or force, all parameters are ratios.
+Otherwise d [m] and F_f [N] replace d/Z and γ_F, and under a record m [kg] also replaces β.
 """
 
 
@@ -47,13 +47,13 @@ class Build:
     Parameters
     ----------
     clearance_m, friction_force_n, particle_mass_kg, restitution : float
-        The damper; without mass there is no particle.
+        Quantities of the damper; a mass of 0 means that there is no particle.
     mass_off, frequency_off, damping_off : float
         Relative deviations of the structure: 0.01 is one per cent above nominal.
     contact_time_s : float
         Contact time; 0 if impacts take no time.
     cavity : Cavity
-        Tilt of the cavity, and friction of the particle in it.
+        Tilt of the cavity, and friction between particle and cavity.
     """
 
     clearance_m: float
@@ -67,7 +67,7 @@ class Build:
     cavity: Cavity = LEVEL
 
     def place(self, structure: Structure, amplitude_m: float) -> Place:
-        """Give the ratios under a base amplitude, or a static displacement."""
+        """Return the ratios of this build under a base amplitude or a static displacement."""
         mass = structure.mass_kg * (1.0 + self.mass_off)
         stiffness = mass * (structure.angular_frequency * (1.0 + self.frequency_off)) ** 2
         damping = min(structure.damping_ratio * (1.0 + self.damping_off), 0.999)
@@ -78,9 +78,7 @@ class Build:
         return (damping, self.restitution, self.particle_mass_kg / mass, clearance, friction)
 
     def spot(self, structure: Structure, amplitude: Under) -> Spot:
-        """Give the parameters that a study needs for this build under an amplitude of an excitation, at any
-        frequency.
-        """
+        """Return the parameters that a study needs for this build under an amplitude or a record, for any frequency."""
         if isinstance(amplitude, Case):
             return self._under_record(structure, amplitude)
         ratios = self.place(structure, self._reference_m(amplitude))
@@ -95,26 +93,22 @@ class Build:
         return law, (*ratios[:3], clearance, self.friction_force_n), self._numbers_inside(structure)
 
     def _reference_m(self, amplitude: Amplitude) -> float:
-        """Give the base amplitude at the nominal natural frequency, or the static displacement of this structure."""
+        """Return the base amplitude at the nominal natural frequency, or the static displacement of this structure."""
         if not amplitude.excitation.motion.force:
             return amplitude.reference_m
         return amplitude.reference_m / ((1.0 + self.mass_off) * (1.0 + self.frequency_off) ** 2)
 
     def base_m(self, amplitude: Amplitude, frequency_ratio: float) -> float:
-        """Give the base amplitude Z [m], or the static displacement, at a frequency relative to this structure's
-        natural frequency.
-        """
+        """Return the base amplitude Z [m], or the static displacement, at a frequency ratio of this structure."""
         return amplitude.excitation.base_m(self._reference_m(amplitude), self.nominal(frequency_ratio))
 
     def rate(self, asked: Specification) -> float:
-        """Give ω_n of this structure [rad/s]; for a specification in ratios, relative to that of the nominal structure."""
+        """Return ω_n of this structure [rad/s], or relative to the nominal ω_n for a specification in ratios."""
         nominal = asked.structure.angular_frequency if asked.in_units else 1.0
         return nominal * (1.0 + self.frequency_off)
 
     def _inside(self, structure: Structure, amplitude_m: float) -> Inside:
-        """Give the parameters of the forces on the particle, in ratios to 1/ω_n of the actual structure and to an
-        amplitude.
-        """
+        """Return the parameters of the forces on the particle as ratios, under a base amplitude."""
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
         if not self.cavity.acts:
@@ -128,7 +122,7 @@ class Build:
         return (self._contact_time(structure), *self.cavity.ratios(case))
 
     def _numbers_inside(self, structure: Structure) -> Inside:
-        """Give the parameters of the forces on the particle, as the numbers of its cavity."""
+        """Return the parameters of the forces on the particle, as the numbers of its cavity."""
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
         return (self._contact_time(structure), *self.cavity.numbers.values())
@@ -147,31 +141,31 @@ class Build:
         return law, (damping, *damper), self._numbers_inside(structure)
 
     def limited(self, about: DamperLimit) -> float:
-        """Give the quantity that a limit on the damper restricts; 0 for an absent particle."""
+        """Return the quantity that a limit on the damper restricts; 0 for an absent particle."""
         if self.particle_mass_kg == 0.0 and about.quantity != "friction_force_n":
             return 0.0
         return about.factor * float(getattr(self, about.quantity))
 
     def as_built(self, asked: Specification, about: DamperLimit) -> float:
-        """Give the quantity that a limit on the damper restricts, at the upper end of its tolerance."""
+        """Return the quantity that a limit on the damper restricts, at the upper end of the tolerance."""
         upper = {about.quantity: 1.0} if about.quantity in asked.tolerances else {}
         return self.moved(asked, upper).limited(about)
 
     def excess(self, asked: Specification) -> float:
-        """Give the largest share by which the damper itself exceeds a limit; 0 if it keeps all limits."""
+        """Return the largest relative excess over the limits on the damper; 0 if the damper keeps these limits."""
         own = {DAMPER_LIMITS[name]: limit for name, limit in asked.damper_limits.items()}
         return max((about.excess(self.limited(about), limit) for about, limit in own.items()), default=0.0)
 
     def own(self, frequency_ratio: float) -> float:
-        """Convert a frequency relative to the nominal natural frequency into one relative to this structure's."""
+        """Convert a frequency ratio from the nominal natural frequency to the natural frequency of this structure."""
         return frequency_ratio / (1.0 + self.frequency_off)
 
     def nominal(self, frequency_ratio: float) -> float:
-        """Convert a frequency relative to this structure's natural frequency into one relative to the nominal one."""
+        """Convert a frequency ratio from the natural frequency of this structure to the nominal natural frequency."""
         return frequency_ratio * (1.0 + self.frequency_off)
 
     def moved(self, asked: Specification, shares: dict[str, float]) -> "Build":
-        """Give this build with deviations, as fractions of the tolerances from −1 to 1."""
+        """Return this build with deviations, given as fractions of the tolerances from −1 to 1."""
         changed: dict[str, float] = {}
         structure: dict[str, float] = {}
         for name, share in shares.items():
@@ -181,7 +175,7 @@ class Build:
                 continue
             value = self.value(name)
             if name == "particle_mass_kg" and not value:
-                continue  # an absent element has no tolerance
+                continue  # an absent particle has no tolerance
             changed[name] = max(value + share * tolerance.of(value), 0.0)
             if name == "restitution":
                 changed[name] = min(changed[name], 1.0)
@@ -192,11 +186,11 @@ class Build:
         return self.with_values(changed)
 
     def value(self, name: str) -> float:
-        """Give one of its quantities, by its name in `OF_DAMPER`."""
+        """Return a quantity of the damper by its name in `OF_DAMPER`."""
         return float(getattr(self if name in CHOSEN else self.cavity, name))
 
     def with_values(self, values: Mapping[str, float]) -> "Build":
-        """Give this build with other values of its quantities."""
+        """Return this build with other values of some quantities."""
         numbers = self.cavity.numbers
         inside = {name: value for name, value in values.items() if name in numbers}
         changed: dict[str, Any] = {name: value for name, value in values.items() if name not in numbers}
@@ -204,14 +198,14 @@ class Build:
 
 
 Built = Annotated[
-    dict[str, float | str | None], Says(description="A damper in drawing values and in ratios.")
+    dict[str, float | str | None], Says(description="A damper, with its values in units and as ratios.")
 ]
 
 
 def design_document(build: Build, asked: Specification) -> Built:
-    """Give a damper in drawing values, where there are units, and in ratios at the largest base amplitude.
+    """Return a damper as a document, with values in units and with ratios at the largest base amplitude.
 
-    Under ground-motion records alone there is no base amplitude, and no ratio to it.
+    A specification in ratios gives no values in units. Records alone give no ratios to a base amplitude.
     """
     amplitude = asked.largest_m if asked.excitations else 1.0
     _, restitution, mass, clearance, friction = build.place(asked.structure, amplitude)

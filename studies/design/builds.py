@@ -1,4 +1,4 @@
-"""Builds drawn within the tolerances, and the probability estimated from their number."""
+"""Random builds within the tolerances, and the probability that a build keeps every limit."""
 
 import math
 from collections.abc import Iterable
@@ -16,14 +16,12 @@ from damperlab.studies.specification.records import ONCE, Case
 from damperlab.studies.specification.specification import Specification
 
 FOR_BUILDS = 0.5
-"""Share of the remaining budget that builds may take."""
+"""Largest share of the remaining budget for the builds."""
 WORST = 5
-"""Number of builds whose peaks are bracketed because they may be the worst."""
+"""Number of builds with the largest responses, whose peaks are bracketed."""
 
 NEAR = 0.9
-"""Share of a limit above which the peaks of a build are bracketed too, because they decide whether the build keeps the
-limit.
-"""
+"""Share of a limit above which the peaks of a build are bracketed too."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +31,12 @@ class Builds:
     Parameters
     ----------
     drawn, passed : int
-        Number of builds drawn, and number of those that keep every limit (without limits on results, also the stated
-        bound).
+        Number of builds drawn, and number of builds that keep every limit. If no result has a limit, these builds must
+        also stay within `bound`.
     low, high : float
-        Interval of the probability.
+        Confidence interval of the probability that a build passes.
     bound : float or None
-        The additional bound, in the unit of the measure, if the specification has no limit on results.
+        The additional bound in the unit of the measure; None if the specification limits results.
     """
 
     drawn: int
@@ -49,7 +47,7 @@ class Builds:
 
 
 def clopper_pearson(passed: int, drawn: int, confidence: float) -> tuple[float, float]:
-    """Give the exact confidence interval of a probability from `passed` successes in `drawn` independent trials.
+    """Return the exact confidence interval of a probability from `passed` successes in `drawn` independent trials.
 
     C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404: the tail beyond each end has half of the remaining
     probability, so the ends are quantiles of the beta distribution.
@@ -63,7 +61,7 @@ def clopper_pearson(passed: int, drawn: int, confidence: float) -> tuple[float, 
 
 
 def drawn(search: Search, build: Build) -> Step[list[Build]]:
-    """Draw builds within the tolerances, and compute them at every frequency of the damper as drawn."""
+    """Draw random builds within the tolerances, and compute each build at every frequency of the nominal damper."""
     asked, book = search.asked, search.book
     names = asked.toleranced
     shares = np.random.default_rng(SEED).uniform(-1.0, 1.0, (asked.builds, len(names)))
@@ -105,7 +103,7 @@ def _looked_at_closer(search: Search, kept: Iterable[Build]) -> Step[None]:
 
 
 def _hardly(asked: Specification, score: Score) -> bool:
-    """Whether a build keeps every known limit, and one of them narrowly."""
+    """Whether a build keeps every limit, and at least one limit narrowly."""
     near = (score.reached[name] >= NEAR * limit for name, limit in asked.limits.items())
     return score.violation == 0.0 and any(near)
 
@@ -123,7 +121,7 @@ def _beside(search: Search, nominal: Build, build: Build) -> Iterable[Wanted]:
 
 
 def counted_builds(asked: Specification, scores: list[Score], bound: float) -> Builds:
-    """Count the builds that keep every limit and, without limits on results, stay within a bound."""
+    """Count the builds that keep every limit. If no result has a limit, a build must also stay within `bound`."""
     within = math.inf if asked.limits else bound
     passed = sum(each.violation == 0.0 and each.value <= within for each in scores)
     low, high = clopper_pearson(passed, len(scores), asked.confidence)

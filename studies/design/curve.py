@@ -12,20 +12,21 @@ from damperlab.studies.specification.measure import ACCELERATIONS, Measure
 
 @dataclass(frozen=True)
 class Curve:
-    """A response over the frequency, relative to the build's own natural frequency; infinite where it failed.
+    """The response of a build over the frequency. Values are infinite where the response failed.
 
     Parameters
     ----------
     r : ndarray, (n,)
-        Ascending.
+        Frequencies relative to the build's own natural frequency, ascending.
     base_m : ndarray, (n,)
         Base amplitude Z; 1 under a record, whose results are in units.
     columns : dict of ndarray, (n,)
-        The variables of `Book.variables` or `RECORD_VARIABLES`; the first is infinite if the response failed.
+        Values of the variables of `Book.variables` or `RECORD_VARIABLES`. The first variable is infinite where the
+        response failed.
     measure : Measure
         The measure to minimise, computed from these variables.
     rate : float
-        ω_n of the structure, the factor of accelerations.
+        ω_n of the structure, with which ratios are converted into velocities and accelerations.
     """
 
     r: NDArray[np.float64]
@@ -35,9 +36,9 @@ class Curve:
     rate: float = 1.0
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        """Give one variable; a point that failed has no value in units, and counts as infinite."""
+        """Return a variable, shape (n,). Failed responses are infinite, but have an `amplitude_error` of 0."""
         failed = np.isinf(next(iter(self.columns.values())))
-        if name == "amplitude_error":  # a transient is as exact as the solver
+        if name == "amplitude_error":  # results under a record have no statistical error
             column = self.columns.get(name, np.zeros(self.r.size))
             return np.where(failed, 0.0, column)
         return np.where(failed, np.inf, self.columns[name])
@@ -54,12 +55,15 @@ class Curve:
 
     @property
     def judged(self) -> float:
-        """The judged value, in the unit of the measure: its largest value, or its rms over the band."""
+        """The judged value: the largest value of the measure, or the rms of the measure over the band."""
         values = self.measured
         return band_mean(self.r, values, self.errors).value if self.measure.mean else float(values.max())
 
     def errors_of(self, variable: str) -> NDArray[np.float64]:
-        """Standard error of a variable, shape (n,): that of the amplitude; an acceleration has the same relative error."""
+        """Return the standard error of a variable, shape (n,).
+
+        A variable has the standard error of the amplitude; an acceleration has the relative error of the amplitude.
+        """
         errors: NDArray[np.float64] = np.nan_to_num(self["amplitude_error"])
         if variable not in ACCELERATIONS:
             return errors
@@ -70,6 +74,6 @@ class Curve:
 
     @property
     def _scale(self) -> NDArray[np.float64]:
-        """Factor of results over Z."""
+        """Factor that converts the variable of the measure into the measure, shape (n,)."""
         scale: NDArray[np.float64] = self.measure.factor * self.base_m
         return scale * self.rate**self.measure.order if self.measure.order else scale

@@ -1,4 +1,4 @@
-"""From a specification to an answer: the search, the builds, the margins of each dimension, and the alternatives."""
+"""The design of a damper: the search, random builds, the margin of each quantity, and the alternatives."""
 
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["Ask", "Found", "Rounds", "designing"]
 
 AMPLITUDES = 7
-"""Number of base amplitudes for the recommended damper."""
+"""Number of base amplitudes under which the recommended damper is judged."""
 SHOWN = 7
 """Number of base amplitudes in the figure that shows where the damper stops working."""
 
@@ -42,13 +42,13 @@ class Ask:
     Parameters
     ----------
     studies : tuple of Study or Suite
-        Studies to compute, except those that are stored.
+        Studies to compute; studies that are stored already need not be computed again.
     stage : str
-        Their purpose.
+        Purpose of the studies, in words.
     spent, budget : int
         Number of known points, and largest number of points.
     ahead : (Build, Score) or None
-        The best damper so far, and its known worst case as drawn; None before the first look.
+        The best damper so far, and its known worst case without tolerances; None before the first look.
     """
 
     studies: tuple[Study | Suite, ...]
@@ -59,19 +59,19 @@ class Ask:
 
 
 Rounds = Generator[Ask, "Iterable[xr.Dataset]", Found]
-"""A generator that requests studies, receives their cubes and returns its findings."""
+"""A generator that requests studies, receives the cubes of the studies, and returns the findings."""
 
 
 def designing(asked: Specification, budget: int) -> Rounds:
-    """Search: request the studies that are needed next, receive their cubes, and return the findings.
+    """Search for a damper: request the studies that are needed next, receive their cubes, and return the findings.
 
     The requests depend only on the specification, the budget and the values of the cubes. So an interrupted search can
-    be restarted: its studies so far are stored.
+    be restarted, and reads the results of completed studies from the store.
 
     Parameters
     ----------
     asked : Specification
-        What is designed.
+        The specification.
     budget : int
         Largest number of points. The search leaves at least a quarter of these points for the later steps.
 
@@ -121,7 +121,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         judged = [compared, nominal]
         if nominal.violation <= compared.violation:
             break
-        # a damper that exceeds a limit only here is replaced by one that keeps it
+        # a damper that exceeds a limit only under further amplitudes is replaced by a damper that keeps this limit
         search.robust[best] = worst(judged)
         yield from within(search.reconsidered(), left, "dampers that keep the limits")
         previous, best = best, search.best()
@@ -171,7 +171,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
 
 
 def beyond_of(excitation: Excitation) -> tuple[float, float]:
-    """Give the base amplitudes between which a damper is shown: half the smallest to twice the largest."""
+    """Return the ends of the range of base amplitudes that is shown: half the smallest and twice the largest."""
     return excitation.lowest_m / 2.0, excitation.highest_m * 2.0
 
 

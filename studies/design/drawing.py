@@ -1,4 +1,4 @@
-"""The drawing of a damper: its quantities with tolerances, as built."""
+"""The drawing of a damper: each quantity with its value, tolerance and margin."""
 
 from damperlab.studies.brief import Damper
 from damperlab.studies.design.absorber import DETUNED, Beside
@@ -8,18 +8,18 @@ from damperlab.studies.design.verdict import kind_of
 from damperlab.studies.specification.specification import CHOSEN, OF_DAMPER, Specification
 
 Line = tuple[str, str, str, str]
-"""A quantity, its value, its tolerance, and the range in which it alone may change."""
+"""A quantity, its value, its tolerance, and the range in which the quantity may change while all others stay."""
 
 
 def drawing_of(found: Found, damper: Damper) -> list[Line]:
-    """Give the drawing of a damper; empty for none.
+    """Return the lines of the drawing of a damper; empty if there is no damper to draw.
 
     Parameters
     ----------
     found : Found
         The findings of the search.
     damper : str
-        That of the verdict, or the kind of the damper found.
+        Kind of the damper to draw.
     """
     asked = found.asked
     if damper == "tuned_mass_damper":

@@ -25,38 +25,38 @@ class Found:
     Parameters
     ----------
     asked, book : Specification, Book
-        The specification, and every point.
+        The specification, and the results of all known points.
     build : Build
-        The best damper found, or the given one. It is recommended unless another kind does better.
+        The best damper found, or the given damper. This damper is recommended unless another kind does better.
     nominal, compared, stated : Score
-        Its worst case as drawn; with the corners of its tolerances, as for the alternatives; and over everything
-        computed for it.
+        Worst cases of `build`. `nominal` is the worst case without tolerances. `compared` includes the corners of the
+        tolerances, and is comparable with the alternatives. `stated` includes all results computed for the damper.
     builds : Builds or None
-        None without tolerances, or if the budget covers no build.
+        Results of builds within the tolerances; None without tolerances, or if the budget covers no build.
     margins : dict of Margin
-        By quantity.
+        The margin of each quantity.
     alternatives : dict of Alternative
-        `friction_alone`, `particle_alone`.
+        The best damper with friction alone, and the best damper with a particle alone.
     absorber : Beside or None
-        The tuned mass damper.
+        The tuned mass damper of the same mass.
     front : tuple of OfMass
         The best damper found for each of several masses, the lightest first; empty without a particle.
     over : Score or None
-        As `nominal`, over the bands alone; None if there is no band.
+        Worst case of the nominal damper over the bands alone; None if there is no band.
     under : tuple of Score
-        As `nominal`, under a single excitation; one for each excitation over a band.
+        Worst case of the nominal damper under each excitation over a band.
     shown : tuple of Amplitude
-        Amplitudes of the binding excitation at which the response of the damper as drawn is known at every frequency
-        of the survey. Some lie beyond the range of the excitation.
+        Amplitudes of the binding excitation at which the response of the nominal damper is known at every frequency
+        of the survey. Some of these amplitudes lie beyond the range of the excitation.
     starts : Starts or None
-        Responses to other starts than rest; None if the budget did not cover them.
+        Responses after starts other than rest; None if the budget did not cover these responses.
     stopped : str
-        "complete" or "budget".
+        "complete", or "budget" if the budget stopped the search.
     ended : str
         Reason for the end of the search: "converged", "lists" (every combination of the listed values was examined),
         "budget", or "nothing" (nothing was to be chosen).
     looked_at : int
-        Dampers that the search examined.
+        Number of dampers that the search examined.
     left_out : tuple of str
         Steps that the budget did not cover.
     """
@@ -83,9 +83,7 @@ class Found:
 
     @property
     def others(self) -> dict[str, Alternative]:
-        """`alternatives` that differ from the damper itself; for example, a damper without a particle is itself
-        friction alone.
-        """
+        """The alternatives of a kind that differs from the kind of the damper found."""
         lacks = {
             "friction_alone": self.build.particle_mass_kg == 0.0,
             "particle_alone": self.build.friction_force_n == 0.0,
@@ -93,16 +91,14 @@ class Found:
         return {name: each for name, each in self.alternatives.items() if not lacks[name]}
 
     def otherwise(self, limit: str) -> str:
-        """Name changes, other than relaxing the limit, that could let a damper keep it."""
+        """Return a change of the specification, in words, that may help to keep a limit without relaxing the limit."""
         if self.nominal.reached[limit] <= self.asked.limits[limit]:
             return "narrow the tolerances"
         return "widen the ranges to choose from" if self.asked.free else "let a quantity be chosen"
 
     @cached_property
     def heaviest(self) -> Beside | None:
-        """The tuned mass damper of the largest allowed mass, which is the most effective; None if no mass is
-        allowed.
-        """
+        """The most effective tuned mass damper, which has the largest allowed mass; None if no mass is allowed."""
         most = self.asked.choices["particle_mass_kg"].stop
         if most == self.build.particle_mass_kg:
             return self.absorber
@@ -110,20 +106,18 @@ class Found:
 
     @property
     def under_records(self) -> tuple[Score, ...]:
-        """As `nominal`, under a single excitation; one for each excitation by records or a sweep."""
+        """Worst case of the nominal damper under each excitation by records or a sweep."""
         return tuple(score(self.book, self.build, each.cases) for each in self.asked.records)
 
     @property
     def binding(self) -> Excitation:
-        """The excitation of the stated worst case; if that is a record, the excitation of the worst case over the
-        bands.
-        """
-        assert self.over is not None  # only of a specification over bands
+        """The excitation of the stated worst case or, if that is a record, of the worst case over the bands."""
+        assert self.over is not None  # callers make sure that there is a band
         return binding(self.asked, self.stated, self.over)
 
 
 def at_ends(found: Found) -> dict[str, str]:
-    """Give the chosen quantities that lie at an end of their range, and the end."""
+    """Return "lower" or "upper" for each chosen quantity whose value is at an end of the range."""
     ends: dict[str, str] = {}
     asked = found.asked
     for name in (each for each in OF_DAMPER if each in asked.free or each in asked.bounds):
@@ -131,23 +125,24 @@ def at_ends(found: Found) -> dict[str, str]:
         if not (name == "friction_force_n" or found.build.particle_mass_kg > 0.0):
             continue
         if value in (QUANTITIES[name].lowest, QUANTITIES[name].highest):
-            continue  # no value exists beyond
+            continue  # no value beyond the end of the range is possible
         if value in (choice.start, choice.stop) and not (choice.values and choice.start == choice.stop):
-            # if a limit reduced a range to one value, the upper end is the limit's
+            # if a limit leaves only one value of a range, that value is the upper end
             ends[name] = "upper" if value == choice.stop else "lower"
     return ends
 
 
 def locked(found: Found, build: Build | None = None) -> bool:
-    """Whether friction, as drawn, locks the structure to its base at every computed frequency under the largest
-    amplitude, and under every record.
+    """Whether friction locks the nominal structure to its base under every excitation.
+
+    The structure must be locked at every computed frequency under the largest amplitude, and under every record.
 
     Parameters
     ----------
     found : Found
-        The search.
+        The findings of the search.
     build : Build, optional
-        The damper; by default the recommended one.
+        The damper; by default the damper found.
     """
     build = build or found.build
     curves = (found.book.curve(build, case) for case in found.asked.cases)

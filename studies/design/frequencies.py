@@ -1,9 +1,9 @@
-"""Frequencies of a response over the band, chosen so that its peak is found reliably.
+"""Frequencies of a response over the band, chosen so that the peak of the response is found reliably.
 
-A particle that stays on its wall is added mass, and the structure then resonates at r = 1/√(1+β). Where the particle
-does not act, the structure resonates at r = 1. Between the two, and a margin beyond, frequencies are spaced by the
-half width of the structure's own resonance, ζ. So a resonance of that width reaches at least 1/√(1 + ¼) of its height
-at one of them (a Lorentzian, half a step off its peak). Every maximum of that height is then bracketed.
+A particle that stays on its wall is added mass, and the structure then resonates at r = 1/√(1+β). Without forces of the
+particle, the structure resonates at r = 1. Between these frequencies, and within a margin beyond, samples are spaced
+by the half width of the structure's own resonance, ζ. So at least one sample reaches 1/√(1 + ¼) of the height of such a
+resonance (a Lorentzian, half a step off its peak). Every maximum of that height is then bracketed.
 """
 
 import math
@@ -36,9 +36,7 @@ INNER = 7
 NARROW = 1e-5
 """Width of an interval that is not divided further: a hundredth of the smallest step between resonances."""
 DIGITS = 9
-"""Decimals to which a frequency ratio is rounded, so that equal frequencies are equal numbers however they were
-computed.
-"""
+"""Decimals to which a frequency ratio is rounded, so that equal frequencies are equal numbers after any computation."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +46,11 @@ class Survey:
     Parameters
     ----------
     low, high : float
-        The band.
+        Ends of the band.
     step : float
-        Between resonances.
+        Step between the resonances.
     fine, coarse : tuple of float
-        All sampled frequencies, and those of the first look; both without the ends of the band.
+        All sampled frequencies, and the frequencies of the first look. Neither list includes the ends of the band.
     """
 
     low: float
@@ -63,7 +61,7 @@ class Survey:
 
     @classmethod
     def of(cls, asked: Specification, excitation: Excitation) -> "Survey":
-        """Lay out the survey for the heaviest particle of a specification, over the band of an excitation."""
+        """Return the survey over the band of an excitation, for the heaviest particle of a specification."""
         low, high = excitation.low, excitation.high
         mass = asked.choices["particle_mass_kg"].stop / asked.structure.mass_kg
         riding = 1.0 / math.sqrt(1.0 + mass)
@@ -88,9 +86,11 @@ class Survey:
         return cls(low, high, step, tuple(fine), tuple(coarse))
 
     def sample(self, mass_ratio: float, shift: float, fine: bool) -> tuple[float, ...]:
-        """Give the frequencies for a structure with a relative deviation, over its own natural frequency.
+        """Return the sampled frequencies for a structure, relative to its own natural frequency.
 
-        They include both ends of the band, and the resonance with a particle that stays on its wall.
+        `shift` is the relative deviation of this natural frequency from nominal.
+
+        The sample includes both ends of the band, and the resonance with a particle that stays on its wall.
         """
         low, high = self.low / (1.0 + shift), self.high / (1.0 + shift)
         riding = round(1.0 / math.sqrt(1.0 + mass_ratio), DIGITS)
@@ -99,27 +99,30 @@ class Survey:
 
 
 def _towards(edge: float, end: float) -> list[float]:
-    """Steps that grow from the edge of the resonances to an end of the band; empty if the band ends before."""
+    """Return frequencies from the edge of the resonances to an end of the band, in growing steps.
+
+    The list is empty if the band ends before that edge.
+    """
     if (end - edge) * (edge - 1.0) <= 0.0:
         return []
     return [round(float(r), DIGITS) for r in np.geomspace(edge, max(end, 1e-4), OUTSIDE + 2)[1:-1]]
 
 
 def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float = SHOWN) -> tuple[float, ...]:
-    """Give further frequencies around the largest maxima of a sampled response.
+    """Return further frequencies around the largest maxima of a sampled response.
 
     Parameters
     ----------
     r, values : ndarray, (n,)
-        Ascending frequencies and the response there.
+        Ascending frequencies, and the response at each frequency.
     shown : float
         Share of the largest value that a maximum must reach.
 
     Returns
     -------
     tuple of float
-        Frequencies in the intervals next to each maximum that reaches `shown` of the largest value, the highest maximum
-        first. Empty if none of these intervals is wider than `NARROW`.
+        Ascending frequencies in the intervals next to the `BRACKETS` highest maxima that reach `shown` times the
+        largest value. Empty if none of these intervals is wider than `NARROW`.
     """
     if r.size < 2:
         return ()
@@ -137,21 +140,21 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float =
 
 
 def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
-    """Give further frequencies in the wider intervals where the response is near its largest value.
+    """Return further frequencies in the wider intervals where the response is near its largest value.
 
-    A peak on a flank that is narrower than the distance of the samples is not a maximum of the samples, so `brackets`
-    misses it.
+    A peak that is narrower than the spacing of the samples may lie on the flank of a higher peak. Such a peak is no
+    maximum of the samples, so `brackets` misses the peak.
 
     Parameters
     ----------
     r, values : ndarray, (n,)
-        Ascending frequencies and the response there.
+        Ascending frequencies, and the response at each frequency.
 
     Returns
     -------
     tuple of float
-        They divide every interval with an end of at least `SHOWN` times the largest value into parts no wider than
-        `CLOSER`.
+        Frequencies that divide every high interval into parts no wider than `CLOSER`. An interval is high if the
+        response at one of its ends is at least `SHOWN` times the largest value.
     """
     high = np.maximum(values[:-1], values[1:]) >= SHOWN * values.max()
     found: list[float] = []
@@ -162,11 +165,11 @@ def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float,
 
 
 def rise(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
-    """Estimate by how much the peak next to the largest sample exceeds it.
+    """Estimate the difference between the largest sample and the peak next to this sample.
 
-    On an interval next to it the response is assumed to rise no more steeply than on the two intervals on either side.
-    The rise ends where both lines meet. If the value at the far end is too low for that, the response jumps. It is then
-    assumed to rise up to the jump, as steeply as before.
+    On an interval next to the sample, the response is assumed to rise no more steeply than on the intervals before and
+    after. The peak is where the lines with these two slopes meet. If the lines meet outside the interval, the response
+    jumps. The response is then assumed to rise up to the jump, as steeply as before the sample.
     """
     place = int(values.argmax())
     return max(
@@ -181,7 +184,7 @@ def _rise_ahead(
     back: NDArray[np.float64],
     behind: NDArray[np.float64],
 ) -> float:
-    """Give the rise on the first interval of a response, from the slopes on both sides of it."""
+    """Return the rise on the first interval of a response, from the slopes on both sides of this interval."""
     if r.size < 2 or back.size < 2 or not np.isfinite(np.r_[values[:3], behind[:3]]).all():
         return 0.0
     width, slopes = abs(r[1] - r[0]), np.diff(behind[:3]) / -np.abs(np.diff(back[:3]))

@@ -1,9 +1,9 @@
-"""Response over the mass of the particle: the best damper found for each of several masses, with all other quantities
-chosen again.
+"""Response as a function of the particle's mass: the best damper found for each mass, with all other quantities chosen
+again.
 
-The search for a mass starts from the best damper of the neighbouring mass, and moves one step of one quantity as
-long as this is better. So each is only the best of the dampers examined, as drawn. The tuned mass damper of the same
-mass is tuned under the same conditions.
+The search for a mass starts from the best damper of the neighbouring mass, and changes the quantities step by step as
+long as this improves the response. So each result is the best of the examined dampers, without tolerances. A tuned mass
+damper of the same mass is tuned under the same conditions.
 """
 
 from dataclasses import dataclass, replace
@@ -21,37 +21,37 @@ from damperlab.studies.specification.specification import Choice, Specification
 
 MASS = "particle_mass_kg"
 MASSES = 5
-"""Number of masses over a range; one more if the recommended mass lies between them."""
+"""Number of masses over a range. The recommended mass is added if it is not among these masses."""
 MOST_LISTED = 7
-"""Largest number of masses of a list."""
+"""Largest number of masses taken from a list of allowed masses."""
 SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
-"""Masses around a given one, as factors."""
+"""Masses around a given mass, as multiples of the given mass."""
 WIDEST, FINEST = 1 / 8, 1 / 16
-"""Steps of the other quantities, as fractions of their ranges."""
+"""Largest and smallest step of the other quantities, as fractions of their ranges."""
 FULL = 2
-"""Largest number of quantities for which every neighbour is examined."""
+"""Largest number of quantities that are changed together. More quantities are changed one at a time."""
 POOL = 4
-"""Number of dampers of the main search from which the search for a known mass starts."""
+"""Number of dampers from the main search with which the search for a mass starts."""
 SAME = 1e-9
 """Relative difference within which two masses are equal."""
 
 
 @dataclass(frozen=True)
 class OfMass:
-    """The best damper found for one mass, as drawn.
+    """The best damper found for one mass, judged without tolerances.
 
     Parameters
     ----------
     build : Build
         The damper.
     score : Score
-        Its worst case.
+        Worst case of the damper without tolerances.
     looked_at : int
         Number of dampers of this mass that were examined.
     absorber : float or None
-        Worst case of the tuned mass damper of this mass on the nominal structure; None without mass.
+        Worst case of the tuned mass damper of this mass on the nominal structure; None if there is no such damper.
     particle_alone : float or None
-        Worst case of the particle alone of this mass; None if it was not searched.
+        Worst case of a particle of this mass without friction; None if there was no search.
     """
 
     build: Build
@@ -67,8 +67,9 @@ class OfMass:
 
 
 def masses_of(asked: Specification, recommended: Build) -> list[float]:
-    """Choose the masses: over their range or, if the mass is given, around it and within its limit. The recommended mass
-    is one of them.
+    """Return the masses for which the best damper is searched, including the recommended mass.
+
+    The masses cover the specified range. If the mass is given, the masses surround the given mass.
     """
     choice, own = asked.choices[MASS], recommended.particle_mass_kg
     if choice.values:
@@ -85,21 +86,21 @@ def masses_of(asked: Specification, recommended: Build) -> list[float]:
 
 
 def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, ...]]:
-    """Find the best damper of every mass, from the recommended one towards lighter and heavier ones.
+    """Find the best damper of every mass, from the recommended mass towards heavier and lighter masses.
 
     Parameters
     ----------
     search : Search
-        At its end.
+        The completed search.
     best : tuple of float
-        Its recommendation.
+        The recommended candidate.
     most : int
-        Largest number of known points afterwards.
+        Largest number of known points after the search.
 
     Returns
     -------
     tuple of OfMass
-        In the order of their masses; as many as the allowed points cover.
+        The best damper of each mass, the lightest first, for as many masses as the points allow.
     """
     recommended = search.space.build(best)
     masses = masses_of(search.asked, recommended)
@@ -118,7 +119,7 @@ def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, .
 def beside_particle_alone(
     front: tuple[OfMass, ...], search: Search, alone: Alternative | None
 ) -> tuple[OfMass, ...]:
-    """Add the particle alone if it was searched for one of the masses."""
+    """Add the worst case of the particle alone to the entry of the same mass, if this entry exists."""
     if alone is None:
         return front
     value = search.score(alone.build).value
@@ -129,7 +130,7 @@ def beside_particle_alone(
 
 
 def undominated(front: tuple[OfMass, ...]) -> tuple[OfMass, ...]:
-    """Choose the masses that do better than every lighter one."""
+    """Return the entries whose damper is better than the best damper of every lighter mass."""
     kept: list[OfMass] = []
     for each in front:
         if all(each.score.rank < other.score.rank for other in kept):
@@ -158,8 +159,10 @@ class _Looking:
 
 
 def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tuple[OfMass, Candidate]]:
-    """Find the best damper of a mass, starting from that of a neighbour and from the search's own dampers of this
-    mass.
+    """Find the best damper of a mass.
+
+    The search starts from the best damper of a neighbouring mass, and from dampers of this mass that the main search
+    examined.
     """
     asked = _with_mass(search.asked, mass)
     looking = _Looking(_looker(search, asked), Space(asked), set())
@@ -187,21 +190,24 @@ def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tu
 
 
 def _looker(search: Search, asked: Specification) -> Search:
-    """Give the search that examines dampers of a mass: the main one, or another if a lighter mass needs other
-    frequencies.
+    """Return the search that examines dampers of a mass.
+
+    The main search is used if the mass is within the specified range. A heavier particle needs other frequencies, and
+    so a new search.
     """
     heavier = asked.choices[MASS].stop > search.asked.choices[MASS].stop
     return Search(asked, search.book, told=False) if heavier else search
 
 
 def _others(search: Search, candidate: Candidate) -> Candidate:
-    """Give the fractions of the chosen quantities apart from the mass."""
+    """Return a candidate without the entry of the mass."""
     return tuple(share for name, share in zip(search.space.names, candidate, strict=True) if name != MASS)
 
 
 def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
-    """Give the neighbours of a candidate, one step away: along all quantities together if there are at most `FULL`,
-    else along one at a time.
+    """Return the neighbours of a candidate, one step away.
+
+    The step is along all quantities together if there are at most `FULL` quantities, otherwise along one quantity.
     """
     steps = [max(step, 1.0 / (count - 1)) if count else step for count in space.counts]
     moves = product((-1.0, 0.0, 1.0), repeat=len(steps))
@@ -213,7 +219,7 @@ def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
 
 
 def _pool(search: Search, mass: float) -> set[Candidate]:
-    """Give the `POOL` best of the computed dampers of this mass, judged as drawn; without their mass."""
+    """Return the `POOL` best nominal dampers of a mass that the search examined, as candidates without the mass."""
     same = (each for each in search.values if search.space.build(each).particle_mass_kg == mass)
     ranked = sorted(same, key=lambda each: (*search.score(search.space.build(each)).rank, each))
     return {_others(search, each) for each in ranked[:POOL]}
@@ -224,6 +230,6 @@ def _with_mass(asked: Specification, mass: float) -> Specification:
 
 
 def _limit(asked: Specification) -> float:
-    """Give the heaviest mass that keeps its limit, including its tolerance."""
+    """Return the largest mass that keeps the limit on the mass even at the upper end of its tolerance."""
     limit = asked.damper_limits.get(MASS, float("inf"))
     return asked.tolerances[MASS].most(limit) if MASS in asked.tolerances else limit

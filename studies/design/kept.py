@@ -1,4 +1,4 @@
-"""A design as stored: the specification, the studies that its search waits for, and how it ended."""
+"""A design as stored: the specification, the studies that the search waits for, and how the design ended."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -29,7 +29,7 @@ class Where(TypedDict):
 
 
 class Worst(Where):
-    """A worst case with its units and its place."""
+    """A worst case with its units, and the condition under which the worst case occurs."""
 
     measure: str
     value: Number
@@ -38,7 +38,7 @@ class Worst(Where):
 
 
 class KnownDesign(TypedDict):
-    """A damper, and its worst case as drawn."""
+    """A damper, and its worst case without tolerances."""
 
     design: Built
     worst: Worst
@@ -83,17 +83,17 @@ class Round:
     stage : str
         The purpose of the studies.
     number : int
-        Rounds so far, including this one.
+        Number of rounds so far, including this round.
     points, wanted : int
-        Number of known points, and of points of the studies.
+        Number of known points, and number of points of the studies.
     studies : tuple of str
-        Their ids.
+        Ids of the studies.
     known : dict or None
-        The best damper so far with its worst case as drawn; None before the first look.
+        The best damper so far with its worst case without tolerances; None before the first look.
     started : str
-        When the search began, in ISO 8601, UTC.
+        Time at which the search began, in ISO 8601, UTC.
     message : str or None
-        A reason to wait other than its studies.
+        Reason why the search waits; None if the search waits for its studies only.
     """
 
     stage: str
@@ -113,7 +113,7 @@ class Kept:
     Parameters
     ----------
     id, name, digest : str
-        The first 12 hex digits of the digest; free text; the specification's digest.
+        `id` is the first 12 hex digits of the digest, `name` is free text, and `digest` identifies the specification.
     state : str
         One of `STATES`.
     specification : dict
@@ -123,11 +123,11 @@ class Kept:
     created : str
         Time of the request; times are in ISO 8601, UTC.
     finished : str or None
-        When it ended.
+        Time at which the design ended; None before the end.
     message : str or None
-        The reason for its failure, or for its waiting.
+        Reason why the design failed or waits.
     owner : str or None
-        Its owner; None without keys.
+        Owner of the design; None if the service uses no keys.
     round : Round or None
         The latest round.
     """
@@ -146,16 +146,16 @@ class Kept:
 
     @property
     def ended(self) -> bool:
-        """Whether the design has ended, so that nothing more happens without a request."""
+        """Whether the design has ended."""
         return self.finished is not None
 
     @property
     def place(self) -> str:
-        """Sort key among the designs of its folder: the order of their requests."""
+        """Sort key of the designs in a folder: the time of the request, and the id."""
         return f"{int(1e6 * datetime.fromisoformat(self.created).timestamp()):020d}-{self.id}"
 
     def summary(self) -> DesignSummary:
-        """Give the entry for a list of designs."""
+        """Return the entry for a list of designs."""
         at = self.round
         return {
             "id": self.id,
@@ -175,11 +175,11 @@ class Kept:
         }
 
     def document(self) -> KeptDocument:
-        """Give the design as JSON-able values, without its answer."""
+        """Return the design as a JSON document, without the answer."""
         studies = [] if self.round is None else list(self.round.studies)
         return {**self.summary(), "studies": studies, "specification": self.specification}
 
 
 def now() -> str:
-    """Give the time in the form of designs: ISO 8601, UTC."""
+    """Return the current time in ISO 8601, UTC."""
     return datetime.now(UTC).isoformat()

@@ -1,4 +1,4 @@
-"""By how much each quantity of a damper may change while all others stay."""
+"""Margins: by how much each quantity of a damper may change while all others stay."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from damperlab.studies.specification.damper import QUANTITIES
 from damperlab.studies.specification.specification import OF_DAMPER, Specification, beside_rubbing
 
 MOVED = "each quantity moved alone"
-"""Name of the margins among the parts that the budget left out."""
+"""Name of the margins in the list of parts that the budget did not cover."""
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Relative changes of each quantity."""
 FEW = 3
@@ -24,8 +24,10 @@ FEW = 3
 
 @dataclass(frozen=True)
 class Margin:
-    """Range of one quantity while all others stay: limits are kept from `low` to `high`, and exceeded at the next
-    values beyond.
+    """Range of one quantity while all others stay.
+
+    Limits are kept from `low` to `high`, and exceeded at `fails_below` and `fails_above`. The last two are None if no
+    examined value exceeds a limit.
     """
 
     low: Measured
@@ -37,7 +39,7 @@ class Margin:
 def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Margin]]:
     """Change each quantity alone in growing steps, until a limit or the bound is exceeded.
 
-    The friction of the particle in its cavity is treated likewise, from 0, if the specification assumes none.
+    If the specification assumes no friction of the particle in its cavity, this friction is also increased from 0.
     """
     moved: dict[tuple[str, int], list[tuple[float, Build]]] = {}
     names = _moved(search, build)
@@ -51,8 +53,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
         moved[PARTICLE_FRICTION.name, -1] = []
         rubbing = [(each, build.with_values({PARTICLE_FRICTION.name: each})) for each in COEFFICIENTS]
         moved[PARTICLE_FRICTION.name, 1] = rubbing
-    # a worst case can only grow with more frequencies: if a coarse look shows a failure, larger changes are not
-    # examined
+    # a worst case can only grow with more frequencies, so changes beyond a failure are not examined
     near: dict[tuple[str, int], list[Build]] = {key: [] for key in moved}
     for first, last in ((0, FEW), (FEW, None)):
         further = {
@@ -82,7 +83,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
 
 
 def _moved(search: Search, build: Build) -> list[str]:
-    """Name the quantities of a damper that are chosen or have tolerances."""
+    """Return the names of the quantities of a damper that are chosen or have tolerances."""
     asked = search.asked
     names = [name for name in OF_DAMPER if name in asked.free or name in asked.tolerances]
     if build.particle_mass_kg == 0.0:
@@ -91,20 +92,18 @@ def _moved(search: Search, build: Build) -> list[str]:
 
 
 def _may_rub(asked: Specification) -> bool:
-    """Whether friction of the particle can be combined with the specification, if it states none."""
+    """Whether the specification assumes no friction of the particle, but could be combined with such friction."""
     beside = beside_rubbing(asked.in_units, asked.choices)
     return not asked.rubs and not any(beside.values())
 
 
 def _size(search: Search, build: Build, name: str) -> float:
-    """Give the reference of a relative change: the quantity itself, or its range if it is 0."""
+    """Return the reference of a relative change: the value of a quantity, or the end of the range if the value is 0."""
     return build.value(name) or search.asked.choices[name].stop
 
 
 def _value(search: Search, build: Build, name: str, share: float) -> float | None:
-    """Give a quantity with a relative change, or a change relative to its range if it is 0; None if there is no such
-    value.
-    """
+    """Return a quantity after a relative change; None if the changed value is not allowed."""
     value, size = build.value(name), _size(search, build, name)
     top = QUANTITIES[name].highest
     low = 0.0 if name not in ("clearance_m", "particle_mass_kg") else 1e-3 * size
@@ -113,12 +112,15 @@ def _value(search: Search, build: Build, name: str, share: float) -> float | Non
 
 
 def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:
-    """Choose the builds that exceed no limit on the damper itself; the others need not be computed."""
+    """Return the builds that exceed limits on the damper by no more than `stated`. Other builds need no computation."""
     return [each for row in rows for each in row if each.excess(search.asked) <= stated.violation]
 
 
 def _fails(search: Search, moved: Build, stated: Score) -> bool:
-    """Whether a build exceeds a limit by more than stated, or the bound if no limit is on the measure."""
+    """Whether a build exceeds a limit by more than `stated`, or exceeds the bound of the measure.
+
+    If the measure has no limit, the bound is `WITHIN` times the stated worst case. Otherwise there is no bound.
+    """
     if moved.excess(search.asked) > stated.violation:
         return True
     judged = search.score(moved)

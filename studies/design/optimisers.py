@@ -1,8 +1,8 @@
 """scipy's optimisers as generators, which request values instead of computing them.
 
-Each yields the candidates whose values it needs next, and continues once they are known. A function of scipy calls its
-objective and waits for the value. So an optimiser is restarted with the known values, and runs until one is missing.
-The requests depend only on the values. Restarting costs little compared with computing values.
+Each generator yields the candidates whose values it needs next, and continues once these values are known. A function
+of scipy calls its objective and waits for the value. So an optimiser is restarted with the known values, and runs until
+a value is missing. The requests depend only on the values. Restarting costs little compared with computing values.
 """
 
 from collections.abc import Generator, Mapping, Sequence
@@ -19,19 +19,19 @@ Wants = Generator[list[Candidate], None, None]
 Values = Mapping[Candidate, float]
 
 STRETCH = 1.5
-"""Relative excess of the box that DIRECT divides over the ranges. It samples only midpoints; in a larger box some of
-them lie on the ends of the ranges.
+"""Size of the box that DIRECT divides, relative to the ranges. DIRECT samples only midpoints of boxes; if the first box
+is larger than the ranges, some midpoints lie on the ends of the ranges.
 """
 SIZES = (1 / 12, 1 / 48)
-"""Sizes of simplices, as fractions of the ranges; each smaller one starts at the best value of the earlier ones."""
+"""Sizes of simplices, as fractions of the ranges; a simplex of the smaller size starts at the best candidate so far."""
 FAR = 1 / 8
 """Distance between the starts of the first simplices, as a fraction of the ranges."""
 SHRUNK = 1 / 8
-"""Fraction of its first size at which a simplex ends: its values cannot be compared instead, since at a jump of the
-response they never agree.
+"""A simplex ends when it has shrunk to this fraction of its first size. The values at the corners are no criterion,
+because these values never agree at a jump of the response.
 """
 MOST_STEPS = 30
-"""Largest number of values of a simplex, for each quantity."""
+"""Largest number of evaluations of a simplex for each quantity."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,11 @@ class Effort:
     divided : int
         Number of candidates, per chosen quantity, when the ranges are divided.
     starts : int
-        Simplices of the first size.
+        Number of simplices of the first size.
     sizes : int
         Number of `SIZES` that are used.
     reserve : float
-        Share of its points reserved for judging the best closely and, in the first search, for the later steps.
+        Share of the points that is reserved for refining the best damper and, in the first search, for the later steps.
     left : float
         Share of the reserve that remains for the later steps.
     """
@@ -64,17 +64,19 @@ class _Ended(Exception):
 
 
 def sought(space: Space, values: Values, effort: Effort) -> Wants:
-    """Find the candidate with the least value: examine all candidates if there are few; else divide the ranges, and
-    then go downhill from the best.
+    """Find the candidate with the least value.
+
+    All candidates are examined if there are few. Otherwise the ranges are divided, and the search then goes downhill
+    from the best candidates.
 
     Parameters
     ----------
     space : Space
         The candidates.
     values : mapping
-        Values of known candidates; the caller adds the requested ones.
+        Values of known candidates; the caller adds the requested values.
     effort : Effort
-        Its effort.
+        Effort of the search.
     """
     every = space.every()
     if every:
@@ -103,7 +105,7 @@ def _divided(space: Space, values: Values, count: int) -> Wants:
             known.add(candidate)
             return values[candidate]
         wanted[candidate] = None
-        return 0.0  # without effect beyond this iteration
+        return 0.0  # this value has no effect beyond the iteration
 
     def ended(_: object) -> None:
         if wanted or len(known) >= count:
@@ -133,7 +135,7 @@ def _starts(values: Values, count: int) -> list[Candidate]:
 
 
 def _descended(space: Space, values: Values, starts: Sequence[Candidate], size: float) -> Wants:
-    """Follow simplices downhill from several candidates in parallel; listed values stay fixed."""
+    """Run the simplex method from several candidates in parallel. Quantities with listed values stay fixed."""
     moved = [place for place, count in enumerate(space.counts) if not count]
     while moved:
         wanted = dict.fromkeys(
@@ -147,8 +149,9 @@ def _descended(space: Space, values: Values, starts: Sequence[Candidate], size: 
 def _next_of(
     space: Space, values: Values, start: Candidate, moved: list[int], size: float
 ) -> list[Candidate]:
-    """Give the next values that a simplex needs; empty if it has ended (J. A. Nelder, R. Mead, Comput. J. 7 (1965)
-    308).
+    """Return the candidates whose values a simplex needs next; empty if the simplex has ended.
+
+    J. A. Nelder, R. Mead, Comput. J. 7 (1965) 308.
     """
     from scipy.optimize import minimize
 

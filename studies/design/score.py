@@ -1,4 +1,4 @@
-"""The value of a build: its worst case over the band and the base amplitudes, and the limits it keeps."""
+"""The score of a build: the worst case over bands, amplitudes and records, and the results for the limits."""
 
 import math
 from collections.abc import Iterable
@@ -22,32 +22,32 @@ from damperlab.studies.specification.specification import Specification
 
 @dataclass(frozen=True)
 class Score:
-    """A worst case.
+    """The worst case of a build, and its results for the limits.
 
     Parameters
     ----------
     value, error, noise : float
-        The largest value of the measure in its unit, and by how much it may be larger and smaller at the required
-        confidence. A response that does not repeat has a standard error.
+        The largest value of the measure in its unit, and by how much the true value may be larger and smaller at the
+        required confidence.
     violation : float
-        The largest share by which a limit is exceeded; 0 if all are kept.
+        The largest share by which a limit is exceeded; 0 if all limits are kept.
     reached : dict of float
-        The largest value of each limited quantity, a result or a quantity of the damper, in the unit of its limit.
+        The largest value of each result or quantity of the damper that has a limit, in the unit of the limit.
     frequency_ratio : float
-        Frequency of the worst case, over the nominal natural frequency; if the rms over the band is judged, that of its
-        largest response. NaN under a ground-motion record, as is `amplitude_m`.
+        Frequency of the worst case, relative to the nominal natural frequency. If the rms over the band is judged, it
+        is the frequency of the largest response. The value is NaN under a ground-motion record.
     amplitude_m : float
-        Base amplitude Z of the worst case, at its frequency.
+        Base amplitude Z at the frequency of the worst case; NaN under a ground-motion record.
     build : Build
-        The build that reaches it.
+        The build with the worst case.
     under : Amplitude, Case or None
-        Its excitation; None if nothing is known.
+        Excitation of the worst case; None if no result is known.
     at_most : dict of float
-        As `reached`, upper bounds at the required confidence.
+        Upper bounds of the values in `reached`, at the required confidence.
     violation_at_most : float
-        As `violation`, from these bounds.
+        The largest share by which a value in `at_most` exceeds its limit; 0 if no value does.
     reached_at : dict of tuple
-        For each result in `reached`, its excitation and frequency ratio; a result of 0 has no entry.
+        Excitation and frequency ratio of each result in `reached`; a result of 0 has no entry.
     """
 
     value: float
@@ -65,12 +65,12 @@ class Score:
 
     @property
     def rank(self) -> tuple[float, float]:
-        """Sort key, smaller is better: builds that keep the limits come first, the others by their excess."""
+        """Sort key: builds that keep the limits come first, the other builds follow in the order of `violation`."""
         return self.violation, self.value
 
     @property
     def sure(self) -> tuple[float, float]:
-        """As `rank`, but from upper bounds, because the smallest of many noisy values is small by chance."""
+        """Sort key like `rank`, with the upper bound, because the smallest of many noisy values is small by chance."""
         return self.violation, self.most
 
     @property
@@ -80,10 +80,9 @@ class Score:
 
 
 def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
-    """Judge a build by its known results.
+    """Return the score of a build from its known results.
 
-    Value and error come from the sampled frequencies; the error includes the possible rise of the peak between them.
-    Results without their own error get that of the amplitude.
+    The error includes the possible rise of the peak between two sampled frequencies.
     """
     asked = book.asked
     quantile = NormalDist().inv_cdf(asked.confidence)
@@ -147,13 +146,15 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
 
 
 def _nominal(build: Build, curve: Curve, under: Under, place: int) -> float:
-    """Give a frequency over the nominal natural frequency; NaN under a record."""
+    """Return a frequency of a response, relative to the nominal natural frequency; NaN under a record."""
     return math.nan if isinstance(under, Case) else build.nominal(float(curve.r[place]))
 
 
 class _Judged(NamedTuple):
-    """The value of one response: the measure, its upper bound, its lower deviation, and the place of the largest
-    value.
+    """The judgement of one response.
+
+    `most` is an upper bound of `value`, `noise` is how much smaller `value` may be, and `place` is the index of the
+    largest response.
     """
 
     value: float
@@ -174,8 +175,9 @@ def _judged(curve: Curve, quantile: float) -> _Judged:
 
 
 def _at_most(curve: Curve, values: NDArray[np.float64], errors: NDArray[np.float64] | None) -> float:
-    """Give upper bounds of values over the band, including errors and the rise between frequencies; without errors, the
-    largest value.
+    """Return an upper bound of the values over the band, including errors and a possible rise between frequencies.
+
+    If `errors` is None, the largest value is returned.
     """
     place = int(values.argmax())
     if errors is None or not np.isfinite(values).all():
@@ -185,20 +187,20 @@ def _at_most(curve: Curve, values: NDArray[np.float64], errors: NDArray[np.float
 
 
 def _violation(asked: Specification, build: Build, reached: dict[str, float]) -> float:
-    """Give the largest share by which a limit is exceeded; 0 if all are kept."""
+    """Return the largest share by which a limit is exceeded; 0 if all limits are kept."""
     shares = (reached[name] / limit - 1.0 for name, limit in asked.limits.items())
     return max((build.excess(asked), *shares))
 
 
 def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] | float:
-    """Give the factor that converts results in ratios into the unit of a limit.
+    """Return the factor that converts results in ratios into the unit of a limit.
 
     Parameters
     ----------
     curve : Curve
-        Over a band.
+        Response over a band.
     about : Limit
-        On results.
+        Limit on a result.
     own_speed : float
         ω_n of the build [rad/s].
     """
@@ -211,12 +213,12 @@ def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] |
 
 
 def _highest(scores: list[Score], limit: str) -> Score:
-    """Give the score with the largest value of a limited quantity."""
+    """Return the score in which the quantity restricted by `limit` is largest."""
     return max(scores, key=lambda one: one.reached[limit])
 
 
 def worst(scores: Iterable[Score]) -> Score:
-    """Combine the scores of several builds: the worst value of each quantity."""
+    """Combine the scores of several builds into one, with the worst value of each quantity."""
     every = list(scores)
     top = max(every, key=lambda one: one.value)
     reached = {name: max(one.reached[name] for one in every) for name in top.reached}
@@ -234,11 +236,11 @@ def worst(scores: Iterable[Score]) -> Score:
 
 
 def binding(asked: Specification, *judged: Score) -> Excitation:
-    """Give the excitation of the first worst case that is over a band and not under a record."""
+    """Return the excitation of the first score whose worst case is over a band; by default the first excitation."""
     unders = (each.under for each in judged)
     return next((each.excitation for each in unders if isinstance(each, Amplitude)), asked.excitations[0])
 
 
 def over_bands(amplitudes: Iterable[Under]) -> list[Amplitude]:
-    """Choose the conditions that are over a band."""
+    """Return the amplitudes of excitations over a band, without the cases of records."""
     return [each for each in amplitudes if isinstance(each, Amplitude)]

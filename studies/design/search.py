@@ -1,11 +1,11 @@
 """The search: scipy's optimisers request dampers, and each damper is examined only as closely as necessary.
 
-It is a generator: it yields the points that it needs next, and continues when the book has them. Its requests depend
-only on the specification and on the values in the book.
+The search is a generator: it yields the points that it needs next, and continues when these points are in the book.
+The requests depend only on the specification and on the values in the book.
 
-The value of a damper is its worst case as drawn and at the corners of its tolerances, with every maximum over the
-frequency bracketed equally finely. A worst case can only grow as more frequencies are computed, so a damper is refined
-only while it may be near the best. The recommended damper is refined most.
+The value of a damper is its worst case, nominal and at the corners of its tolerances. Every maximum over the frequency
+is bracketed equally finely. A worst case can only grow as more frequencies are computed, so a damper is refined only
+while it may be near the best. The recommended damper is refined most.
 """
 
 import math
@@ -27,25 +27,26 @@ from damperlab.studies.specification.specification import Specification
 Asks = Generator[list[Wanted], None, None]
 
 FEW = 3
-"""Amplitudes of each excitation under which candidates are judged."""
+"""Number of amplitudes of each excitation under which candidates are judged."""
 CLOSE = 1
-"""Accuracy level of a build that is known at every frequency of the survey."""
+"""Accuracy level of a build that was computed at every frequency of the survey."""
 CLOSEST = 3
-"""Level for comparing dampers: two more rounds of brackets, after which each maximum is known to a 64th of the survey's
-steps.
+"""Accuracy level at which dampers are compared. After two more rounds of brackets, the frequency of each maximum is
+known to a 64th of the survey's steps.
 """
 BETWEEN, SURE = 4, 6
-"""Levels of the recommended damper. At level `BETWEEN` every interval near the largest response is divided. Two rounds of
-brackets follow, up to level `SURE`.
+"""Accuracy levels of the recommended damper. At level `BETWEEN` every interval near the largest response is divided.
+Two rounds of brackets follow, up to level `SURE`.
 """
 NEAR = 0.95
-"""Share of the largest value that a build, or a maximum of its response, must reach to be bracketed after the first
-round. Builds that exceed a limit are always bracketed, and so are all builds if the rms is judged.
+"""After the first round of brackets, a maximum is bracketed only if it reaches this share of the largest value. A build
+is computed further only if its worst case reaches this share of the largest worst case. Builds that exceed a limit are
+always computed further, and so are all builds if the rms is judged.
 """
 MARGIN = 0.05
-"""Excess over the best beyond which a damper is not refined."""
+"""A damper is refined only if its `worth` exceeds the `worth` of the best damper by at most this margin."""
 WORST, EXCEEDING = 1e4, 1e3
-"""Value of an unbounded response, and least value of a damper that exceeds a limit."""
+"""`worth` of a damper with an unbounded response, and smallest `worth` of a damper that exceeds a limit."""
 LEAST = 1e-300
 
 
@@ -56,13 +57,13 @@ class Search:
     Parameters
     ----------
     asked : Specification
-        What is designed.
+        The specification of the damper.
     book : Book
-        The known points; shared with other searches.
+        The book of known points, which other searches share.
     effort : Effort
-        How many dampers it examines.
+        Limits on the number of dampers that the search examines.
     told : bool
-        Whether this search describes its activity in the stage of the book.
+        Whether this search writes its activity and its best damper into the book, for display.
     """
 
     asked: Specification
@@ -71,12 +72,12 @@ class Search:
     told: bool = True
     stopped: str = ""
     values: dict[Candidate, float] = field(default_factory=dict)
-    """The value of each examined candidate; only a lower bound if it is far from the best."""
+    """The value of each examined candidate, or a lower bound of the value if the candidate is far from the best."""
     robust: dict[Candidate, Score] = field(default_factory=dict)
-    """The worst case with tolerances of each candidate that was near the best."""
+    """The worst case within the tolerances, for each candidate that was near the best."""
 
     def __post_init__(self) -> None:
-        """Lay out frequencies, amplitudes and corners."""
+        """Choose the frequencies, the amplitudes and the corners of the tolerances."""
         self.space = Space(self.asked)
         self.surveys = {each: Survey.of(self.asked, each) for each in self.asked.excitations}
         self.amplitudes = amplitudes_of(self.asked, FEW)
@@ -85,17 +86,17 @@ class Search:
         self._level: dict[Build, int] = {}
 
     def run(self, most: int | None = None) -> Generator[list[Wanted], None, Candidate]:
-        """Search, and give the best candidate within the budget.
+        """Search for the best candidate within the budget, and return this candidate.
 
         Parameters
         ----------
         most : int, optional
-            Points that the book may reach; by default the complete budget.
+            Largest number of points in the book; by default the complete budget.
 
         Raises
         ------
         BudgetSpent
-            If these points do not cover the first steps of the search.
+            If `most` points do not cover the first look at the candidates.
         """
         self.most = self.book.budget if most is None else most
         reserve = self.effort.reserve * (self.most - self.book.spent)
@@ -112,7 +113,7 @@ class Search:
             known = [each for each in self.first() if self.looked_at(self.space.build(each))]
             if not known:
                 raise BudgetSpent
-            # no damper was judged with its tolerances: take the best as drawn, with the known results of its corners
+            # no damper was judged with its tolerances, so the best nominal damper is taken
             best = min(known, key=lambda each: (self.value(each), each))
             self.robust[best] = self.judged(best)
         try:
@@ -123,7 +124,7 @@ class Search:
 
     @property
     def ended(self) -> str:
-        """The reason for the end of the search; see `Found`."""
+        """The reason why the search ended; see `ended` of `Found`."""
         if self.stopped:
             return self.stopped
         if not self.space.names:
@@ -131,18 +132,18 @@ class Search:
         return "lists" if self.space.every() else "converged"
 
     def first(self) -> list[Candidate]:
-        """Give the candidates of the first look."""
+        """Return the candidates of the first look."""
         return next(sought(self.space, {}, self.effort))
 
     def first_look(self) -> list[Wanted]:
-        """Give the points that the first look needs."""
+        """Return the points that the first look needs."""
         builds = map(self.space.build, self.first())
         return [one for build in builds for one in self._samples_of(build, 0, self.amplitudes)]
 
     def _look(self, candidates: list[Candidate]) -> Asks:
-        """Compute the values of candidates, ever more closely for those that may be near the best."""
+        """Compute the values of candidates, at more frequencies for the candidates that may be near the best."""
         yield from self.known(map(self.space.build, candidates), 0)
-        if not self.robust and len(candidates) > 1:  # there is no best yet for comparison
+        if not self.robust and len(candidates) > 1:  # there is no best damper yet for comparison
             candidates = sorted(candidates, key=lambda each: (self.value(each), each))
             if self.told:
                 self.book.ahead = self.space.build(candidates[0])
@@ -160,8 +161,9 @@ class Search:
             self.book.ahead = self.space.build(self.best())
 
     def _deciding(self, candidate: Candidate, level: int) -> list[Build]:
-        """Give the builds of a candidate to compute at a level: first all corners, then those that may be the worst
-        case.
+        """Return the builds of a candidate to compute at an accuracy level.
+
+        At `CLOSE` all corners are computed, at higher levels only the builds that may be the worst case.
         """
         nominal, *corners = self.with_corners(candidate)
         if level == CLOSE:
@@ -176,7 +178,7 @@ class Search:
         ]
 
     def reconsidered(self) -> Asks:
-        """Examine the skipped dampers, now that the best has proved worse than it seemed, and find the best again."""
+        """Examine the skipped dampers after the best damper proved worse than expected, and refine the new best."""
         bar = self.worth(self.robust[self.best()]) + MARGIN
         yield from self._look(
             [each for each, value in self.values.items() if each not in self.robust and value <= bar]
@@ -184,7 +186,7 @@ class Search:
         yield from self._assure()
 
     def _assure(self) -> Asks:
-        """Refine the best as far as possible, and any candidate that then takes its place."""
+        """Refine the best candidate up to level `SURE`. If another candidate is best afterwards, refine it too."""
         self._tell("the best damper at more frequencies")
         assured: set[Candidate] = set()
         while (best := self.best()) not in assured:
@@ -197,29 +199,35 @@ class Search:
                 self.book.ahead = self.space.build(self.best())
 
     def best(self) -> Candidate:
-        """Give the best of the candidates judged with their tolerances."""
+        """Return the best of the candidates that were judged with their tolerances."""
         return min(self.robust, key=lambda each: (self.worth(self.robust[each]), each))
 
     def score(self, build: Build) -> Score:
-        """Judge a build by its known results."""
+        """Return the score of a build from its known results."""
         return score(self.book, build, self.amplitudes)
 
     def judged(self, candidate: Candidate) -> Score:
-        """Give the worst case of a candidate over its known results and those at the corners of its tolerances."""
+        """Return the worst case of a candidate from the known results, nominal and at the corners of its tolerances."""
         return worst(map(self._known_of, filter(self.looked_at, self.with_corners(candidate))))
 
     def _known_of(self, build: Build) -> Score:
-        """Judge a build. One that was not bracketed is so low that the possible rise of its peak does not matter."""
+        """Return the score of a build from its known results.
+
+        If the build was not bracketed, its response is small, and the error leaves out the rise between frequencies.
+        """
         one = self.score(build)
         close = self._level[build] >= CLOSEST or self.asked.measure.mean
         return one if close else replace(one, error=min(one.noise, one.error))
 
     def value(self, candidate: Candidate) -> float:
-        """Give the known value of a candidate as one number; smaller is better."""
+        """Return the known value of a candidate as one number; smaller is better."""
         return self.worth(self.judged(candidate))
 
     def worth(self, judged: Score) -> float:
-        """The logarithm of the response, plus its possible noise; to nine digits, on which all processors agree."""
+        """Return the logarithm of the response with its noise added; at least `EXCEEDING` if a limit is exceeded.
+
+        The result is rounded to nine decimals, on which all processors agree.
+        """
         if not math.isfinite(judged.value) or not math.isfinite(judged.violation):
             return WORST
         if judged.violation > 0.0:
@@ -231,12 +239,12 @@ class Search:
         return build in self._level
 
     def with_corners(self, candidate: Candidate) -> list[Build]:
-        """Give a candidate's build and those at the corners of its tolerances."""
+        """Return the nominal build of a candidate, and the builds at the corners of its tolerances."""
         nominal = self.space.build(candidate)
         return [nominal, *(nominal.moved(self.asked, corner) for corner in self.corners)]
 
     def known(self, builds: Iterable[Build], level: int, amplitudes: Iterable[Under] = ()) -> Asks:
-        """Compute builds to an accuracy level: 0 coarsely, 1 the survey, and so on up to `SURE`."""
+        """Compute builds up to an accuracy level: 0 for a coarse look, `CLOSE` for the survey, at most `SURE`."""
         every = list(dict.fromkeys(builds))
         at = tuple(amplitudes) or self.amplitudes
         for stage in range(level + 1):
@@ -273,7 +281,7 @@ class Search:
             yield Wanted(build, amplitude, frequencies)
 
     def sample(self, build: Build, amplitude: Amplitude, fine: bool) -> tuple[float, ...]:
-        """Give the frequencies of a build under an amplitude, over its own natural frequency.
+        """Return the frequencies at which a build is computed, relative to its own natural frequency.
 
         A coarse sample can only underestimate the largest response, but it may over- or underestimate the rms over the
         band. So the rms always uses all frequencies.

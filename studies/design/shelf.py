@@ -1,7 +1,7 @@
-"""The store of designs: specification, progress and result, each a small file in a folder.
+"""The store of designs. Specification, progress and result of a design are small files in a folder.
 
-A file is written completely or not at all, and only one process changes each. The request is written once, the round by
-the search, and the end by the first process that ends the design. So a process that is killed at any moment leaves a
+Each file is written completely or not at all, and is changed by one process only. `REQUEST` is written once, `ROUND`
+by the search, and `END` by the first process that ends the design. So a process that is killed at any moment leaves a
 design that can be continued. A new name and a deletion date are additional files.
 """
 
@@ -35,7 +35,7 @@ NAME, TRASH = "name.json", "trash.json"
 WHERE = "`damperlab designs list` or GET /api/v1/designs lists them"
 
 _putting = threading.Lock()
-"""Lock held from counting the designs to writing one, so that simultaneous requests cannot exceed the limit."""
+"""Lock held while designs are counted and a design is added, so that simultaneous requests cannot exceed the limit."""
 
 
 class Shelf:
@@ -54,14 +54,14 @@ class Shelf:
         self._quota = quota
 
     def put(self, asked: Specification, budget: int) -> tuple[Kept, bool]:
-        """Store a specification; the same specification is one design. One in the trash is restored.
+        """Store the design of a specification. An existing design is returned, and restored if it is in the trash.
 
         Returns
         -------
         kept : Kept
-            The design, new or found.
+            The new or existing design.
         new : bool
-            False if it existed already.
+            False if the design existed already.
 
         Raises
         ------
@@ -82,26 +82,28 @@ class Shelf:
         full = self._quota.reached("design", [self._owner(each) for each in others])
         if full is not None:
             raise DesignsFull(full)
-        self.remove(design_id)  # left by an interrupted deletion, or too old in the trash
+        # remove files of an interrupted deletion, or of a design whose time in the trash has ended
+        self.remove(design_id)
         folder = self._folder.at(design_id)
         request = {"specification": asked.document, "budget_points": budget, "created": now()}
         folder.fill({REQUEST: _sealed(signed(request))})
         return self.get(design_id), True
 
     def ids(self) -> set[str]:
-        """Give the ids of all designs, without those in the trash."""
+        """Return the ids of all designs that are not in the trash."""
         return {name for name in self._requested() if not self._has(name, TRASH)}
 
     def _requested(self) -> set[str]:
         return {name for name in self._folder.shelves() if self._has(name, REQUEST)}
 
     def _in_trash(self) -> set[str]:
-        """Give the ids of the designs that can be restored."""
+        """Return the ids of the designs that can be restored."""
         return {name for name in self._requested() if (self._trashed_until(name) or 0.0) > time.time()}
 
     def _trashed_until(self, design_id: str) -> float | None:
-        """Give the time until which a deleted design can be restored, in seconds since 1970; None if it is not
-        deleted.
+        """Return the time until which a deleted design can be restored, in seconds since 1970.
+
+        None if the design is not deleted.
         """
         try:
             put_away_ns, _ = self._folder.at(design_id).stamp(TRASH)
@@ -115,7 +117,7 @@ class Shelf:
         Raises
         ------
         DesignNotFound
-            Where there is none, or more than one.
+            If no design matches, or several designs match.
         """
         if reference in (ids := self.ids()):
             return self.get(reference)
@@ -126,7 +128,7 @@ class Shelf:
             return self.get(found.pop())
         many = f"{describe(reference)}, which matches {len(found)} designs"
         if reference in self._in_trash():
-            return self.get(reference)  # its error message says so
+            return self.get(reference)  # raises an error that mentions the trash
         raise DesignNotFound(
             Fault(
                 "design",
@@ -137,12 +139,12 @@ class Shelf:
         )
 
     def get(self, design_id: str) -> Kept:
-        """Give the design with a complete id.
+        """Return the design with the complete id `design_id`.
 
         Raises
         ------
         DesignNotFound
-            If there is none, or it is in the trash; `DesignDamaged` if its files are damaged.
+            If there is no such design, or if it is in the trash; `DesignDamaged` if its files are damaged.
         """
         until = self._trashed_until(design_id)
         if until is None:
@@ -171,7 +173,7 @@ class Shelf:
             asked = parse_specification(request["specification"])
             digest, name = asked.digest, asked.name
         except StudyFaults:
-            # written by a version with other keys: it stays, and a search for it reports the error
+            # a version with other keys wrote the specification: the design stays, and its search reports the fault
             digest, name = design_id, str(request["specification"].get("name", ""))
         return Kept(
             id=design_id,
@@ -188,17 +190,20 @@ class Shelf:
         )
 
     def every(self, trash: bool = False) -> list[Kept]:
-        """Give all designs with intact files, the newest first; with `trash` the deleted ones that can be restored."""
+        """Return all designs with intact files, the newest first.
+
+        With `trash`, return the deleted designs that can be restored.
+        """
         found = []
         for design_id in self._in_trash() if trash else self.ids():
             try:
                 found.append(self._kept(design_id))
             except DesignNotFound:
-                continue  # deleted meanwhile; damaged ones are reported by `damaged`
+                continue  # the design was deleted meanwhile, or is damaged, which `damaged` reports
         return sorted(found, key=lambda each: each.place, reverse=True)
 
     def waiting(self) -> list[Kept]:
-        """Give the designs that have not ended, the oldest first."""
+        """Return the designs that have not ended, the oldest first."""
         found = []
         for design_id in self.ids():
             if not self.ended(design_id):
@@ -209,16 +214,16 @@ class Shelf:
         return sorted(found, key=lambda each: each.place)
 
     def ended(self, design_id: str) -> bool:
-        """Whether a design has ended, or is gone."""
+        """Whether a design has ended, or no longer exists."""
         return self._has(design_id, END) or not self._has(design_id, REQUEST)
 
     def damaged(self, pause: Callable[[], None] = lambda: None) -> Iterator[tuple[str, str]]:
-        """Read every design; give the id of each damaged one, and the reason as a sentence.
+        """Read every design, and yield the id of each damaged design with the reason as a sentence.
 
         Parameters
         ----------
         pause : callable
-            Called before each design.
+            Function that is called before each design is read.
         """
         for design_id in sorted(self.ids()):
             pause()
@@ -231,18 +236,18 @@ class Shelf:
                 continue  # deleted meanwhile
 
     def follow(self, design_id: str, at: Round) -> None:
-        """Store the round of a search."""
+        """Store the current round of a search."""
         self._folder.at(design_id).put(ROUND, _sealed(asdict(at)))
 
     def finish(self, design_id: str, answer: Mapping[str, Any], report: str) -> bool:
-        """Store an answer and its report, and end the design; False if it had already ended otherwise."""
+        """Store an answer and its report, and end the design. Return False if the design had already ended."""
         folder = self._folder.at(design_id)
         folder.put(REPORT, report.encode())
         folder.put(ANSWER, _sealed({"answer": answer}))
         return self.end(design_id, "done")
 
     def end(self, design_id: str, state: State, message: str | None = None) -> bool:
-        """End a design; False if it had already ended."""
+        """End a design. Return False if the design had already ended."""
         if self._has(design_id, END):
             return False
         end = {"state": state, "message": message, "finished": now()}
@@ -253,12 +258,12 @@ class Shelf:
         self._folder.at(design_id).remove(END)
 
     def answer(self, design_id: str) -> Any:
-        """Give the answer of a design that is done.
+        """Return the answer of a completed design.
 
         Raises
         ------
         DesignDamaged
-            If it is damaged.
+            If the answer is damaged or lost.
         """
         try:
             return self._read(design_id, ANSWER)["answer"]
@@ -266,12 +271,12 @@ class Shelf:
             raise damaged(design_id, f"{ANSWER} is lost") from None
 
     def report(self, design_id: str) -> bytes:
-        """Give the report of a design that is done, a page of HTML.
+        """Return the report of a completed design as a page of HTML.
 
         Raises
         ------
         DesignDamaged
-            If it is lost.
+            If the report is lost.
         """
         try:
             return self._folder.at(design_id).get(REPORT)
@@ -290,24 +295,24 @@ class Shelf:
         kept : Kept
             The design.
         trash : bool
-            Whether it stays in the trash for `TRASH_DAYS`, from where `undelete` restores it.
+            Whether the design stays in the trash for `TRASH_DAYS`, from which `undelete` can restore it.
 
         Raises
         ------
         DesignBusy
-            If it has not ended.
+            If the design has not ended.
         """
         if not kept.ended:
             found = f"{kept.id}, which is {kept.state}"
             told = f"Design {kept.id} is {kept.state}, so it is not possible to delete it now."
             raise DesignBusy(Fault("design", found, "a design that has ended", "cancel it first", told))
         if trash:
-            self._folder.at(kept.id).put(TRASH, b"")  # its age is its time in the trash
+            self._folder.at(kept.id).put(TRASH, b"")  # the age of this file is the time in the trash
         else:
             self.remove(kept.id)
 
     def trashed(self, design_id: str) -> Kept:
-        """Give a deleted design that can be restored, by its complete id; raise `DesignNotFound` if there is none."""
+        """Return a deleted design that can be restored, by its complete id; raise `DesignNotFound` if there is none."""
         if design_id in self._in_trash():
             return self._kept(design_id)
         allowed, advice = (
@@ -318,12 +323,12 @@ class Shelf:
         raise DesignNotFound(Fault("design", describe(design_id), allowed, advice, told))
 
     def undelete(self, design_id: str) -> Kept:
-        """Restore a design from the trash, as it was.
+        """Restore a design from the trash.
 
         Raises
         ------
         DesignNotFound
-            If it is not there.
+            If the design is not in the trash.
         """
         kept = self.trashed(design_id)
         self._folder.at(design_id).remove(TRASH)
@@ -340,27 +345,30 @@ class Shelf:
     def remove(self, design_id: str) -> None:
         """Remove a design; its studies stay."""
         folder = self._folder.at(design_id)
-        # the request first: a design exists once its request does
+        # `REQUEST` is removed first, because a design exists as long as its request does
         folder.remove(REQUEST)
         folder.clear()
 
     def pieces(self, design_id: str) -> dict[str, bytes]:
-        """Give the files of a design unchanged: if it ends meanwhile, either the earlier or the later ones."""
+        """Return the content of each file of a design.
+
+        If the design ends meanwhile, all files are either from before the end or from after the end.
+        """
         folder, found = self._folder.at(design_id), {}
-        # the end is written last, because the files that it announces must exist before
+        # `END` is read first, because it is written last
         for name in (END, ANSWER, REPORT, ROUND, NAME, TRASH, REQUEST):
             with suppress(FileNotFoundError):
                 found[name] = folder.get(name)
         return found
 
     def take_over(self, design_id: str, pieces: Mapping[str, bytes]) -> int:
-        """Store a design by its files, replacing the stored one; give the bytes written."""
+        """Store a design from its files, in place of any stored version, and return the number of bytes written."""
         if self.pieces(design_id) == pieces:
             return 0
         folder = self._folder.at(design_id)
         folder.remove(REQUEST)
         folder.clear()
-        # the request is written last, because its presence makes the folder a design
+        # `REQUEST` is written last, because a design exists as soon as its request does
         for some in ({name: pieces[name] for name in pieces if name != REQUEST}, {REQUEST: pieces[REQUEST]}):
             if some:
                 folder.fill(some)
@@ -373,7 +381,7 @@ class Shelf:
         return None
 
     def _renamed(self, design_id: str, name: str) -> str:
-        """Give the new name of a design if it was renamed, else the name in its request."""
+        """Return the new name of a design if it was renamed, else the name in its request."""
         try:
             return str(self._read(design_id, NAME)["name"])
         except FileNotFoundError:
@@ -405,7 +413,7 @@ def _sealed(document: Mapping[str, Any]) -> bytes:
 
 
 class DesignNotFound(StoreFault):
-    """No design, or more than one, has the given name or id."""
+    """No design, or several designs, have the given name or id."""
 
 
 class DesignDamaged(DesignNotFound):
@@ -413,7 +421,7 @@ class DesignDamaged(DesignNotFound):
 
 
 class DesignBusy(StoreFault):
-    """A process works on the design; the request must wait until it ends."""
+    """The request is possible only after the design has ended."""
 
 
 class DesignsFull(StoreFault):
@@ -425,6 +433,6 @@ def _unknown(design_id: str) -> DesignNotFound:
 
 
 def damaged(design_id: str, why: str) -> DesignDamaged:
-    """Report that the files of a design are damaged, and why."""
+    """Return an error which says that the files of a design are damaged, and why."""
     advice = "delete it and submit its specification again: its studies are in the store, so nothing is computed twice"
     return DesignDamaged(lost_files("design", design_id, why, advice))

@@ -14,11 +14,11 @@ Candidate = tuple[float, ...]
 """Fractions of the ranges of the chosen quantities, from 0 to 1, in the order of `OF_DAMPER`."""
 
 GRAIN = 2048
-"""Candidates are rounded to this fraction of a range, so that two processors that differ in the last digit examine
-the same dampers.
+"""Number of steps of a range. Candidates are rounded to these steps, so that two processors whose results differ in the
+last digit examine the same dampers.
 """
 MOST_LISTED = 100
-"""Up to this number of combinations of listed values, all are examined."""
+"""Largest number of combinations of listed values for which every combination is examined."""
 
 
 @dataclass(frozen=True)
@@ -28,23 +28,23 @@ class Space:
     Parameters
     ----------
     asked : Specification
-        The ranges of its quantities.
+        The specification, with the ranges of the quantities.
     """
 
     asked: Specification
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The chosen quantities."""
+        """Names of the chosen quantities."""
         return self.asked.free
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Number of values of each quantity; 0 for a range."""
+        """Number of listed values of each chosen quantity; 0 for a range."""
         return tuple(len(self.asked.choices[name].values) for name in self.names)
 
     def build(self, candidate: Candidate) -> Build:
-        """Give the damper of a candidate, without quantities that have no effect on it."""
+        """Return the nominal damper of a candidate."""
         chosen = dict(zip(self.names, candidate, strict=True))
         values = {name: self.asked.choices[name].at(chosen.get(name, 0.0)) for name in OF_DAMPER}
         share = chosen.get("restitution", 0.0)
@@ -53,7 +53,7 @@ class Space:
         return Build(**drawn, contact_time_s=contact_time_s, cavity=cavity_of(values))
 
     def candidate(self, shares: Sequence[float]) -> Candidate:
-        """Round fractions to those of listed values, or to the grain of a range."""
+        """Round fractions of the ranges to the nearest candidate: to listed values, or to steps of `1 / GRAIN`."""
         parts = (count - 1 if count else GRAIN for count in self.counts)
         return tuple(
             round(min(max(float(share), 0.0), 1.0) * part) / part
@@ -61,15 +61,15 @@ class Space:
         )
 
     def every(self) -> list[Candidate]:
-        """Give all combinations of listed values if there are few; else none."""
+        """Return all combinations of listed values; empty if a quantity has a range, or if there are too many."""
         if not all(self.counts) or math.prod(self.counts) > MOST_LISTED:
             return []
         return list(product(*([k / (count - 1) for k in range(count)] for count in self.counts)))
 
 
 FACTORIAL = 3
-"""Number of tolerances up to which every corner is examined; for more, a balanced fraction: the two-level design
-`HADAMARD`, with a column for each tolerance.
+"""Largest number of tolerances for which every corner is examined. For more tolerances, a balanced fraction of the
+corners is examined: the two-level design `HADAMARD`, with a column for each tolerance.
 """
 HADAMARD = (
     (1, 1, 1, 1, 1, 1, 1),
@@ -81,17 +81,17 @@ HADAMARD = (
     (1, -1, -1, -1, -1, 1, 1),
     (-1, -1, 1, -1, 1, 1, -1),
 )
-"""A two-level design of eight runs for seven factors, every pair of columns balanced."""
+"""A two-level design of eight runs for seven factors. Every pair of columns is balanced."""
 
 
 def amplitudes_of(asked: Specification, count: int) -> tuple[Under, ...]:
-    """Give amplitudes over the range of each excitation, and every case of ground-motion records."""
+    """Return amplitudes over the range of each excitation, and every case of ground-motion records."""
     over = (amplitude for each in asked.excitations for amplitude in each.amplitudes(count))
     return (*over, *asked.cases)
 
 
 def corners_of(asked: Specification) -> list[dict[str, float]]:
-    """Give the corners of the tolerances: all if there are few tolerances, else a balanced fraction."""
+    """Return all corners of a few tolerances, or a balanced fraction of the corners of more tolerances."""
     names = asked.toleranced
     if not names:
         return []

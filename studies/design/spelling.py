@@ -1,4 +1,4 @@
-"""Quantities of a design in the form of a drawing and a report."""
+"""Texts for the quantities of a design, as in a drawing and a report."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -32,7 +32,7 @@ NOUNS = {
 }
 """Singular and plural of each kind of record."""
 OVER = {"1": "", "m": " Z", "m/s": " ω_n·Z", "m/s²": " ω_n²·Z", "N": " k·Z", "kg": " M"}
-"""The reference of a limit's ratio in a specification without units, by the unit of the limit."""
+"""For each unit of a limit, the quantity that divides the limit in a specification without units."""
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 
 
@@ -49,8 +49,9 @@ def material_of(asked: Specification, build: Build) -> str:
 
 
 def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
-    """Write a damper in a row: mass, clearance, friction, restitution; empty if it has neither particle nor
-    friction.
+    """Write the quantities of a damper in one line: mass, clearance, friction, restitution.
+
+    The line is empty if the damper has neither particle nor friction.
     """
     parts = []
     if build.particle_mass_kg:
@@ -68,11 +69,12 @@ def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
 
 
 def allowing(asked: Specification, noise: float) -> str:
-    """Describe the margin added to computed values. The part for errors has a confidence; the part for frequencies
-    between samples has none.
+    """Describe the margin added to computed values.
+
+    The part for errors has a confidence; the part for frequencies between samples has none.
     """
     error = f"for its error (confidence {asked.confidence:.3g}) and " if noise else ""
-    return f"allowing {error}for frequencies between those computed"
+    return f"with a margin {error}for frequencies that were not computed,"
 
 
 def response(asked: Specification, value: float, digits: int = 4) -> str:
@@ -85,7 +87,7 @@ def response(asked: Specification, value: float, digits: int = 4) -> str:
 
 
 def limited(asked: Specification, limit: str, value: float) -> str:
-    """Write a value of a limited quantity in the unit of the document, or as a ratio."""
+    """Write a value that a limit restricts, in the unit of the document or as a ratio."""
     unit = (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).unit
     if asked.in_units:
         return spelled(value, unit)
@@ -93,7 +95,7 @@ def limited(asked: Specification, limit: str, value: float) -> str:
 
 
 def rounded_up(value: float, digits: int = 4) -> float:
-    """Round up to this number of digits, because an advised limit must be sufficient."""
+    """Round up to a number of significant digits, because an advised limit must be sufficient."""
     if not isfinite(value) or value <= 0.0:
         return value
     scale = 10.0 ** (digits - 1 - floor(log10(value)))
@@ -101,12 +103,12 @@ def rounded_up(value: float, digits: int = 4) -> float:
 
 
 def length(asked: Specification, value: float) -> str:
-    """Write a displacement, whatever the measure; as a ratio to the base amplitude if there are no units."""
+    """Write a displacement in the unit of lengths, or as a ratio to the base amplitude if there are no units."""
     return spelled(value, "m") if asked.in_units else f"{value:.4g} times {_reference(asked)}"
 
 
 def _reference(asked: Specification) -> str:
-    """Name the reference of ratios."""
+    """Name the amplitude to which ratios refer."""
     several = (
         len({amplitude for each in asked.excitations for amplitude in (each.lowest_m, each.highest_m)}) > 1
     )
@@ -117,29 +119,29 @@ def _reference(asked: Specification) -> str:
 def level(asked: Specification, amplitude: Amplitude) -> str:
     """Write the amplitude of the constant quantity: a displacement, a velocity or an acceleration."""
     value, unit = asked.level(amplitude), amplitude.excitation.motion.unit
-    # vibration velocities are read in millimetres per second
+    # vibration velocities are usually given in millimetres per second
     return f"{1e3 * value:.4g} mm/s" if unit == "m/s" and value < 1.0 else spelled(value, unit)
 
 
 def plural(motion: Motion) -> str:
-    """Name several amplitudes of the constant quantity."""
+    """Return the plural of the word for an amplitude of the constant quantity."""
     return f"{motion.words.removesuffix('y')}ies" if motion.words.endswith("y") else f"{motion.words}s"
 
 
 def comes_to(asked: Specification) -> str:
-    """Give the verb of the measure: a response reaches its largest value, but an rms over a band has no place."""
+    """Return the verb for the measure: a response "reaches" a largest value, an rms over a band "comes to" a value."""
     return "comes to" if asked.measure.mean else "reaches"
 
 
 def frequency(asked: Specification, ratio: float) -> str:
-    """Write a frequency."""
+    """Write a frequency in hertz, or as a ratio if there are no units."""
     if asked.in_units:
         return f"{ratio * asked.structure.natural_frequency_hz:.4g} Hz"
     return f"r = {ratio:.4g}"
 
 
 def under_records(records: RecordCases) -> str:
-    """Name the records of an excitation; a single generated record with its definition."""
+    """Name the records of an excitation. A single generated record is described by its definition."""
     scales, alone = records.scales, records.alone
     each = "each " if len(records.sources) > 1 else ""
     several = f", {each}at {counted(len(scales), 'scale')}" if len(scales) > 1 else ""
@@ -174,12 +176,12 @@ def spelled_out(asked: Specification, excitation: Excitation) -> str:
 
 
 def best_so_far(known: Mapping[str, Any]) -> str:
-    """Write the best damper so far: its worst case as drawn, and its values.
+    """Write the worst case and the values of the best damper so far.
 
     Parameters
     ----------
     known : mapping
-        As `damperlab.studies.design.answer.known_document` makes it; a service returns it for a running design.
+        Result of `damperlab.studies.design.answer.known_document`; a service returns it for a running design.
     """
     keeps = "" if known["feasible"] else ", exceeds a limit"
     return f"{_worst(known['worst'])}{keeps}: {', '.join(_quantities(known['design']))}"

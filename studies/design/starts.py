@@ -1,4 +1,4 @@
-"""The damper as drawn from other starts than rest: the responses, and the share of starts for each."""
+"""Responses of the nominal damper after several initial states, and the share of starts that lead to each response."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -31,10 +31,10 @@ BY_RANK = (
     ("attractor_share_second", "amplitude_ratio_second"),
     ("attractor_share_third", "amplitude_ratio_third"),
 )
-"""Variables of the share of the starts and of the amplitude of each distinct response, the most frequent first."""
+"""Variables of share and amplitude for each distinct response, the most frequent response first."""
 SAME = 1e-6
-"""Relative difference within which the amplitude from rest equals that of one of these responses, because the first
-start is at rest.
+"""Relative difference within which two amplitudes belong to the same response. The response from rest is always one of
+the responses, because the first start is at rest.
 """
 
 
@@ -45,15 +45,15 @@ class Reached:
     Parameters
     ----------
     displacement : float
-        Of the structure, in the unit of lengths.
+        Displacement of the structure, in the unit of lengths.
     value : float or None
-        Value of the measure in its unit; None if the starts do not determine it.
+        Value of the measure in its unit; None if the value is not stored for this response.
     share : float
-        Share of all starts that lead to it.
+        Share of all starts that lead to this response.
     response_class : str or None
-        In words; known only for the most frequent response and the one from rest, else None.
+        Class of the response in words, for the most frequent response and the response from rest, otherwise None.
     from_rest : bool
-        Whether rest leads to it.
+        Whether the start at rest leads to this response.
     """
 
     displacement: Measured
@@ -70,17 +70,17 @@ class Several:
     Parameters
     ----------
     frequency_ratio : float
-        Its ratio to the natural frequency.
+        The frequency, relative to the natural frequency.
     frequency_hz : float or None
-        The same in hertz; None without units.
+        The frequency in hertz; None without units.
     attractors : int
-        How many responses.
+        Number of different responses.
     highest : float
-        The largest displacement of any, in the unit of lengths.
+        The largest displacement of all responses, in the unit of lengths.
     responses : tuple of Reached
-        Up to three, the most frequent first.
+        Up to three of the responses, the most frequent first.
     share_left : float
-        Share of all starts that lead to further responses, or failed.
+        Share of all starts that lead to further responses, or that failed.
     """
 
     frequency_ratio: Measured
@@ -93,26 +93,25 @@ class Several:
 
 @dataclass(frozen=True)
 class Starts:
-    """Responses of the damper as drawn to other starts than rest, under the largest amplitude of the excitation that
-    binds.
+    """Responses of the nominal damper after several starts, under the largest amplitude of the binding excitation.
 
     Parameters
     ----------
     count, frequencies : int
-        Starts at each frequency, and number of frequencies.
+        Number of starts at each frequency, and number of frequencies.
     several : int
-        Number of frequencies at which they lead to different responses.
+        Number of frequencies at which the starts lead to different responses.
     worst : float
-        The largest displacement of any, in the unit of lengths.
+        The largest displacement of all responses, in the unit of lengths.
     frequency_ratio : float
-        The place of that maximum.
+        Frequency of the largest displacement, relative to the natural frequency.
     frequency_hz : float or None
-        The same in hertz; None without units.
+        This frequency in hertz; None without units.
     beyond : int or None
-        Number of frequencies at which a start leads beyond the upper bound of the stated worst case. None if the
+        Number of frequencies at which a start leads to more than the upper bound of the stated worst case. None if the
         measure is not the displacement, because other results are not stored for every start.
     where : tuple of Several
-        The frequencies of `several`, ascending.
+        The frequencies that `several` counts, ascending.
     """
 
     count: Count
@@ -126,7 +125,7 @@ class Starts:
 
 
 def started(search: Search, build: Build, over: Score) -> Step[None]:
-    """Compute the damper as drawn from several starts; `over` is its worst case over the bands."""
+    """Compute the nominal damper from several starts; `over` is its worst case over the bands."""
     largest = binding(search.asked, over).largest
     at = (*search.sample(build, largest, False), build.own(over.frequency_ratio))
     yield search.book.from_starts(Wanted(build, largest, tuple(sorted(set(at)))))
@@ -140,9 +139,9 @@ def starts_of(
     Parameters
     ----------
     asked, book, build : Specification, Book, Build
-        The damper as drawn, and its known results.
+        The specification, all known results, and the damper.
     largest : Amplitude
-        The excitation of the starts.
+        The amplitude under which the starts are computed.
     bound : float
         Upper bound of the stated worst case, in the unit of the measure.
     """
@@ -175,12 +174,12 @@ def starts_of(
 
 
 def hertz(asked: Specification, ratio: float) -> float | None:
-    """Give a frequency in hertz; None without units."""
+    """Return a frequency in hertz; None without units."""
     return ratio * asked.structure.natural_frequency_hz if asked.in_units else None
 
 
 def _several(asked: Specification, cube: "xr.Dataset", largest: Amplitude, rest: Curve) -> Iterator[Several]:
-    """Give the frequencies at which the several starts of a study lead to different responses."""
+    """Yield the frequencies at which the starts of a study lead to different responses."""
     every = cube.squeeze([name for name in cube.sizes if name != "frequency_ratio"], drop=True)
     for r in every["frequency_ratio"].values.tolist():
         at = every.sel(frequency_ratio=r)
@@ -202,7 +201,7 @@ def _several(asked: Specification, cube: "xr.Dataset", largest: Amplitude, rest:
 
 
 def _from_rest(rest: Curve, r: float) -> dict[str, float]:
-    """Give the known response from rest at a frequency; empty if there is none."""
+    """Return the response from rest at a frequency; empty if the response is unknown."""
     place = np.flatnonzero(np.abs(rest.r - r) <= 1e-12)
     return {name: float(column[place[0]]) for name, column in rest.columns.items()} if place.size else {}
 
@@ -210,10 +209,11 @@ def _from_rest(rest: Curve, r: float) -> dict[str, float]:
 def _reached(
     variable: str, unit: float, at: "xr.Dataset", base_m: float, rest: dict[str, float]
 ) -> Iterator[Reached]:
-    """Distinguish the responses at one frequency.
+    """Yield the responses at one frequency, the most frequent response first.
 
-    All variables are stored for the most frequent response. Those of the response from rest are known from the search;
-    its amplitude identifies it. The others have only amplitude and share. The variable of the measure is in `unit`.
+    All variables are stored for the most frequent response. The variables of the response from rest are known from the
+    search; its amplitude identifies this response. For other responses only amplitude and share are known. `unit`
+    converts `variable` into the unit of the measure.
     """
     for rank, (share, amplitude) in enumerate(BY_RANK):
         if not float(at[share]) > 0.0:

@@ -1,4 +1,4 @@
-"""Steps of a search; each requests points. The steps after the search share the remaining budget."""
+"""Steps of a search, which request points. The steps after the search share the remaining budget."""
 
 from collections.abc import Callable, Generator
 from math import inf
@@ -10,11 +10,11 @@ from damperlab.studies.ground.suite import Suite
 
 T = TypeVar("T")
 Step = Generator[list[Wanted] | tuple[Study | Suite, ...], None, T]
-"""A part of a search: yields its next requests."""
+"""A step of a search: a generator that yields the points or the studies that it needs next."""
 
 
 def within(step: Step[T], left_out: list[str], what: str) -> Step[T | None]:
-    """Take a step after the search; if the budget does not cover it, note that and give None."""
+    """Carry out a step after the search; if the budget does not cover it, add `what` to `left_out`."""
     try:
         return (yield from step)
     except BudgetSpent:
@@ -23,29 +23,28 @@ def within(step: Step[T], left_out: list[str], what: str) -> Step[T | None]:
 
 
 Part = Callable[[int], Step[bool]]
-"""Receives the number of points that the book may reach, computes what it needs, and returns whether that number was
-sufficient.
+"""A part of a search: a function that receives the largest number of points in the book, and returns whether this
+number was sufficient.
 """
 
 
 def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
-    """Carry out parts, each with an equal share of the remaining budget; the part with the cheapest first look comes
-    first.
+    """Carry out parts of a search, each with an equal share of the remaining budget.
 
-    A part passes on the points that it does not need. Interrupted parts then continue with all of the rest, in the same
-    order; their known points cost nothing.
+    The part with the cheapest first look comes first. Points that a part does not need are shared by the later parts.
+    Interrupted parts then continue in the same order, each with all remaining points. Computed points cost nothing.
 
     Parameters
     ----------
     book : Book
-        The search whose budget is divided.
+        The book of the search, whose budget is divided.
     parts : dict of Part
-        By name; an answer lists the names of those that the budget did not cover.
+        The parts by name; an answer lists the names of the parts that the budget did not cover.
 
     Returns
     -------
     list of str
-        The parts that stayed incomplete.
+        Names of the incomplete parts.
     """
     names = sorted(parts, key=lambda name: _first_cost(book, parts[name]))
     cut = []
@@ -69,7 +68,7 @@ def _whole(book: Book, name: str, part: Part, most: int) -> Step[bool]:
 
 
 def _first_cost(book: Book, part: Part) -> float:
-    """Give the number of points that the first look of a part needs."""
+    """Return the number of points that the first look of a part needs."""
     steps = part(book.budget)
     try:
         wanted = next(steps)

@@ -1,4 +1,4 @@
-"""The suites that compute dampers under ground-motion records, and the results in their cubes."""
+"""Ground-motion suites that compute the responses of dampers to records, and the results in the cubes of the suites."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -39,7 +39,7 @@ AXES = (
     "clearance_m",
     "friction_force_n",
 )
-"""Quantities that distinguish dampers on structures of equal mass, in the order of the rows in this module."""
+"""Quantities that distinguish dampers on structures of equal mass, in the order of the rows in `suites_of`."""
 OF_PARTICLE = ("restitution", "clearance_m")
 """Quantities without meaning if there is no particle."""
 
@@ -47,12 +47,13 @@ OF_PARTICLE = ("restitution", "clearance_m")
 def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...]:
     """Make the suites that compute dampers under records, in a deterministic order.
 
-    A suite computes every record of an excitation at every scale: a damper is always requested under all of them.
+    A suite computes every record of an excitation at every scale, because a damper is always requested under all of
+    these cases.
     """
     place_of = {source.id: i for i, records in enumerate(asked.records) for source in records.sources}
     cases: dict[tuple[float, bool, Inside, Place, float, int], set[tuple[str, float]]] = {}
     for law, place, inside in lacking:
-        assert len(law) == 4  # the record's own
+        assert len(law) == 4  # the `Law` under a record
         record, scale, mass, frequency = law
         key = (mass, place[2] > 0.0, inside, place, frequency, place_of[record])
         cases.setdefault(key, set()).add((record, scale))
@@ -98,8 +99,9 @@ def _suite(
 
 
 def known_of(cube: "xr.Dataset") -> Iterator[tuple[Spot, tuple[float, ...]]]:
-    """Give the results in a suite's cube of every damper under every case: `RECORD_VARIABLES`, the first of them
-    infinite if the run failed.
+    """Yield the values of `RECORD_VARIABLES` for every damper under every case in the cube of a suite.
+
+    The first value is infinite if the run failed.
     """
     document = definition_of(cube)
     mass, inside = float(document["mass_kg"]), (contact_time_of(cube), *cavity_of(document).numbers.values())
@@ -122,6 +124,6 @@ def known_of(cube: "xr.Dataset") -> Iterator[tuple[Spot, tuple[float, ...]]]:
 
 
 def contact_time_of(cube: "xr.Dataset") -> float:
-    """Give the contact time of a study's or a suite's particle over 1/ω_n; 0 if impacts take no time."""
+    """Return the contact time of the particle in a study or suite, relative to 1/ω_n; 0 if impacts take no time."""
     contact = definition_of(cube).get("contact", {})
     return float(contact.get("contact_time", 0.0))

@@ -1,4 +1,4 @@
-"""Results around the recommended damper: margins, other amplitudes, other masses, its parts alone."""
+"""Results beside the recommended damper: margins, other amplitudes, other masses, and other kinds of damper."""
 
 from dataclasses import dataclass, field
 
@@ -17,18 +17,18 @@ OF_MASS = "response against mass"
 
 @dataclass
 class Surroundings:
-    """Known results around the recommended damper.
+    """Results for comparison with the recommended damper.
 
     Parameters
     ----------
     search : Search
-        At its end.
+        The completed search.
     best : tuple of float
-        What it recommends.
+        The recommended candidate.
     stated : Score
-        Its worst case.
+        Worst case of the recommended damper.
     shown : tuple of Amplitude
-        Amplitudes that are shown.
+        Amplitudes under which the response is shown.
     """
 
     search: Search
@@ -45,7 +45,7 @@ class Surroundings:
         return self.search.space.build(self.best)
 
     def look(self) -> Step[list[str]]:
-        """Compute all of these as far as the budget allows; name the parts that it did not cover."""
+        """Compute the results as far as the budget allows, and return the names of the results that are incomplete."""
         parts: dict[str, Part] = {f"the best of {CALLED[name]}": self._alternative(name) for name in LACKS}
         parts[MOVED] = self._margins
         masses = masses_of(self.search.asked, self.build) if self._has_mass else []
@@ -64,7 +64,7 @@ class Surroundings:
 
     @property
     def _has_mass(self) -> bool:
-        """Whether there is a particle, or may be one."""
+        """Whether the damper has a particle, or the mass of the particle is chosen."""
         return self.build.particle_mass_kg > 0.0 or self.search.asked.choices["particle_mass_kg"].free
 
     def _alternative(self, name: str) -> Part:

@@ -1,4 +1,4 @@
-"""A design's verdict: what to build, its value, and its conditions; the second best, and one next step."""
+"""The verdict of a design: what to build, the expected response, a comparison with other dampers, and one next step."""
 
 from collections.abc import Iterator
 from math import isinf, pi
@@ -45,7 +45,7 @@ from damperlab.studies.variables import MADE_BY, ResponseClass
 from damperlab.studies.variables import PARTICLE_FRICTION as PARTICLE_FRICTION_RATIO
 
 GROWS = 1.5
-"""A response that grows by more than this factor times the growth of its excitation depends on the amplitude."""
+"""The verdict warns if the response grows by more than this factor times the growth of the excitation."""
 CALLED: dict[Damper, str] = {
     "hybrid": "particle with friction",
     "particle_alone": "particle alone",
@@ -54,7 +54,7 @@ CALLED: dict[Damper, str] = {
     "no_damper": "without damper",
 }
 CAVITY = {*MADE_BY.values()}
-"""Optional keys of a specification for the cavity; by default it is lying and frictionless."""
+"""Optional keys of a specification that describe the cavity; by default the cavity is horizontal and frictionless."""
 NAMES = NAMES_IN_FULL | {
     "friction_force_n": "friction",
     "restitution": "restitution",
@@ -64,7 +64,7 @@ NAMES = NAMES_IN_FULL | {
 
 
 def verdict_of(found: Found) -> tuple[Brief, list[Note]]:
-    """Give the short answer, and all notes as data in the units of the specification."""
+    """Return the short answer, and all notes as data in the units of the specification."""
     asked = found.asked
     bare = _without_damper(asked)
     damper, judged = _best(found, bare)
@@ -77,12 +77,16 @@ def verdict_of(found: Found) -> tuple[Brief, list[Note]]:
 
 
 def kind_of(build: Build) -> Damper:
-    """Name a damper by its parts."""
+    """Return the kind of a damper, from the parts that it has."""
     return damper_of(build.particle_mass_kg > 0.0, build.friction_force_n > 0.0)
 
 
 def called_of(found: Found, damper: Damper) -> str:
-    """Name the damper found: it is recommended only if the verdict is to build it, and not if it was given."""
+    """Return a name for the damper found.
+
+    The name is "as given" if nothing was chosen, and "recommended" if the verdict is to build this damper. Otherwise
+    the damper is called the best of its kind.
+    """
     if not found.asked.free:
         return "as given"
     own = kind_of(found.build)
@@ -90,14 +94,15 @@ def called_of(found: Found, damper: Damper) -> str:
 
 
 def is_as_good(theirs: Score, ours: Score) -> bool:
-    """Whether a damper with fewer parts is as good as the recommended one."""
+    """Whether a damper with fewer parts is as good as the recommended damper."""
     keeps = theirs.violation <= ours.violation and not clearly_less(ours.most, theirs.most)
     return keeps and not clearly_less(ours.value, theirs.value)
 
 
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
-    """Choose the kind of damper to build, and give what it is; None for the damper found. `bare` is the worst case
-    without a damper; None if that may exceed a limit.
+    """Return the kind of damper to build, and that damper, where None stands for the damper found.
+
+    `bare` is the result of `_without_damper`.
     """
     ours = found.compared
     if not found.asked.free:
@@ -121,7 +126,10 @@ def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Besid
 
 
 def _tuned_wins(tuned: Beside, ours: Score) -> bool:
-    """Whether a tuned mass damper is better when tuned, and no worse when detuned as a workshop may leave it."""
+    """Whether a tuned mass damper is better than `ours` if tuned exactly, and no worse if detuned by `DETUNED`.
+
+    A tuned mass damper is also better if it keeps all limits and the damper found does not.
+    """
     if ours.violation > 0.0 and not tuned.exceeded:
         return True
     better = clearly_less(tuned.value, ours.value) and not clearly_less(ours.value, tuned.detuned)
@@ -129,7 +137,10 @@ def _tuned_wins(tuned: Beside, ours: Score) -> bool:
 
 
 def _without_damper(asked: Specification) -> float | None:
-    """Give the worst case of the structure without a damper within its tolerances; None if it may exceed the limits."""
+    """Return the worst case of the structure without a damper, within its tolerances.
+
+    None under records, and if a result other than the measure has a limit.
+    """
     if asked.cases or asked.limits.keys() - {asked.measure.limit}:
         return None
     return hardest(asked, NO_DAMPER, judged_of(asked))[0]
@@ -145,7 +156,7 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
     if isinstance(best, Beside):
         reach = response(asked, rounded_up(best.value, 3), 3)
         if best.exceeded:
-            nearest = f"Nearest is a tuned mass damper: {_tuned(asked, best)}; it {stays} {reach}."
+            nearest = f"Best is a tuned mass damper: {_tuned(asked, best)}; it {stays} {reach}."
             return f"No damper that was examined keeps every limit. {nearest}"
         return f"Use a tuned mass damper: {_tuned(asked, best)}, {stays} {reach} ({_detuned(asked, best)})."
     score = found.stated if best is None else best.score
@@ -159,7 +170,7 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
         word = "The given damper" if score.violation == 0.0 else "The given damper exceeds a limit: it"
         return f"{word} ({damper_words(asked, build)}) {stays} {reach}."
     if score.violation > 0.0:
-        return f"No damper that was examined keeps every limit. Nearest: {damper_words(asked, build)}; it {stays} {reach}."
+        return f"No damper that was examined keeps every limit. Best: {damper_words(asked, build)}; it {stays} {reach}."
     if damper == "friction_alone":
         force = quantity(asked, "friction_force_n", build.friction_force_n, 3)
         return f"No particle needed: a friction force of {force} alone {stays} {reach}."
@@ -175,7 +186,7 @@ def _locked(found: Found, build: Build, reach: str) -> str:
 
 
 def _notes(found: Found, damper: Damper) -> Iterator[Note]:
-    """Give, as data, the facts that limit or change the decision."""
+    """Yield, as data, the facts that limit or change the decision."""
     asked, build, stated = found.asked, found.build, found.stated
     judged = build if damper != "friction_alone" else found.alternatives.get("friction_alone", found).build
     rubs = damper in ("hybrid", "friction_alone")
@@ -222,7 +233,7 @@ def _notes(found: Found, damper: Damper) -> Iterator[Note]:
 
 
 def _said(found: Found, note: Note) -> str:
-    """Write a note that belongs in the first sentences."""
+    """Write a note as a sentence of the verdict; empty if the verdict has no sentence for the note."""
     asked, known = found.asked, note.values
     if note.kind == "nearly_clamped":
         return "Its friction nearly clamps the structure to its base."
@@ -250,10 +261,10 @@ def _said(found: Found, note: Note) -> str:
 
 
 def _draws(found: Found) -> int:
-    """Count the draws of the random process whose record is the worst case; 0 if that is not drawn.
+    """Count the records drawn from the random process that causes the worst case; 0 if no random record causes it.
 
     A further value of a continuous distribution exceeds the largest of n values with probability 1/(n + 1). The
-    probability is larger if the damper was chosen for these n.
+    probability is larger if the damper was chosen for these n values.
     """
     under = found.stated.under
     if not isinstance(under, Case):
@@ -274,7 +285,10 @@ def _nearly_clamped(found: Found, build: Build) -> bool:
 
 
 def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
-    """Give the result at twice the largest amplitude, if it is clearly more than doubled."""
+    """Return twice the largest amplitude, the result under this amplitude, and whether the result is exact.
+
+    None if the result does not grow by more than `GROWS` times the growth of the amplitude.
+    """
     asked = found.asked
     if not asked.excitations or asked.cases or asked.measure.mean:
         return None
@@ -307,7 +321,7 @@ def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
 
 
 def _holds(found: Found, damper: Damper) -> Iterator[str]:
-    """Give the allowed deviations of the damper, if they were computed."""
+    """Yield a sentence on the allowed range of each quantity, if the ranges were computed."""
     asked = found.asked
     if damper != kind_of(found.build) or not found.margins or isinf(found.stated.most):
         return
@@ -318,7 +332,7 @@ def _holds(found: Found, damper: Damper) -> Iterator[str]:
         and (asked.rubs or name != PARTICLE_FRICTION.name)
     ]
     if parts:
-        holds = "Limits hold" if asked.limits_measure else "At most a tenth is lost"
+        holds = "Limits hold" if asked.limits_measure else "The response rises by at most a tenth"
         yield f"{holds} for {', '.join(parts)}{', each alone' if len(parts) > 1 else ''}."
 
 
@@ -349,7 +363,7 @@ def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
 
 
 def _accelerates(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
-    """State the acceleration of the structure, unless the measure is already an acceleration."""
+    """State the acceleration of the structure, if neither the measure nor a limit is an acceleration."""
     asked, g = found.asked, acceleration_g(found)
     told = any("acceleration" in name for name in (asked.measure.name, *asked.limits))
     if g is not None and not told:
@@ -358,9 +372,9 @@ def _accelerates(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]
 
 
 def acceleration_g(found: Found) -> float | None:
-    """Give the largest acceleration of the structure with the damper over the bands, in g.
+    """Return the largest acceleration of the structure with the damper over the bands, in g.
 
-    None if no closed form gives it: under a force, under records, with a contact that takes time, and for a
+    None where no closed form exists: under a force, under records, with a contact that takes time, and for a
     specification in ratios.
     """
     asked, build = found.asked, found.build
@@ -377,7 +391,7 @@ def acceleration_g(found: Found) -> float | None:
 
 
 def _accelerations(asked: Specification, build: Build, curve: Curve) -> NDArray[np.float64]:
-    """Give the largest acceleration of the structure at each frequency, (n,) [g]."""
+    """Return the largest acceleration of the structure at each frequency, (n,) [g]."""
     scale, structure = curve.rate**2 * curve.base_m, asked.structure
     case = {"natural_frequency_hz": structure.natural_frequency_hz, "base_amplitude_m": 1.0}
     acting = Acting(
@@ -392,15 +406,16 @@ def _accelerations(asked: Specification, build: Build, curve: Curve) -> NDArray[
 
 
 def _with_friction(found: Found) -> str:
-    """Give the largest friction of the particle at which the damper keeps its limits; empty if friction cannot be
-    computed.
+    """Describe the largest friction of the particle at which the damper keeps its limits.
+
+    The text is empty if this friction cannot be computed.
     """
     margin = found.margins.get(PARTICLE_FRICTION.name)
     if MOVED in found.left_out:
         return "the budget did not allow other friction"
     if margin is None or isinf(found.stated.most):
         return ""
-    kept = "limits hold" if found.asked.limits_measure else "at most a tenth is lost"
+    kept = "limits hold" if found.asked.limits_measure else "the response rises by at most a tenth"
     if margin.high == 0.0:
         return f"fails at μ_i = {margin.fails_above:.3g}"
     beyond = "" if margin.fails_above is None else f", not at {margin.fails_above:.3g}"
@@ -408,7 +423,7 @@ def _with_friction(found: Found) -> str:
 
 
 def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:
-    """Give the limits that are exceeded, and the other dampers with their values."""
+    """Yield the limits that are exceeded, and the other dampers with their values."""
     asked = found.asked
     for name, limit in asked.limits.items():
         reached = found.stated.reached[name]
@@ -473,7 +488,7 @@ def _span_end(asked: Specification, name: str, value: float) -> str:
 
 
 def _reach(asked: Specification, value: float, most: float) -> str:
-    """Write a worst case with its upper bound, if that is more than rounding."""
+    """Write the upper bound of a worst case. Add the computed value if the two values clearly differ."""
     if not clearly_less(value, most):
         return response(asked, rounded_up(most, 3), 3)
     return f"{response(asked, rounded_up(most, 3), 3)} ({response(asked, value, 3)} computed)"

@@ -42,7 +42,7 @@ ENDED: Mapping[str, str] = {
 
 
 def details_of(found: Found, damper: Damper) -> list[str]:
-    """Write all findings as sentences, first the drawing of `damper`, which is that of the verdict."""
+    """Write all findings as sentences, first the drawing of `damper`, the kind that the verdict names."""
     return [
         *_recommended(found, damper),
         *_damper(found, called_of(found, damper)),
@@ -57,7 +57,7 @@ def details_of(found: Found, damper: Damper) -> list[str]:
 
 
 def _recommended(found: Found, damper: Damper) -> Iterator[str]:
-    """Write the drawing of the damper to build, if that is another than the one found."""
+    """Write the drawing of the damper to build, if its kind differs from the kind of the damper found."""
     lines = drawing_of(found, damper)
     if damper != kind_of(found.build) and lines:
         yield f"Drawing: {CALLED_DAMPERS[damper]}, {', '.join(f'{name} {value}' for name, value, *_ in lines)}."
@@ -82,7 +82,7 @@ def _worst(found: Found) -> Iterator[str]:
     if isinstance(stated.under, Case):
         records = asked.records_of(stated.under)
         shaken, name = under_records(records), records.name
-        # a single generated record, at its only scale, begins the sentence
+        # the sentence already begins with the description of a single generated record at a single scale
         one = len(records.cases) == 1 and records.alone is not None
         near = "" if one else f", under {stated.under.name}"
     elif not asked.excitations:  # no record causes any motion
@@ -151,8 +151,9 @@ def _limits(found: Found) -> Iterator[str]:
 
 
 def _where(found: Found, name: str) -> str:
-    """Name the frequency at which a limited result is reached, and the excitation if there are several; not for the
-    measure itself.
+    """Name the frequency at which a result with a limit is largest, and the excitation if there are several.
+
+    The text is empty for the limit on the measure.
     """
     asked, at = found.asked, found.stated.reached_at.get(name)
     if at is None or name == asked.measure.limit:
@@ -178,12 +179,12 @@ def _damper_limits(found: Found) -> Iterator[str]:
 
 
 def _limited(asked: Specification, name: str, value: float) -> str:
-    """Write a value of a limited quantity."""
+    """Write a value that a limit restricts."""
     return limited(asked, name, asked.as_limited(name, value))
 
 
 def _share(ratio: float) -> str:
-    """Write a share of a limit; one of thousands of per cent is written as a multiple."""
+    """Write a share of a limit in per cent, or as a multiple from 200 % on."""
     return f"{100 * ratio:.0f} %" if ratio < 2.0 else f"{ratio:.3g} times"
 
 
@@ -204,7 +205,7 @@ def _builds(found: Found) -> Iterator[str]:
 
 
 def _starts(found: Found) -> Iterator[str]:
-    """Describe the responses to other starts than rest."""
+    """Describe the responses after starts other than rest."""
     asked, starts = found.asked, found.starts
     if starts is None:
         return
@@ -222,12 +223,12 @@ def _starts(found: Found) -> Iterator[str]:
 
 def _margins(found: Found) -> Iterator[str]:
     asked = found.asked
-    # nothing exceeds a stated value without bound
+    # an unbounded response has no margins
     if not found.margins or isinf(found.stated.most):
         return
     holds = ["every limit holds"] if asked.limited_at_all else []
     if found.stated.violation > 0.0:
-        holds = ["no limit is exceeded by more than stated above"]
+        holds = ["the largest excess over a limit does not grow"]
     if not asked.limits_measure:
         holds.append(f"the response stays within {response(asked, WITHIN * found.stated.most)}")
     parts = [_margin(asked, name, margin) for name, margin in found.margins.items()]
@@ -242,7 +243,7 @@ def _margin(asked: Specification, name: str, margin: Margin) -> str:
 
 
 def _known(found: Found) -> Iterator[str]:
-    """State what was computed, why it ended, and what was left out."""
+    """State the number of computed points, the reason for the end of the search, and omitted steps."""
     points, dampers = counted(found.book.spent, "point"), counted(found.looked_at, "damper")
     ended = ENDED[found.ended].format(points=counted(found.book.budget, "point"))
     if found.asked.free:

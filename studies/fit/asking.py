@@ -1,4 +1,4 @@
-"""Assembles a question to a measurement from known values and parameters to estimate, and names every fault."""
+"""Assemble the definition of a fit from a measurement, known values and parameters, and report every fault."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -20,7 +20,7 @@ DEFAULT_RANGES: dict[str, tuple[float, float]] = {
     "friction_ratio": (0.0, 1.2),
     "particle_friction_coefficient": (0.0, 0.5),
 }
-"""Default ranges of parameters. More friction than in its range would lock the structure at resonance."""
+"""Default ranges of parameters. A friction ratio above this range would lock the structure at resonance."""
 
 
 def make_question(
@@ -33,32 +33,32 @@ def make_question(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> FitQuestion:
-    """Assemble a question and check it.
+    """Assemble the definition of a fit and check it.
 
     Parameters
     ----------
     measured : Measurement
-        The response.
+        The measured frequency response.
     structure : mapping
         The known values in the form of a study: `damping_ratio`, `axes`, `physical`, `particle`, `contact`, `start`,
-        `steady`. An axis is estimated within its range, as if it were given in `fit`; the frequencies are the measured
-        ones.
+        `steady`. A quantity with an axis is a parameter to estimate within the range of the axis. Frequencies are
+        ignored.
     fit : mapping
         The parameters to estimate and their ranges: (lowest, highest), or None for the default range.
     known : mapping, optional
-        Numbers that override those of `structure`, by the names of `NAMED`.
+        Numbers that override numbers in `structure`. The keys are names of `NAMED`.
     share : float, optional
-        Standard deviation of each amplitude as a share of it, if the measurement states none.
+        Standard deviation of each amplitude as a share of the amplitude, if the measurement states none.
     confidence : float
-        Of the intervals.
+        Confidence of the intervals.
     seed : int
-        Seed of all draws.
+        Seed of all random draws.
 
     Raises
     ------
     StudyFaults
-        With every fault: a quantity that is neither known, estimated nor measured; a range with impossible values;
-        nothing to estimate, or more than was measured.
+        If, for example, a quantity is neither known, estimated nor measured, a range has impossible values, no
+        parameter is estimated, or there are no more rows than parameters. The exception contains all faults.
     """
     faults: list[Fault] = []
     numbers, ranges, settings = taken_apart(structure, faults)
@@ -89,7 +89,7 @@ def make_question(
 
 
 def faults_of_confidence(confidence: float, share: float | None) -> list[Fault]:
-    """Find faults of the confidence of the intervals and of the relative standard deviation."""
+    """Check the confidence of the intervals and the relative standard deviation. Return the faults."""
     faults = []
     if not 0.5 <= confidence <= 0.9999:
         advice = "write 0.95 for intervals of 95 %"
@@ -124,7 +124,7 @@ def taken_apart(
     ranges: dict[str, tuple[float, float] | None] = {}
     for name, raw in entries:
         if name in ("frequency_ratio", "excitation_frequency_hz"):
-            continue  # the frequencies are those of the measurement
+            continue  # the measurement gives the frequencies
         ends = _ends(raw)
         if ends is None:
             known |= read_number(name, raw, faults)
@@ -136,7 +136,7 @@ def taken_apart(
 
 
 def read_number(name: str, raw: object, faults: list[Fault]) -> dict[str, float]:
-    """Read one number of a prototype, by its name; if it is wrong, record a fault and give an empty mapping."""
+    """Read one number of a prototype by name. If the number is wrong, record a fault and return an empty mapping."""
     if name in NAMED:
         return attempt(lambda: {name: NAMED[name].read(raw, name)}, {}, faults)
     near = nearest(str(name), NAMED)
@@ -148,7 +148,7 @@ def read_number(name: str, raw: object, faults: list[Fault]) -> dict[str, float]
 
 
 def _ends(raw: object) -> tuple[Any, Any] | None:
-    """Give the ends of an axis; None if the entry is not an axis."""
+    """Return the ends of an axis, or None if the entry is not an axis."""
     if isinstance(raw, Mapping) and {"start", "stop"} <= set(raw):
         return raw["start"], raw["stop"]
     if isinstance(raw, list | tuple) and len(raw) > 1 and all(isinstance(one, int | float) for one in raw):
@@ -157,7 +157,7 @@ def _ends(raw: object) -> tuple[Any, Any] | None:
 
 
 def _twice(names: Iterable[str]) -> Iterator[Fault]:
-    """Name quantities that are given twice: as a ratio and in units, or as known and to be estimated."""
+    """Yield a fault if a quantity is given twice: as a ratio and in SI units, or as known and to be estimated."""
     seen: dict[str, str] = {}
     for name in names:
         ratio = RATIO_OF.get(name, name)
@@ -171,7 +171,7 @@ def _twice(names: Iterable[str]) -> Iterator[Fault]:
 
 
 def not_free(name: str, free: Sequence[str], of: str = "") -> Fault:
-    """Name what can be estimated instead of an unknown name."""
+    """Return the fault of a parameter that cannot be estimated, with a list of possible parameters."""
     near = nearest(name, free)
     advice = f"did you mean `{near}`?" if near else "name one of these"
     told = f"{name} cannot be estimated{of}; possible are {listing(free)}."
@@ -179,7 +179,7 @@ def not_free(name: str, free: Sequence[str], of: str = "") -> Fault:
 
 
 def of_particle(names: Iterable[str]) -> Iterator[Fault]:
-    """Refuse to estimate parameters of a particle in a scene without one."""
+    """Yield a fault for each particle parameter to estimate, because the scene has no particle."""
     for name in names:
         if RATIO_OF.get(name, name) in (*OF_PARTICLE, *BEFORE):
             told = f"{name} cannot be estimated in a scene without a particle."
@@ -215,7 +215,7 @@ def _range(name: str, span: tuple[float, float] | None) -> Free | Fault:
 
 
 def _usual(name: str, known: Mapping[str, float], measured: Measurement) -> tuple[float, float] | None:
-    """Give the default range of a parameter; None if there is no default."""
+    """Return the default range of a parameter, or None if there is no default."""
     if name == "natural_frequency_hz":
         return (0.8 * known[name], 1.25 * known[name]) if name in known else None
     if name == "clearance_ratio" and not measured.in_metres:
@@ -227,7 +227,7 @@ def _usual(name: str, known: Mapping[str, float], measured: Measurement) -> tupl
 
 
 def faults_between(names: Sequence[str], free: Sequence[str], friction: str) -> list[Fault]:
-    """Find faults of the set of parameters: none, too many, or one of them in two forms."""
+    """Find faults of the set of parameters: no parameter, too many parameters, or a parameter in two forms."""
     faults = []
     if not names:
         told = "There is no parameter to estimate."
@@ -266,7 +266,7 @@ def _check(question: FitQuestion) -> None:
 
 
 def _missing(question: FitQuestion, given: Mapping[str, float], particle: bool) -> Iterable[Fault]:
-    """Find values that rows need but that are given nowhere; the defaults of a study would describe another prototype."""
+    """Yield a fault for each required value that is given nowhere. The defaults of a study are not used."""
     ratios = {RATIO_OF.get(name, name) for name in given}
     for name in RATIOS:
         if name == "frequency_ratio" or name in ratios or (name in OF_PARTICLE and not particle):

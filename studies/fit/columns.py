@@ -1,4 +1,4 @@
-"""Columns of a measured response: their headings, and the units that a heading may state."""
+"""Columns of a measured response, with the allowed headings and units."""
 
 import math
 import re
@@ -15,20 +15,21 @@ MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237}
 DAMPINGS = {"ns/m": 1.0, "kg/s": 1.0}
 RATIO = {"": 1.0, "1": 1.0, "-": 1.0}
 SHARES = {"%": 0.01}
-"""Units, and their factors to SI units."""
+"""Factor from each unit to SI units."""
 
 PERCENT = "deviation_share"
-"""A standard deviation as a share of the amplitude."""
+"""Name of the column that gives standard deviations as shares of the amplitudes."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """One kind of column.
+    """A kind of column that a table may have.
 
     Parameters
     ----------
     names : dict of dict
-        For each name of the column in this program, the units that select it, with their factors to SI units.
+        For each internal name of the column, the allowed units with factors to SI units. The unit in a heading selects
+        the name.
     spellings : tuple of str
         Allowed headings, in lower case, without a unit.
     """
@@ -59,7 +60,7 @@ COLUMNS = (
 """Every known column."""
 
 CONDITIONS = tuple(name for column in COLUMNS[6:] for name in column.names)
-"""Columns with the conditions of a row, if rows differ in more than their frequency."""
+"""Columns for quantities, besides the frequency, that differ between rows."""
 
 ACCELERATION = re.compile(
     r"acc(el)?|((absolute|relative) )?acceleration( (amplitude|of the structure))?|amplitude of the acceleration"
@@ -89,16 +90,16 @@ _OTHERWISE = {
     "disp": "displacement",
     "gap": "clearance",
 }
-"""Common spellings, and the headings that this program uses."""
+"""Heading to suggest for each common alternative."""
 
 
 def says_time(heading: str) -> bool:
-    """Whether a heading is that of a column of times."""
+    """Return whether a heading stands for a column of times."""
     return taken_apart(heading)[0].strip().lower() in ("time", "t")
 
 
 def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> str:
-    """Give the heading that was probably meant, found by its words or else by its unit; with the unit if that fits."""
+    """Return the heading that was probably meant, from the words or else from the unit; empty if there is none."""
     spellings = {spelling: column for column in columns for spelling in column.spellings}
     near: str | None = said
     while near is not None and near not in spellings:
@@ -118,7 +119,7 @@ def read_headings(
     columns: Sequence[Column] = COLUMNS,
     not_fitted: tuple[str, str] = OF_RESPONSE,
 ) -> tuple[list[str], list[float], list[Fault]]:
-    """Read the headings of many columns: their names, factors and faults; see `read_heading`."""
+    """Read the headings of a table. Return names, factors to SI units, and faults; see `read_heading`."""
     field = f"line {number}"
     read = [read_heading(cell, field, columns, not_fitted) for cell in cells]
     faults = [each for each in read if isinstance(each, Fault)]
@@ -133,7 +134,7 @@ def read_headings(
 
 
 def faults_of_comments(comments: Sequence[tuple[int, str]], headings: Sequence[str]) -> list[Fault]:
-    """Find comments that state rms or peak-to-peak amplitudes, or another unit than a heading."""
+    """Find comments that mention rms or peak-to-peak amplitudes, or that contradict the unit in a heading."""
     faults = []
     for number, comment in comments:
         field = f"line {number}"
@@ -166,7 +167,7 @@ def read_heading(
     text : str
         The heading.
     field : str
-        Its place, for the fault.
+        Place of the heading in the table, for the fault.
     columns : sequence of Column
         Columns that the table may have.
     not_fitted : (str, str)
@@ -175,7 +176,7 @@ def read_heading(
     Returns
     -------
     (str, float) or Fault
-        Name of the column in this program, and the factor to SI units.
+        Internal name of the column, and the factor to SI units.
     """
     written = text.strip().strip('"').strip()
     for column in columns:
@@ -198,12 +199,12 @@ def read_heading(
         for name, units in column.names.items():
             if unit in units:
                 return name, units[unit]
-        allowed = f"one of the units {listing(column.units)}" if column.units else "no unit: it is a ratio"
+        allowed = f"one of the units {listing(column.units)}" if column.units else "no unit, as it is a ratio"
         example = f"`{said} ({column.units[0]})`" if column.units else f"`{said}`"
         into = "one of these" if column.units else "a ratio"
         advice = f"convert the numbers to {into}, and write the heading as {example}"
         found = f"the unit {printable(as_written)}" if unit else "no unit"
-        told = f"The heading {printable(written)} has {found}; it may have {allowed}."
+        told = f"The heading {printable(written)} has {found}; it must have {allowed}."
         if not unit:
             told = f"The heading {printable(written)} states no unit; allowed are {listing(column.units)}."
             forms = " or ".join(f"`{said} ({unit})`" for unit in column.units[:3])
@@ -213,7 +214,7 @@ def read_heading(
         told = f"The heading {printable(written)} is an acceleration of the structure, which is not fitted. {not_fitted[0]}."
         return Fault(field, printable(written), "a displacement", not_fitted[1], told)
     if _COUNTS.fullmatch(said):
-        told = f"The heading {printable(written)} counts the rows."
+        told = f"The heading {printable(written)} stands for row numbers."
         advice = "remove the column; a time history has `time (s)` in its place"
         return Fault(field, printable(written), "a column of measured values", advice, told)
     advice = "name it by one of these; leave the column out only if none of them applies"

@@ -1,4 +1,4 @@
-"""Reads a question to a measurement from one document, for HTTP."""
+"""Read the definition and the measurement of a fit from one document, as in an HTTP request."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -28,18 +28,19 @@ CONFIDENCE = Quantity("confidence", "confidence of the intervals", 0.5, 0.9999, 
 
 
 def read_fit(document: object) -> FitQuestion | HistoryQuestion:
-    """Read a question to a measurement, with every fault.
+    """Read the definition of a fit, and report every fault.
 
     Parameters
     ----------
     document : object
-        As read from JSON: `measured` (the text of the table), `structure` (the known values, as a study), `fit`
-        (parameters to estimate: a range or null by name). Optional are `name`, `deviation`, `confidence` and `seed`.
+        A mapping as read from JSON: `measured` (the text of the table), `structure` (the known values, as in a study)
+        and `fit` (the parameters to estimate, each with a range or null). `name`, `deviation`, `confidence` and `seed`
+        are optional.
 
     Raises
     ------
     StudyFaults
-        With every fault of the document, or of the table and the resulting question.
+        If the document, the table or the resulting definition is invalid. The exception contains all faults found.
     """
     if not isinstance(document, Mapping):
         advice = "write `measured`, `structure` and `fit`"
@@ -81,7 +82,7 @@ def _measured(document: Mapping[str, Any], faults: list[Fault]) -> Measurement |
 
 
 def _ranges(raw: object, faults: list[Fault]) -> dict[str, tuple[float, float] | None]:
-    """Read null, ``[low, high]`` or ``{start, stop}`` by name; names are checked with the question."""
+    """Read the range of each parameter: null, ``[low, high]`` or ``{start, stop}``."""
     if not isinstance(raw, Mapping):
         advice = 'write the parameters to estimate, as in {"friction_ratio": [0, 0.8], "restitution": null}'
         faults.append(Fault("fit", describe(raw), "a mapping of ranges", advice))
@@ -98,7 +99,7 @@ def _ranges(raw: object, faults: list[Fault]) -> dict[str, tuple[float, float] |
             advice = f'write "{name}": [LOW, HIGH], or null for the default range'
             faults.append(Fault(f"fit.{name}", describe(span), "a range", advice))
         else:
-            found[str(name)] = None  # the question reports it as unknown
+            found[str(name)] = None  # `make_question` reports the unknown name
     return found
 
 
@@ -143,12 +144,12 @@ def fit_schema() -> dict[str, Any]:
 
 
 def read_table(path: Path | str) -> Measurement | History:
-    """Read a measured table from a file; raises StudyFaults with every fault of it."""
+    """Read a measured table from a file. Raise StudyFaults with every fault of the table."""
     return parse_table(read_bytes(path), Path(path).stem)
 
 
 def parse_table(text: bytes | str, name: str = "measurement") -> Measurement | History:
-    """Read a measured table: one with a column of time is a history."""
+    """Read a table with a column of times as a time history, and any other table as a frequency response."""
     if is_history(lines_of(text)):
         return parse_history(text, name)
     return parse_measurement(text, name)
@@ -160,7 +161,7 @@ def read_structure(path: Path | str) -> dict[str, Any]:
     Returns
     -------
     dict
-        As written; `damperlab.studies.fit.asking.make_question` checks it.
+        The values as written, before the checks in `damperlab.studies.fit.asking.make_question`.
 
     Raises
     ------

@@ -1,6 +1,4 @@
-"""The result of a fit: parameters with intervals, indistinguishable parameters, and the agreement with the
-measurement.
-"""
+"""The result of a fit: parameters with intervals and correlations, and the agreement with the measurement."""
 
 import math
 from collections.abc import Mapping
@@ -17,21 +15,17 @@ from damperlab.studies.variables import ResponseClass
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 UNDETERMINED = 0.8
-"""An interval wider than this share of the range is uninformative: without data it would cover a share equal to the
-confidence.
-"""
+"""The data do not determine a parameter whose confidence interval is wider than this share of the range."""
 AT_END = 0.05
-"""An interval counts as reaching an end of the range if it comes nearer to it than this share of the range."""
+"""An interval reaches an end of the range if its distance from that end is at most this share of the range."""
 ALIKE = 0.95
 """Absolute correlation above which the data do not separate two parameters."""
 BARELY = 0.99
-"""Absolute correlation above which a pair is mentioned if the data leave one of the two parameters undetermined
-anyway.
-"""
+"""Absolute correlation above which the data do not separate two parameters, one of which is undetermined."""
 DOUBTED = 0.01
-"""Probability of chi-square below which the model and the stated deviations disagree."""
+"""p-value of the chi-square test below which the model and the stated deviations are reported to disagree."""
 OUTLIER = 0.01
-"""Probability that some row is called an outlier although none is."""
+"""Probability that any row of a measurement without outliers is called an outlier."""
 IRREGULAR = (int(ResponseClass.MODULATED), int(ResponseClass.CHAOTIC))
 """Classes of responses that do not repeat."""
 CURVE_VALUES = 101
@@ -49,13 +43,13 @@ class Estimate:
     value : float
         The best value.
     low, high : float
-        Its interval, with every other parameter free.
+        Ends of the confidence interval, for which all other parameters are free.
     spread : float
-        Standard deviation.
+        Standard deviation of the estimate.
     lowest, highest : float
-        The range of the search.
+        Ends of the range that was searched.
     share_low, share_high : float
-        The ends of the interval as shares of that range, or of its logarithm if the logarithm was searched.
+        Ends of the interval as fractions of the range, on the linear or logarithmic scale of the search.
     """
 
     name: str
@@ -70,7 +64,7 @@ class Estimate:
 
     @property
     def determined(self) -> bool:
-        """Whether the data narrow its range."""
+        """Whether the data narrow the range of the parameter."""
         return self.share_high - self.share_low < UNDETERMINED
 
     @property
@@ -86,12 +80,12 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """The common result of every fit, of a response or of a time history.
+    """Results that the fits of a frequency response and of a time history have in common.
 
     Parameters
     ----------
     estimates : tuple of Estimate
-        In the order of the question's parameters.
+        The estimated parameters, in the order in which the fit defines them.
     correlation : ndarray, shape (parameters, parameters)
         Correlations of the parameters.
     evaluations : int
@@ -100,7 +94,7 @@ class Outcome:
         Factor by which the intervals are widened if the model agrees worse than the stated deviations allow; otherwise
         1.
     others : tuple of dict
-        Further sets of parameters, elsewhere in the ranges, that agree about as well.
+        Other sets of parameters that agree with the measurement about as well.
     """
 
     estimates: tuple[Estimate, ...]
@@ -131,7 +125,7 @@ class Outcome:
 
     @property
     def alike(self) -> list[tuple[str, str, float]]:
-        """Pairs of parameters that the data cannot separate, with their correlation."""
+        """Pairs of parameters that the data cannot separate, with the correlation of each pair."""
         found = []
         for j, second in enumerate(self.estimates):
             for i, first in enumerate(self.estimates[:j]):
@@ -143,17 +137,17 @@ class Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Fitted(Outcome):
-    """The result of a fit; columns have the shape (rows,), in the measurement's units.
+    """The result of a fit of a frequency response. Arrays have the shape (rows,) and the units of the measurement.
 
     Parameters
     ----------
     question : FitQuestion
-        The question.
+        The definition of the fit.
     model, model_error : ndarray
-        The response with the best parameters, and its uncertainty from chaos and from jumps of the response within the
-        parameters' uncertainty. NaN if a response failed.
+        The response with the best parameters, and the uncertainty due to chaos and to jumps of the response within the
+        uncertainty of the parameters. NaN if a response failed.
     deviation : ndarray
-        Standard deviation of the measurement; the estimate, if none was given.
+        Standard deviation of the measurement; an estimate if none was given.
     impacts_per_cycle, stick_fraction, response_class : ndarray
         Results of the responses with the best parameters.
     """
@@ -168,9 +162,9 @@ class Fitted(Outcome):
 
     @property
     def residual(self) -> NDArray[np.float64]:
-        """Measured minus computed, in standard deviations of both together; NaN if a response failed.
+        """Measured minus computed, in standard deviations of measurement and model together; NaN if a response failed.
 
-        If the deviations are relative to the amplitudes, the logarithms of the two are compared.
+        If the deviations are relative to the amplitudes, the logarithms of the amplitudes are compared.
         """
         measured = self.question.measured.amplitude
         if self.question.in_shares:
@@ -180,10 +174,7 @@ class Fitted(Outcome):
 
     @property
     def probability(self) -> float | None:
-        """Probability of a chi-square at least this large if the model is right.
-
-        None if the deviations were estimated from the scatter, or no degree of freedom is left.
-        """
+        """Probability of at least this chi-square for a right model; None without given deviations or freedom."""
         if self.question.deviation is None or self.freedom < 1:
             return None
         from scipy.special import chdtrc
@@ -192,7 +183,7 @@ class Fitted(Outcome):
 
     @property
     def outliers(self) -> list[int]:
-        """Rows that deviate more than chance allows (Bonferroni), the largest deviation first."""
+        """Indices of the rows that deviate more than chance allows (Bonferroni), the largest deviation first."""
         limit = outlier_limit(self.question.measured.rows)
         off = np.nan_to_num(np.abs(self.residual))
         return [int(row) for row in np.argsort(-off, kind="stable") if off[row] > limit]
@@ -204,7 +195,7 @@ class Fitted(Outcome):
 
     @property
     def never_strikes(self) -> bool:
-        """Whether there is a particle, but it strikes in none of the responses."""
+        """Whether there is a particle that strikes no wall in any response."""
         particle = self.question.settings.get("particle", True) is not False
         return particle and bool(np.nanmax(self.impacts_per_cycle, initial=0.0) == 0.0)
 
@@ -219,8 +210,8 @@ class Fitted(Outcome):
         Returns
         -------
         dict
-            The definition with the estimated numbers, over the measured band. A condition that differs between rows
-            becomes an axis, except the base amplitude, for which that of the first row is used.
+            The definition of the study with the estimated numbers, over the measured band. A condition that differs
+            between rows becomes an axis, except for the base amplitude, which is taken from the first row.
         """
         measured = self.question.measured
         every = [
@@ -243,7 +234,7 @@ class Fitted(Outcome):
 
     @property
     def of_no_effect(self) -> list[str]:
-        """Estimated parameters that affect no response: those of a particle that never strikes."""
+        """Estimated parameters without effect on any response, because the particle never strikes a wall."""
         if not self.never_strikes:
             return []
         names = (each.name for each in self.estimates)
@@ -251,7 +242,7 @@ class Fitted(Outcome):
 
 
 def outlier_limit(rows: int) -> float:
-    """Residual, in standard deviations, that at least one of all rows exceeds by chance with the probability `OUTLIER`."""
+    """Return the residual in standard deviations that any of the rows exceeds by chance with probability `OUTLIER`."""
     from scipy.special import chdtri
 
     return math.sqrt(chdtri(1.0, OUTLIER / rows))

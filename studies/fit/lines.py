@@ -1,4 +1,4 @@
-"""A table of text, split into its heading, its separator and its lines."""
+"""Split a table of text into a heading and rows, and find the separator."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -14,9 +14,9 @@ from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, comma_
 
 MOST_BYTES = 4 * 1024 * 1024
 _BLANKS = re.compile(r"\s{2,}|(?<=[)\]\d.])\s+(?=\S)")
-"""Gap between two cells of a line without separators; a single blank may belong to a name."""
+"""Gap between cells without separators: several blanks, or a single blank after a bracket, a digit or a point."""
 MOST_COLUMNS = 30
-"""Largest number of columns of a table; each name is compared with all known ones."""
+"""Largest number of columns of a table, because each heading is compared with all known headings."""
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,13 @@ class Lines:
     Parameters
     ----------
     separator : str
-        Comma, semicolon or tab; a blank if these are missing.
+        Comma, semicolon or tab; a blank if the heading contains none of these.
     heading : (int, str)
         Line number, from 1, and text of the heading.
     rows : list of (int, str)
-        Line number and text of every other line; empty lines are dropped.
+        Line number and text of every line below the heading, without empty lines.
     comments : list of (int, str)
-        Line number and text of the comments.
+        Line number and text of every comment.
     """
 
     separator: str
@@ -41,14 +41,14 @@ class Lines:
     comments: list[tuple[int, str]]
 
     def cells(self, text: str) -> list[str]:
-        """Cut one line."""
+        """Split one line into its cells."""
         if self.separator == " ":
             return _BLANKS.split(text.strip())
         return [cell.strip().strip('"').strip() for cell in text.split(self.separator)]
 
 
 def check_lines(lines: Lines, columns: int) -> None:
-    """Raise StudyFaults once for faults that all lines share: commas in numbers, or a wrong number of cells."""
+    """Raise StudyFaults if numbers contain commas, or if all lines have the same wrong number of cells."""
     cut = [(number, lines.cells(text)) for number, text in lines.rows]
     for number, cells in cut:
         cell = None if lines.separator == "," else decimal_comma(cells) or comma_of_thousands(cells)
@@ -72,7 +72,7 @@ def check_lines(lines: Lines, columns: int) -> None:
 def columns_of(
     lines: Lines, names: Sequence[str], read: Callable[[str, str], float | Fault], faults: list[Fault]
 ) -> dict[str, NDArray[np.float64]]:
-    """Read the numbers of a table, by column; raise StudyFaults with `faults` and the faults found here."""
+    """Read the numbers of a table by column. Raise StudyFaults with `faults` and new faults, if there are any."""
     rows: list[list[float]] = []
     for number, line in lines.rows:
         cells = lines.cells(line)
@@ -91,7 +91,7 @@ def columns_of(
 
 
 def read_bytes(path: Path | str) -> bytes:
-    """Read a file, up to one byte beyond the limit; raise StudyFaults if it cannot be read."""
+    """Read at most `MOST_BYTES` + 1 bytes of a file. Raise StudyFaults if the file cannot be read."""
     try:
         with Path(path).open("rb") as file:
             return file.read(MOST_BYTES + 1)
@@ -103,9 +103,10 @@ def read_bytes(path: Path | str) -> bytes:
 
 
 def lines_of(text: bytes | str) -> Lines:
-    """Split a table into lines; raise StudyFaults if it is too large, empty or cut off, or a comment states a factor.
+    """Split a table into lines. Raise StudyFaults if the table is too large, empty or cut off, or states a factor.
 
-    Lines that begin with # or % are comments, but the last one above numbers may be their heading.
+    Lines that begin with # or % are comments. If the first line below comments has no words, the last of these comments
+    is the heading.
     """
     if len(text) > MOST_BYTES:
         allowed = f"a file of at most {MOST_BYTES:,} bytes"

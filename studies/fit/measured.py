@@ -1,4 +1,4 @@
-"""A measured frequency response, read from a table of text; every fault names its line."""
+"""Read a measured frequency response from a table of text. Every fault states the line."""
 
 import re
 from collections.abc import Mapping
@@ -21,11 +21,11 @@ from damperlab.studies.quantity import FREQUENCY_RATIO
 from damperlab.studies.spelled_numbers import read_decimal
 
 MOST_ROWS = 2_000
-"""Largest number of rows: each is computed some hundred times."""
+"""Largest number of rows. A fit computes the response of each row some hundred times."""
 _FEW_LINES = 30
-"""Number of lines in which a heading is sought if the first line is none."""
+"""Number of lines among which a heading is sought if the first line is no heading."""
 LARGEST = 1e12
-"""Bound on every number; beyond it the unit must be wrong."""
+"""Largest allowed number; the unit of a larger number must be wrong."""
 
 
 @dataclass(frozen=True)
@@ -37,10 +37,10 @@ class Measurement:
     name : str
         Name of the measurement.
     columns : mapping of ndarray, shape (rows,)
-        In SI units or as ratios: `frequency_hz` or `frequency_ratio`; `amplitude_m` or `amplitude_ratio`; and the
-        conditions of each row (`CONDITIONS`), NaN if a cell is empty.
+        Columns of the table in SI units or as ratios: `frequency_hz` or `frequency_ratio`; `amplitude_m` or
+        `amplitude_ratio`; and the conditions of each row (`CONDITIONS`), NaN if a cell is empty.
     deviation : ndarray, shape (rows,), optional
-        Standard deviation of each amplitude in the amplitude's own unit; None if the table has none.
+        Standard deviation of each amplitude, in the unit of the amplitudes; None if the table states none.
     """
 
     name: str
@@ -49,12 +49,12 @@ class Measurement:
 
     @property
     def in_metres(self) -> bool:
-        """Whether the amplitudes are lengths; otherwise they are divided by the base amplitude."""
+        """Whether the amplitudes are lengths, instead of ratios to the base amplitude."""
         return "amplitude_m" in self.columns
 
     @property
     def in_hertz(self) -> bool:
-        """Whether the frequencies are in Hz; otherwise they are divided by the natural frequency."""
+        """Whether the frequencies are in Hz, instead of ratios to the natural frequency."""
         return "frequency_hz" in self.columns
 
     @property
@@ -91,7 +91,7 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
     Raises
     ------
     StudyFaults
-        With every fault of the table.
+        If the table is invalid. The exception contains all faults.
     """
     lines = lines_of(text)
     names, factors = _headings(lines)
@@ -127,7 +127,7 @@ def _headings(lines: Lines) -> tuple[list[str], list[float]]:
 
 
 def _no_heading(lines: Lines) -> Fault | None:
-    """Explain a first line that names no column: it is a title, or already a row of numbers."""
+    """Return a fault if the first line is a title or a row of numbers instead of a heading."""
     number, text = lines.heading
     field, found = f"line {number}", printable(text.strip())
     allowed = "a line that names the columns"

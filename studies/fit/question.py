@@ -1,4 +1,4 @@
-"""A question to a measurement: known values of the prototype, and the parameters to estimate."""
+"""The definition of a fit of a frequency response: known values of the prototype, and the parameters to estimate."""
 
 import math
 from collections.abc import Mapping
@@ -19,22 +19,20 @@ from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 RATIO_OF = {each.source: each.ratio for each in DERIVATIONS.values()}
-"""The ratio that a quantity in units determines."""
+"""Ratio that each quantity in SI units determines."""
 NAMED: dict[str, Quantity] = {
     name: each for name, each in QUANTITY_OF.items() if name != "frequency_ratio"
 } | {each.name: each for each in QUANTITIES if each is not EXCITATION_FREQUENCY}
-"""Every value of a prototype that may be known, by name."""
+"""Every quantity of a prototype whose value may be known, by name."""
 FREE: tuple[str, ...] = (*(name for name in NAMED if name not in ("mass_kg", "base_amplitude_m")),)
-"""Parameters that may be estimated. Mass and base amplitude may not, because the other quantities are measured in terms
-of them.
-"""
+"""Parameters that may be estimated. Mass and base amplitude are excluded, as references of the other quantities."""
 BESIDE_AXES = ("damping_ratio", *BEFORE)
 """Ratios outside the `axes` of a study."""
 METRICS = ("amplitude_ratio", "amplitude_error", "impacts_per_cycle", "stick_fraction", "response_class")
 """Results computed for each measured row."""
 
 WIDE = 10.0
-"""A range whose largest value exceeds its smallest by this factor is searched in its logarithm."""
+"""Smallest ratio of the ends of a range that is searched on a logarithmic scale."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class Free:
     name : str
         Name in a study: a ratio, or a quantity in SI units.
     low, high : float
-        The range of the search.
+        Ends of the range that is searched.
     """
 
     name: str
@@ -55,11 +53,11 @@ class Free:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether the range is searched in its logarithm."""
+        """Whether the range is searched on a logarithmic scale."""
         return self.low > 0.0 and self.high >= WIDE * self.low
 
     def values(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Convert fractions of the range, 0 at its low end and 1 at its high end, into values."""
+        """Convert fractions of the range, 0 at the low end and 1 at the high end, into values."""
         if self.logarithmic:
             return np.asarray(self.low * power(self.high / self.low, shares))
         return np.asarray(self.low + (self.high - self.low) * shares)
@@ -67,25 +65,25 @@ class Free:
 
 @dataclass(frozen=True)
 class FitQuestion:
-    """A measurement, and the question to it.
+    """The definition of a fit: a measured frequency response, known values, and the parameters to estimate.
 
     Parameters
     ----------
     measured : Measurement
-        The response.
+        The measured frequency response.
     known : mapping of float
-        Known values of the prototype, by the names of a study (`NAMED`).
+        Known values of the prototype. The keys are names of `NAMED`, as in a study.
     free : tuple of Free
         Parameters to estimate.
     settings : mapping
-        `name`, `particle`, `contact`, `start`, `steady` of the study for a response.
+        The entries `name`, `particle`, `contact`, `start` and `steady` of the study that computes a response.
     share : float, optional
-        Standard deviation of each amplitude as a share of it, if the measurement states none; None if it is estimated
-        from the scatter.
+        Standard deviation of each amplitude as a share of the amplitude, if the measurement states none. Without any
+        given deviation, the deviation is estimated from the scatter.
     confidence : float
-        Of the intervals.
+        Confidence of the intervals.
     seed : int
-        Of all draws.
+        Seed of all random draws.
     """
 
     measured: Measurement
@@ -98,21 +96,19 @@ class FitQuestion:
 
     @property
     def in_shares(self) -> bool:
-        """Whether deviations are relative to the amplitudes; differences are then relative too."""
+        """Whether standard deviations are relative to the amplitudes, so that logarithms of amplitudes are compared."""
         return self.measured.deviation is None
 
     @property
     def deviation(self) -> NDArray[np.float64] | None:
-        """Standard deviation of each amplitude in its own unit; None if it is estimated from the scatter."""
+        """Standard deviation of each amplitude in the unit of the amplitude; None if estimated from the scatter."""
         if self.measured.deviation is not None:
             return self.measured.deviation
         return None if self.share is None else self.share * self.measured.amplitude
 
     @cached_property
     def configurations(self) -> tuple[tuple[dict[str, float], NDArray[np.intp]], ...]:
-        """The different conditions, and the rows measured at each; a single entry if rows differ only in their
-        frequency.
-        """
+        """Every set of conditions, with the indices of the rows that were measured under these conditions."""
         columns = {name: self.measured.columns[name] for name in CONDITIONS if name in self.measured.columns}
         found: dict[tuple[float | None, ...], list[int]] = {}
         for row in range(self.measured.rows):
@@ -128,11 +124,11 @@ class FitQuestion:
         )
 
     def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
-        """Give the parameters at given fractions of their ranges, each from 0 to 1."""
+        """Return the values of the parameters at given fractions of the ranges, from 0 to 1."""
         return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
 
     def given(self, values: Mapping[str, float], conditions: Mapping[str, float]) -> dict[str, float]:
-        """Combine the values for some rows: values in the rows take precedence, then estimated ones, then known ones."""
+        """Combine values. Conditions take precedence over estimated values, and estimated values over known values."""
         found = dict(self.known)
         for more in (values, conditions):
             for name, value in more.items():
@@ -146,33 +142,33 @@ class FitQuestion:
         Parameters
         ----------
         given : mapping of float
-            The prototype, as `given` returns it.
+            Values of the prototype, as returned by the method `given`.
         frequencies : list of float
             Frequency ratios.
 
         Raises
         ------
         StudyFaults
-            With every fault of the definition.
+            If the definition is invalid. The exception contains all faults.
         """
         return parse_harmonic(self.document(given, frequencies) | {"metrics": list(METRICS)})
 
     def document(self, given: Mapping[str, float], frequencies: Any) -> dict[str, Any]:
-        """Write the study of one configuration; in `given`, axes may replace numbers."""
+        """Write the study of one configuration. `given` may contain axes instead of numbers."""
         return study_document(self.settings, given, frequencies)
 
     def ratios(self, given: Mapping[str, float], rows: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Frequency ratios of some rows."""
+        """Return the frequency ratios of some rows."""
         frequency = self.measured.frequency[rows]
         return frequency / given["natural_frequency_hz"] if self.measured.in_hertz else frequency
 
     def scale(self, given: Mapping[str, float]) -> float:
-        """Factor from an amplitude ratio to the measured amplitude."""
+        """Return the factor that converts an amplitude ratio into the unit of the measured amplitudes."""
         return given["base_amplitude_m"] if self.measured.in_metres else 1.0
 
 
 def drop(numbers: dict[str, Any], name: str) -> None:
-    """Drop everything that determines the same quantity as `name`: itself, its ratio, or sources of that ratio."""
+    """Remove `name`, the ratio that `name` determines, and all other quantities that determine this ratio."""
     ratio = RATIO_OF.get(name, name)
     for other in [other for other in numbers if RATIO_OF.get(other, other) == ratio]:
         del numbers[other]
@@ -188,7 +184,7 @@ def study_document(
     settings : mapping
         Settings that are not numbers: `particle`, `contact`, …
     given : mapping of float
-        Values of the prototype, by the names of `NAMED`; axes may replace numbers.
+        Values of the prototype. The keys are names of `NAMED`; axes may replace numbers.
     frequencies : object
         The axis of frequency ratios.
     """

@@ -10,17 +10,17 @@ from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.spelling import quantity, spelled
 
 TOO_GOOD = 0.999
-"""Probability above which model and measurement agree better than chance allows."""
+"""Probability of chi-square above which model and measurement agree better than chance allows."""
 CORRELATED = 1.2
 """Correlated residuals are mentioned if they widen the intervals by more than this factor."""
 POOR = 0.2
-"""Scatter about a fit, relative to the amplitudes, that is too large for a measurement of steady amplitudes."""
+"""Largest scatter about a fit, relative to the amplitudes, that is plausible for a measurement of steady amplitudes."""
 NAMED_ROWS = 5
-"""Largest number of rows that are named."""
+"""Largest number of rows that a sentence names."""
 
 
 def verdict(fitted: Fitted) -> list[str]:
-    """Describe the quality of a fit: whether the model agrees, undetermined parameters, outliers, and their reasons."""
+    """Describe the quality of a fit: agreement of the model, undetermined parameters, and outliers."""
     return [
         *_agreement(fitted),
         *_undetermined(fitted.estimates),
@@ -34,9 +34,7 @@ def verdict(fitted: Fitted) -> list[str]:
 
 
 def verdict_of_history(fitted: FittedHistory) -> list[str]:
-    """Describe the quality of a fit of a time history: the stretch used, whether the model agrees, and undetermined
-    parameters.
-    """
+    """Describe the fit of a time history: the used part, the agreement, and undetermined parameters."""
     return [
         *_stretch(fitted),
         _history_agreement(fitted),
@@ -201,7 +199,7 @@ def _row(fitted: Fitted, row: int) -> str:
 def _stretch(fitted: FittedHistory) -> Iterator[str]:
     before = fitted.question.measured.before_release
     if before:
-        yield f"{counted(before, 'row')} of the table before the release were left out."
+        yield f"The table begins {counted(before, 'row')} before the release; the fit begins at the release."
     whole = fitted.question.measured.duration_s
     if fitted.whole:
         yield f"The complete history is used, {whole:.4g} s: the response is predictable throughout."

@@ -1,4 +1,4 @@
-"""A short comparison of dampers under one record: which damper is best, and how certain this is."""
+"""Short comparison of dampers under one record, which names the best damper and states how certain the choice is."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from damperlab.studies.cavity import cavity_of
 from damperlab.studies.ground.motion import doubt_of
 
 SAME = 0.02
-"""Relative difference within which two dampers count as equal: then the one with fewer parts is recommended."""
+"""Relative difference below which peaks count as equal. Among equal dampers, the simplest damper is recommended."""
 PEAK = "peak_relative_displacement_m"
 DAMPERS: dict[str, Damper] = {
     "none": "no_damper",
@@ -17,16 +17,16 @@ DAMPERS: dict[str, Damper] = {
     "pid": "particle_alone",
     "hybrid": "hybrid",
 }
-"""Names of the cases in a comparison, those with the fewest parts first."""
+"""Name of the damper in each case of a comparison; cases with few parts come first."""
 
 
 def brief_of(answer: Mapping[str, Any]) -> Brief:
-    """Name the damper with which the structure moves least against its base under a record.
+    """Recommend the damper with the smallest displacement of the structure relative to its base under a record.
 
     Parameters
     ----------
     answer : mapping
-        The answer of a comparison: `cases` with their peaks, the `record` and the `design`.
+        Answer of a comparison, with `cases`, `record` and `design`.
     """
     cases = {case: answer["cases"][case] for case in DAMPERS if case in answer["cases"]}
     least = min(float(values[PEAK]) for values in cases.values())

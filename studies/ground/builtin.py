@@ -30,16 +30,16 @@ FIRST_COMPONENTS: dict[str, str] = {
     "northridge": "northridge-090",
     "san-fernando": "san-fernando-164",
 }
-"""The record that the name of an earthquake stands for: its first horizontal component."""
+"""Id of the first horizontal component of each earthquake."""
 
 
 def whole_id(written: str) -> str:
-    """Give the complete id of a record; `written` is this id or the name of its earthquake."""
+    """Return the complete id of a record. The argument is the id or the name of an earthquake."""
     return FIRST_COMPONENTS.get(written, written)
 
 
 def builtin_ids() -> tuple[str, ...]:
-    """Return the ids of the built-in records; all are PEER files in g, at steps of 0.005, 0.01 or 0.02 s."""
+    """Return the ids of the built-in records."""
     return tuple(_FILES)
 
 
@@ -50,7 +50,7 @@ def builtin_record(record_id: str) -> GroundMotion:
     Parameters
     ----------
     record_id : str
-        One of `builtin_ids`.
+        Id of the record, one of `builtin_ids`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Reads records from files: PEER's AT2, and two columns of time and acceleration. Every fault names its line."""
+"""Reads records from AT2 files of PEER, or from files with two columns, time and acceleration."""
 
 import re
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from damperlab.studies.written_units import TIMES, kind_of, usual
 
 Layout = Literal["at2", "csv"]
 Row = tuple[int, list[str]]
-"""Number of a line, and its numbers as text."""
+"""Number of a line, and the text of each number in the line."""
 
 MOST_BYTES = 16 * 1024 * 1024
 
@@ -30,14 +30,14 @@ _BEGIN = re.compile(
     rf"NPTS\s*[=:]\s*(\d+)\s*[,;]?\s*DT\s*[=:]\s*({_NUMBER})[ \t]*([a-zµμ]*)|(\d+)\s+({_NUMBER})\s+NPTS\s*,\s*DT",
     re.IGNORECASE,
 )
-"""The line of an AT2 file with the number of samples and the step."""
+"""Pattern of the line of an AT2 file that states the number of samples and the step."""
 _NO_WORD = re.compile(rf"{_NUMBER}|[+-]?(?:nan|inf)|n/?a|null|none|-+|\*+", re.IGNORECASE)
-"""Contents of a cell that is a number or a missing value."""
+"""Pattern of a cell that holds a number or marks a missing value."""
 _BEFORE_THOUSANDS, _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}"), re.compile(r"[0-9]{3}(?![0-9])")
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 _LONG_STEP_S = 0.1
-"""Time step [s] from which a column must state the unit of its times: they may be row numbers or milliseconds."""
+"""Time step [s] from which the file must state the unit of time. Without a unit, such times may be row numbers."""
 
 
 def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | None = None) -> GroundMotion:
@@ -46,21 +46,22 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     Parameters
     ----------
     text : bytes or str
-        The file; bytes are UTF-8, UTF-16 or, in old files, Latin-1.
+        Content of the file. Bytes are decoded as UTF-8, UTF-16 or, in old files, Latin-1.
     layout : {"at2", "csv"}
-        PEER's AT2; or two columns, time and acceleration, separated by comma, semicolon, tab or blanks; times in s,
-        or in the unit of the heading. Instead of times, a line with the number of samples and the step [s] may
-        precede the samples. Text with the heading of an AT2 file is read as such.
+        ``"at2"`` is the format of PEER. ``"csv"`` has two columns, time and acceleration, separated by comma,
+        semicolon, tab or blanks. Times are in s, or in the unit that the heading states. In a file without times, a
+        line with the number of samples and the step [s] precedes the samples. Text with the heading of an AT2 file is
+        always read as AT2.
     name : str
-        Name of the record; by default that in an AT2 file.
+        Name of the record; by default the title in an AT2 file.
     units : {"g", "m/s2", "cm/s2"}, optional
-        Unit of the acceleration, needed if the file does not state it. An AT2 file states it in its third line; columns
-        may state it in their heading, as in ``time (s), acc (g)``. `units` must not contradict the file.
+        Unit of the acceleration, required if the file does not state the unit. An AT2 file states the unit in line 3;
+        columns may have a heading with the unit, as in ``time (s), acc (g)``. `units` must not contradict the file.
 
     Raises
     ------
     StudyFaults
-        With the line and its error.
+        If the file is invalid; the fault names the line.
     """
     if len(text) > MOST_BYTES:
         allowed = f"a file of at most {MOST_BYTES:,} bytes"
@@ -137,10 +138,10 @@ def _at(number: int) -> str:
 
 
 def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row], list[Line]]:
-    """Separate the lines above the samples, the samples, and remarks.
+    """Separate a file into the lines above the samples, the samples, and remarks.
 
-    `begin` is the line that announces the samples, 0 if none does. Remarks are the other words of that line, and
-    comments among and below the samples.
+    `begin` is the number of the line that announces the samples, or 0 if no line announces them. Remarks are the other
+    words of the announcing line, and comments among and below the samples.
     """
     head: list[Line] = []
     rows: list[Row] = []
@@ -160,7 +161,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row], list[
         if number < begin or not (rows or numbers or sample):
             head.append((number, bare))
             continue
-        # if anything but commas separates the cells, a comma between two digits is a decimal comma
+        # if a separator other than commas is present, a comma between two digits is a decimal comma
         apart = [cell for cell in re.split(r"[;\t]|\s+", bare) if cell]
         whole = "," in bare and len(cells) == 4 and all(cell.lstrip("+-").isdigit() for cell in cells)
         if whole or ((begin or len(apart) > 1) and decimal_comma(apart)):
@@ -173,18 +174,18 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row], list[
 
 
 def _is_announcement(rows: Sequence[Row]) -> bool:
-    """Whether the first line holds the number of samples and their step."""
+    """Return whether the first line holds the number of samples and the time step."""
     if len(rows) < 2 or len(rows[0][1]) != 2 or not rows[0][1][0].isdigit():
         return False
     count, below = int(rows[0][1][0][:12]), [cells for _, cells in rows[1:]]
     if all(len(cells) == 1 for cells in below):
         return True
-    # if the first line held a time and a sample, the next line would begin with a later time
+    # if the first line held a time and an acceleration, the second line would begin with a later time
     return 1 < count > read_decimal(below[0][0]) and count in (len(below), sum(map(len, below)))
 
 
 def _in_series(rows: Sequence[Row], place: int, count: int, end: int) -> list[float]:
-    """Give consecutive samples, as many as announced."""
+    """Return the samples of all rows in sequence. Raise `StudyFaults` unless there are `count` samples."""
     allowed = f"{count:,} samples, as line {place} says"
     samples: list[float] = []
     for number, cells in rows:
@@ -226,7 +227,7 @@ def _check_width(rows: Sequence[Row]) -> None:
 
 
 def _between(rows: Sequence[Row], stated: float | None) -> float:
-    """Find the step [s] between the times of two columns."""
+    """Return the time step [s], computed from the times in the first column."""
     second = stated or 1.0
     written = [cells[0] for _, cells in rows]
     time = np.array([read_decimal(each) for each in written])

@@ -1,4 +1,4 @@
-"""Generates records from a document, by the name of the method."""
+"""Generates records from a document that names the method, such as a sweep or a shock."""
 
 import json
 from collections.abc import Callable
@@ -19,13 +19,13 @@ from damperlab.studies.ground.sweep_reading import sweep_of, sweep_schema
 from damperlab.studies.quantity import read_count
 
 Recipe = Sweep | RandomVibration | Shock
-"""Methods whose definition itself describes the base motion."""
+"""Definition of a generated record."""
 RECIPES: dict[str, Callable[[object], Recipe]] = {
     "sweep": sweep_of,
     "random_vibration": random_vibration_of,
     "shock": shock_of,
 }
-"""Reader of each method whose definition describes the base motion; it makes no samples yet."""
+"""Function for each method that reads a `Recipe` without generating samples."""
 
 
 def _generate(way: str, document: object) -> GroundMotion:
@@ -37,16 +37,16 @@ GENERATED: dict[str, Callable[[object], GroundMotion]] = {
     "kanai_tajimi": read_kanai_tajimi,
     **{way: partial(_generate, way) for way in RECIPES},
 }
-"""Generator of each method; every fault of its reader begins with the name of the method."""
+"""Function for each method that generates a record. The field of every fault begins with the name of the method."""
 SCHEMAS: dict[str, dict[str, Any]] = {
     "kanai_tajimi": kanai_tajimi_schema(),
     "sweep": sweep_schema(),
     "random_vibration": random_vibration_schema(),
     "shock": shock_schema(),
 }
-"""JSON schema of each method."""
+"""JSON schema of the document of each method."""
 WRITTEN = '{"kanai_tajimi": {"seed": 1}} or one of sweep, random_vibration and shock with its keys'
-"""How a generated record is written in a document, for messages."""
+"""Text in messages that shows how a document defines a generated record."""
 SEEDED = ("kanai_tajimi", "random_vibration")
 """Methods that draw random numbers."""
 MOST_SEEDS = 100
@@ -55,17 +55,17 @@ LISTED_SCHEMAS = {
     way: schema | {"properties": schema["properties"] | ({"seeds": SEEDS_SCHEMA} if way in SEEDED else {})}
     for way, schema in SCHEMAS.items()
 }
-"""JSON schema of each method for an entry of a list, which may stand for several records."""
+"""JSON schema of each method in a list of records, where an entry with `seeds` stands for several records."""
 
 
 def recipe_in(document: dict[Any, Any]) -> str:
-    """Give the method that a document uses to generate a record; empty if it has none, or several."""
+    """Return the method by which a document generates a record, or an empty text without exactly one method."""
     ways = [way for way in GENERATED if way in document]
     return ways[0] if len(ways) == 1 else ""
 
 
 def same_process(recipe: str, other: str) -> bool:
-    """Whether two recipes, of `RecordSource`, draw from one random process: they differ in their seeds alone."""
+    """Return whether two values of `RecordSource.recipe` define the same random process, apart from the seed."""
     if not recipe or not other:
         return False
     (way, one), (other_way, another) = (next(iter(json.loads(each).items())) for each in (recipe, other))
@@ -73,15 +73,16 @@ def same_process(recipe: str, other: str) -> bool:
 
 
 def each_of(entry: object) -> tuple[list[object], list[Fault]]:
-    """Give the records that one entry of a list stands for: `seeds` is their number, and their seeds count up from
-    `seed`.
+    """Expand an entry of a list into one entry for each seed.
+
+    `seeds` is the number of entries, whose seeds count up from `seed`.
 
     Returns
     -------
     entries : list
         Entries with one seed each.
     faults : list of Fault
-        If `seeds` is not a count.
+        A fault if `seeds` is not a valid count; otherwise empty.
     """
     way = recipe_in(entry) if isinstance(entry, dict) else ""
     if not isinstance(entry, dict) or way not in SEEDED or not isinstance(entry[way], dict):
@@ -92,6 +93,6 @@ def each_of(entry: object) -> tuple[list[object], list[Fault]]:
     first = one.get("seed", 0)
     first = int(first) if isinstance(first, float) and first.is_integer() else first
     if count == 1 or isinstance(first, bool) or not isinstance(first, int):
-        # the reader refuses a seed that is not a whole number
+        # the fault is reported when the entry is read
         return [entry | {way: one}], faults
     return [entry | {way: one | {"seed": first + place}} for place in range(count)], faults

@@ -1,6 +1,4 @@
-"""The lines above the samples of a record: the quantities, their units, and the institution. A unit that the file
-states is never overruled.
-"""
+"""Reads quantities, units and institution from the lines above the samples of a record."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -20,7 +18,7 @@ from damperlab.studies.written_units import (
 )
 
 Line = tuple[int, str]
-"""Number, from 1, and text of a line."""
+"""Number of a line, counted from 1, and the text of the line."""
 COLUMNS = "`time (s), acceleration (g)`"
 WRITE_STEP = "write the line `NPTS= <number>, DT= <step in s>` above one value a line"
 
@@ -31,11 +29,11 @@ _AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
 _OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",)
-"""Quantities that samples may have, and unit symbols that usually name a direction instead."""
+"""Quantities that samples may have, and unit symbols that in a heading usually mean a direction."""
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _ACCELERATION_COLUMN = re.compile(rf"^a[xyzgh]?$|{_ACCELERATION.pattern}", re.IGNORECASE)
 _COMMA = r',(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^(\[]*[)\]])'
-"""A comma that is neither in quotation marks nor in brackets."""
+"""Pattern of a comma outside quotation marks and brackets."""
 _TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
 _OVER_TIME = "give the acceleration over time"
 _OTHERS = {
@@ -65,7 +63,7 @@ _OTHERS = {
         WRITE_STEP,
     ),
 }
-"""Quantities of files that are no record: the words that identify them, and the remedy."""
+"""Quantities other than a base acceleration: for each quantity, the words that identify it, and advice to the user."""
 _HEADER_LINES = 60
 _FORMATS = (
     (
@@ -83,34 +81,35 @@ _FORMATS = (
     ),
     ("SMC", r"^\s*\d\s+\w+\s+ACCELEROGRAM", "the values follow the comment lines, in cm/s²"),
 )
-"""Files of other institutions: their names, how they begin, and where they state the acceleration."""
+"""Formats of other institutions: name, pattern of an early line, and advice on how to find the acceleration."""
 
 
 def read_heading(
     lines: Sequence[Line], separator: str | None, given: str | None, remarks: Sequence[Line] = ()
 ) -> tuple[float | None, float]:
-    """Read the lines above the samples.
+    """Read the units from the lines above the samples, and check that the samples are a base acceleration.
 
     Parameters
     ----------
     lines : sequence of (int, str)
-        The lines.
+        Lines above the samples.
     separator : str or None
         Separator of the two columns, empty for blanks; None for consecutive samples.
     given : str or None
-        Unit of the acceleration that was given with the file.
+        Unit of the acceleration that the caller gave, or None.
     remarks : sequence of (int, str)
-        Lines of text among and below the samples. They may state a unit, but name no columns.
+        Other lines of text, from among and below the samples. These lines may state a unit, but do not name columns.
 
     Returns
     -------
     (float or None, float)
-        Factor from the unit of the times to s, None if no unit is stated; factor from that of the acceleration to m/s².
+        Factor from the unit of time to s, or None if the file states no unit of time; and the factor from the unit of
+        acceleration to m/s².
 
     Raises
     ------
     StudyFaults
-        If this is no record, or a unit is missing, unknown or contradicted.
+        If the file is not a record, or a unit is missing, unknown or contradicted.
     """
     heading, others = (None, lines) if separator is None else _heading(lines, separator)
     others = [*others, *remarks]
@@ -148,7 +147,7 @@ def read_heading(
 
 
 def _check_mentioned(lines: Sequence[Line], given: str) -> None:
-    """Refuse a given unit if a line mentions another one, except for a peak value or next to a number."""
+    """Refuse a given unit if a line mentions another unit, except for a peak value or next to a number."""
     for number, line in lines:
         words = ["", *re.split(r"[\s,;:=()\[\]{}'\"]+", line), ""]
         of_peak = OF_PEAK.search(line) is not None
@@ -162,7 +161,7 @@ def _check_mentioned(lines: Sequence[Line], given: str) -> None:
 
 
 def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str]] | None, Sequence[Line]]:
-    """Find the line that names the columns; its units may be in the next line. Give the other lines too."""
+    """Return the line that names the columns, and all other lines. The units may be in the line below the names."""
     names, units = ([], [], *(_cells(line) for _, line in lines[-2:]))[-2:]
     if len(names) == len(units) == 2 and all(map(kind_of, units)):
         lines = [*lines[:-2], (lines[-1][0], f"{names[0]} ({units[0]}), {names[1]} ({units[1]})")]
@@ -177,7 +176,7 @@ def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str
 
 
 def _named(cell: str) -> bool:
-    """Whether a cell names a column of a record, or a known other quantity."""
+    """Return whether a cell contains the name or the unit of time, acceleration or a quantity in `_OTHERS`."""
     words, units = taken_apart(cell)
     return _is_time(cell) or bool(_ACCELERATION.search(words) or _other(words) or any(map(kind_of, units)))
 
@@ -188,7 +187,7 @@ def _is_time(cell: str) -> bool:
 
 
 def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
-    """Give the units in the heading of each of two columns, a time and an acceleration."""
+    """Return the units in the headings of the two columns."""
     read = [taken_apart(cell) for cell in cells]
     for cell, (words, units) in zip(reversed(cells), reversed(read), strict=True):
         what = _other(words) or next((kind for kind in map(kind_of, units) if kind in _OTHERS), "")
@@ -203,9 +202,7 @@ def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
 
 
 def _cells(line: str) -> list[str]:
-    """Split a heading into cells. A cell may contain blanks, so the heading is first split at wide gaps and after
-    brackets.
-    """
+    """Split a heading into cells, if possible at wide gaps or after brackets, because a cell may contain blanks."""
     bare = line.lstrip("#%*!/ ")
     bare = bare.strip('"') if bare.count('"') == 2 else bare
     for parting in (";", "\t", _COMMA, r"\s{2,}|(?<=[)\]])\s*(?=[^\s)\]])"):
@@ -216,7 +213,7 @@ def _cells(line: str) -> list[str]:
 
 
 def _stated(line: str) -> Iterator[str]:
-    """Give the units in a line of text: after `units of`, or in a line about acceleration or time."""
+    """Yield the units that a line states after `units of`, or near a word for acceleration or time."""
     if found := _UNITS_OF.search(line):
         first, *others = re.split("[,;]", found[1])
         named = taken_apart(first)[1] if _TELLING.search(first) else []
@@ -232,7 +229,7 @@ def _stated(line: str) -> Iterator[str]:
 
 
 def _first_unit(text: str) -> str:
-    """Give the longest beginning of a text that is a unit; empty if there is none, or if a factor follows."""
+    """Return the longest unit at the start of a text. The result is empty without a unit, or if a factor follows."""
     words = text.split(maxsplit=6)
     for count in range(min(6, len(words)), 0, -1):
         unit = " ".join(words[:count]).strip("(),.;")
@@ -242,7 +239,7 @@ def _first_unit(text: str) -> str:
 
 
 def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[str]) -> str | None:
-    """Give the unit of a quantity on which all lines agree; None if none states one."""
+    """Return the unit of a quantity, on which all lines must agree, or None if no line states a unit."""
     for written, number in stated:
         shown, place = printable(written), f"line {number}"
         if kind_of(written) in _OTHERS:
@@ -259,7 +256,7 @@ def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[
 
 
 def _other(words: str) -> str:
-    """Name the quantity that words describe instead of a record; empty if there is none."""
+    """Return the quantity in `_OTHERS` that the words describe, or an empty text."""
     if _ACCELERATION.search(words) and "spectr" not in words.lower():
         return ""
     return next((what for what, (said, _) in _OTHERS.items() if re.search(said, words, re.IGNORECASE)), "")
@@ -271,7 +268,7 @@ def _no_record(what: str, number: int, shown: str) -> StudyFaults:
 
 
 def check_format(lines: Sequence[str]) -> None:
-    """Refuse the file of another institution by its name, and explain how to convert it into columns."""
+    """Refuse a file in the format of another institution, and explain how to convert the file into columns."""
     for name, begins, how in _FORMATS:
         if any(re.search(begins, line) for line in lines[:_HEADER_LINES]):
             told = f"This is a file of {name}, which is not read."

@@ -1,4 +1,4 @@
-"""Artificial records with the spectrum of Kanai and Tajimi: white noise in the rock, filtered by the soil above it."""
+"""Artificial records with the Kanai–Tajimi spectrum: white noise in the rock, filtered by the soil above the rock."""
 
 import math
 from typing import Any
@@ -32,15 +32,15 @@ _QUANTITIES: dict[str, tuple[Quantity, float | None]] = {
     )
 }
 SECOND_FREQUENCY, SECOND_DAMPING = 0.1, 0.6
-"""Natural frequency of the second filter over that of the soil, and its damping ratio."""
+"""Natural frequency of the second filter relative to that of the soil, and damping ratio of the second filter."""
 
 
 def spectrum(
     frequency_hz: ArrayLike, ground_frequency_hz: float, ground_damping_ratio: float
 ) -> NDArray[np.float64]:
-    """Shape of the power spectral density of the acceleration, 1 at frequency 0.
+    """Return the power spectral density of the acceleration, divided by the density at frequency 0.
 
-    With ξ = f/f_g: (1 + 4ζ²ξ²)/((1 − ξ²)² + 4ζ²ξ²). K. Kanai (1957), H. Tajimi (1960).
+    With ξ = f/f_g, the density is (1 + 4ζ²ξ²)/((1 − ξ²)² + 4ζ²ξ²). K. Kanai (1957), H. Tajimi (1960).
     """
     square = (np.asarray(frequency_hz, dtype=float) / ground_frequency_hz) ** 2
     loss = 4.0 * ground_damping_ratio**2 * square
@@ -48,12 +48,12 @@ def spectrum(
 
 
 def read_kanai_tajimi(document: object) -> GroundMotion:
-    """Generate a record from a document with any of ``seed``, ``duration_s``, ``step_s``, ``peak_g``, ….
+    """Generate a record from a document with any of the parameters of `kanai_tajimi`.
 
     Raises
     ------
     StudyFaults
-        With every fault.
+        If the document is invalid; the exception lists every fault.
     """
     given, values, faults = read_numbers(document, "kanai_tajimi", _QUANTITIES, ("seed",), '{"seed": 1}')
     seed = read_seed(given, "kanai_tajimi", faults)
@@ -63,7 +63,7 @@ def read_kanai_tajimi(document: object) -> GroundMotion:
 
 
 def kanai_tajimi_schema() -> dict[str, Any]:
-    """Return the JSON schema of the document."""
+    """Return the JSON schema of the document that `read_kanai_tajimi` reads."""
     return schema_of("An artificial record with the spectrum of Kanai and Tajimi.", _QUANTITIES, SEED_SCHEMA)
 
 
@@ -78,41 +78,41 @@ def kanai_tajimi(
     fall_s: float = 10.0,
     name: str = "",
 ) -> GroundMotion:
-    """Generate a record: a sum of cosines at equal steps of frequency with random phases, times a trapezoid, then
-    filtered again.
+    """Generate an artificial record with the Kanai–Tajimi spectrum.
 
-    The second filter removes the slow part, which would let the base drift by metres, so velocity and displacement end
-    with the motion.
+    A sum of cosines at equal steps of frequency, with random phases, is multiplied by a trapezoid and then filtered
+    again. The second filter removes low frequencies, with which the base would drift by metres. So the velocity and the
+    displacement of the base die out with the acceleration.
 
     Parameters
     ----------
     seed : int
-        The same seed gives the same record, bit for bit.
+        Seed of the random phases. Equal seeds give identical records.
     duration_s, step_s : float
-        Length and time step [s].
+        Duration and time step of the record [s].
     ground_frequency_hz, ground_damping_ratio : float
         Natural frequency [Hz] and damping ratio of the soil.
     peak_g : float
         Largest acceleration [g], to which the record is scaled.
     rise_s, fall_s : float
-        The motion grows linearly at the start and falls linearly at the end over these times [s].
+        Times over which the motion grows linearly at the start and falls linearly at the end [s].
     name : str
         Name of the record.
 
     Raises
     ------
     StudyFaults
-        If there are too many samples, or rise and fall together are longer than the duration.
+        If the record has too many samples, or rise and fall together are longer than the duration.
 
     Notes
     -----
     M. Shinozuka, G. Deodatis, Simulation of stochastic processes by spectral representation, Appl. Mech. Rev. 44 (1991)
-    191: without the trapezoid, the periodogram is the spectrum itself. The sum of cosines is one inverse FFT.
+    191: without the trapezoid, the periodogram of the record equals the spectrum. The sum of cosines is computed by one
+    inverse FFT.
 
-    The second filter is that of R. W. Clough, J. Penzien, Dynamics of Structures (1975): s²/(s² + 2ζ_f·ω_f·s + ω_f²)
-    with ω_f = 0.1 ω_g and ζ_f = 0.6. The displacement of the base is then that of an oscillator. It is applied after
-    the trapezoid (as in S. Rezaeian, A. Der Kiureghian, Earthquake Eng. Struct. Dyn. 39 (2010) 1155): if it were
-    applied before, the trapezoid would bring the drift back.
+    The second filter is the high-pass filter of R. W. Clough, J. Penzien, Dynamics of Structures (1975):
+    s²/(s² + 2ζ_f·ω_f·s + ω_f²) with ω_f = 0.1 ω_g and ζ_f = 0.6. The filter follows the trapezoid, as in S. Rezaeian,
+    A. Der Kiureghian, Earthquake Eng. Struct. Dyn. 39 (2010) 1155, because a later trapezoid would cause a drift.
     """
     count = round(duration_s / step_s) + 1
     faults = too_many_samples(
@@ -146,9 +146,9 @@ def kanai_tajimi(
 
 
 def _at_rest(wave: NDArray[np.float64], omega: float) -> NDArray[np.float64]:
-    """Apply the second filter to an acceleration, from rest; `omega` is ω_f times the step.
+    """Apply the second filter to an acceleration, starting from rest. `omega` is ω_f times the time step.
 
-    It uses the trapezoidal rule, which also integrates a record to its velocity: that velocity drifts only by rounding.
+    The trapezoidal rule, which also integrates records to the velocity of the base, prevents drift beyond rounding.
     """
     loss, spring = SECOND_DAMPING * omega, omega * omega / 4.0
     total = 1.0 + loss + spring

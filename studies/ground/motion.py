@@ -1,4 +1,4 @@
-"""A ground motion: base acceleration at equal time steps, taken as linear in between."""
+"""A ground motion: base acceleration at equal time steps, interpolated linearly between the samples."""
 
 import hashlib
 from dataclasses import dataclass, field
@@ -13,20 +13,20 @@ from damperlab.studies.shapes import Count, Measured
 from damperlab.studies.vocabulary import ACCELERATION_UNITS
 
 STANDARD_GRAVITY = ACCELERATION_UNITS["g"]
-"""m/s² in one g."""
+"""Standard gravity g [m/s²]."""
 
 MOST_SAMPLES = 400_000
 SHORTEST_STEP, LONGEST_STEP = 1e-5, 1.0
-"""Bounds of a time step [s]."""
+"""Smallest and largest time step of a record [s]."""
 MOST_ACCELERATION = 1e4
-"""Bound on a sample [m/s²], a thousand times the strongest ever recorded: beyond it the unit must be wrong."""
+"""Largest allowed acceleration of a record [m/s²], a thousand times the largest acceleration ever recorded."""
 
 FARTHEST_M = 12.0
-"""Largest displacement of measured ground: Chi-Chi 1999 by about 10 m."""
+"""Largest plausible displacement of the ground [m]. In the Chi-Chi earthquake of 1999, the ground moved about 10 m."""
 
 
 class MotionSummary(TypedDict):
-    """An entry in a list of records, in SI units."""
+    """Summary of a record in SI units."""
 
     name: str
     source: str
@@ -41,13 +41,13 @@ class MotionSummary(TypedDict):
 
 
 class MotionOfId(MotionSummary):
-    """An entry for a record with an id."""
+    """Summary of a record that has an id."""
 
     id: str
 
 
 class GroundMotionDocument(MotionOfId):
-    """An entry for a stored record, with its owner."""
+    """Summary of a stored record, with its owner."""
 
     submitted_by: NotRequired[str]
 
@@ -63,9 +63,9 @@ class GroundMotion:
     step_s : float
         Time between samples [s].
     acceleration_m_s2 : ndarray, shape (samples,)
-        Base acceleration [m/s²], linear from sample to sample; the base is at rest before the first.
+        Base acceleration [m/s²], linear between samples. The base is at rest before the first sample.
     source : str
-        Where it comes from, in words.
+        Origin of the record, as a text.
     """
 
     name: str
@@ -75,12 +75,12 @@ class GroundMotion:
 
     @property
     def content(self) -> bytes:
-        """Time step and samples, as little-endian float64: all data on which a response depends."""
+        """Time step and samples as bytes of little-endian float64 numbers."""
         return np.concatenate(([self.step_s], self.acceleration_m_s2)).astype("<f8").tobytes()
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of `content`, 64 hex digits; it is the same for the same motion under another name."""
+        """SHA-256 of `content`, 64 hex digits. The name of a record does not change this hash."""
         return hashlib.sha256(self.content).hexdigest()
 
     @property
@@ -90,7 +90,7 @@ class GroundMotion:
 
     @property
     def duration_s(self) -> float:
-        """Time from the first sample to the last [s]."""
+        """Time from the first to the last sample [s]."""
         return (self.acceleration_m_s2.size - 1) * self.step_s
 
     @property
@@ -99,14 +99,14 @@ class GroundMotion:
         return float(np.abs(self.acceleration_m_s2).max())
 
     def base_motion(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Velocity [m/s] and displacement [m] of the base at the samples, from rest, exact for the linear pieces."""
+        """Return the velocity [m/s] and displacement [m] at the samples, integrated exactly from rest."""
         a, h = self.acceleration_m_s2, self.step_s
         velocity = np.concatenate(([0.0], np.cumsum(h * (a[:-1] + a[1:]) / 2)))
         way = velocity[:-1] * h + h * h * (2 * a[:-1] + a[1:]) / 6
         return velocity, np.concatenate(([0.0], np.cumsum(way)))
 
     def summary(self) -> MotionSummary:
-        """Return the entry for a list of records, in SI units."""
+        """Return the summary of the record."""
         velocity, displacement = self.base_motion()
         return {
             "name": self.name,
@@ -128,7 +128,7 @@ def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
     Raises
     ------
     StudyFaults
-        If it is too short or too long, its step is out of bounds, or the base does not move.
+        If the number of samples, the time step or the peak acceleration is out of bounds, or the base does not move.
     """
     size = motion.acceleration_m_s2.size
     if not 2 <= size <= MOST_SAMPLES:
@@ -157,13 +157,13 @@ def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
 
 
 def doubt_of(moved_m: float) -> str:
-    """Warn of a record that moves its base by `moved_m` if ground never moves so far; otherwise empty."""
+    """Return a warning if a record moves the base by more than `FARTHEST_M`; otherwise an empty text."""
     if moved_m <= FARTHEST_M:
         return ""
     return f"Beware: the record moves its base by {moved_m:.3g} m. Check its units, its baseline and its largest sample."
 
 
 def refused(place: str, found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:
-    """Return the exception that refuses a record for one fault, in a field or a line; `told` is its sentence."""
+    """Return the exception for one fault of a record. `place` is a field or a line, and `told` is the message."""
     in_line = f"{place.capitalize()} must be {allowed}, not {found}." if place.startswith("line ") else ""
     return StudyFaults([Fault(place, found, allowed, advice, told or in_line)])

@@ -1,4 +1,4 @@
-"""The paper's results for earthquakes: Table A1, and the possible readings of its numbers."""
+"""The paper's results for an earthquake in Table A1, and the quantities for computing them again."""
 
 import math
 
@@ -12,23 +12,23 @@ TABLE_A1: dict[str, tuple[float, float]] = {
     )
     for case in CASES
 }
-"""Maximum and rms amplitude of the primary structure [m] by damper."""
+"""Maximum and rms amplitude of the primary structure [m] with each damper."""
 
 CLEARANCES_M: tuple[float, ...] = tuple(paper_numbers()[f"clearance_{k}_mm"].value / 1e3 for k in (1, 2, 3))
-"""The cavities of the prototype: half of their free length [m]. Table A1 does not say which cavity was used."""
+"""Clearances of the three cavities of the prototype, half the free length [m]. Table A1 does not name the cavity."""
 
 BASE_AMPLITUDES_M: tuple[float, ...] = tuple(
     clearance / paper_numbers()[f"clearance_ratio_{k}"].value for k, clearance in enumerate(CLEARANCES_M, 1)
 )
-"""Base amplitudes Z [m] that follow from the paper's pairs of d and d/Z: three different values."""
+"""Base amplitudes Z [m], computed from each of the paper's three pairs of d and d/Z. The three values differ."""
 
 
 def friction_force_n(base_amplitude_m: float, stiffness_n_per_m: float, damping_ratio: float) -> float:
-    """Friction of the prototype at 4 mm of spring compression [N]. The paper does not state it; it follows from X/Z =
-    16.22 in Table 3.
+    """Return the friction force of the prototype at 4 mm of spring compression [N].
 
-    At resonance the friction damper alone has A/Z = (1 − 4γ_F/π)/(2ζ) to first order, with A the amplitude against the
-    base. That motion is a quarter of a period behind the base, so X/Z = √(1 + (A/Z)²).
+    The paper states X/Z = 16.22 in Table 3, from which the force follows. At resonance with the friction damper alone,
+    A/Z = (1 − 4γ_F/π)/(2ζ) to first order, where A is the amplitude relative to the base. The relative motion lags the
+    motion of the base by a quarter of a period, so X/Z = √(1 + (A/Z)²).
     """
     relative = math.sqrt(paper_numbers()["friction_alone"].value ** 2 - 1.0)
     return math.pi / 4.0 * (1.0 - 2.0 * damping_ratio * relative) * stiffness_n_per_m * base_amplitude_m

@@ -1,4 +1,4 @@
-"""Parameters of a comparison of dampers under a record in physical units, with the paper's prototype as defaults."""
+"""Parameters of a comparison of dampers under a record, in physical units. The defaults are the paper's prototype."""
 
 from damperlab.studies.presets import NATURAL_FREQUENCY_HZ
 from damperlab.studies.quantity import OF_CAVITY, Quantity
@@ -30,6 +30,6 @@ QUANTITIES: dict[str, tuple[Quantity, float]] = {
         ("perturbation_m", "size of the perturbed starts [m]", 0.0, 1e3, "a millionth of the motion is usual", False, 1e-7),
     )
 } | {each.name: (each, 0.0) for each in OF_CAVITY}  # fmt: skip
-"""Bounds and default of each parameter (Tables 2 and 4; the force is `paper.friction_force_n` at the smallest
-clearance).
+"""Bounds and default of each parameter. The defaults are from Tables 2 and 4; the friction force is
+`paper.friction_force_n` at the smallest clearance.
 """

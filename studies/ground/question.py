@@ -1,4 +1,4 @@
-"""A question about earthquakes as validated data: a structure, its dampers, a record, and how to compare them."""
+"""Reads a document that asks to compare dampers under one record."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -36,21 +36,21 @@ class Earthquake:
     Parameters
     ----------
     record_id : str
-        Id of the record; that of a generated one is made from the digest of its samples.
+        Id of the record. A generated record has an id that contains the digest of its samples.
     motion : GroundMotion
-        The record itself.
+        Samples of the record.
     values : dict of float
-        The `QUANTITIES`.
+        Value of each of `QUANTITIES`.
     criterion : str
-        Tuning of the mass damper.
+        Criterion by which the mass damper is tuned.
     cases : tuple of str
-        Cases of `CASES` to compare.
+        Names of the cases to compare, from `CASES`.
     starts : int
-        Perturbed starts in addition to the one at rest; 0 for none.
+        Number of perturbed starts in addition to the start at rest.
     seed : int
-        Of their draw.
+        Seed for drawing the perturbed starts.
     contact : Contact
-        The model of an impact.
+        Contact model for impacts.
     """
 
     record_id: str
@@ -64,25 +64,25 @@ class Earthquake:
 
 
 MOST_NAMED = 20
-"""Largest number of unknown cases that are named in a message, because each is compared with all known ones."""
+"""Largest number of unknown cases in a message. The comparison of an unknown case with all known cases takes time."""
 KEYS = (*QUANTITIES, *(each.name for each in fields_of(Compared)), "contact")
 
 
 def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
-    """Read a comparison.
+    """Read a comparison of dampers under one record.
 
     Parameters
     ----------
     document : object
-        As read from JSON or YAML: ``record`` (an id, an earthquake's name, or one of `GENERATED` as ``{"sweep": {…}}``),
-        and any of `KEYS`.
+        Mapping from JSON or YAML with any of `KEYS`. ``record`` is the id of a record, the name of an earthquake, or a
+        mapping with one of `GENERATED`, for example ``{"sweep": {…}}``.
     shelf : Shelf
         The store of records.
 
     Raises
     ------
     StudyFaults
-        With every fault.
+        If the document is invalid; the exception lists every fault.
     """
     if not isinstance(document, dict):
         advice = 'write keys and values, at least {"record": "loma-prieta"}'
@@ -128,12 +128,12 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
 
 
 def read_record_reference(raw: object, shelf: Shelf) -> tuple[str, GroundMotion]:
-    """Find or generate the record of a document.
+    """Return the id and the samples of the record to which a document refers.
 
     Raises
     ------
     StudyFaults
-        If there is none.
+        If the reference is invalid, or the record does not exist.
     """
     if isinstance(raw, dict):
         way = recipe_in(raw)

@@ -1,4 +1,4 @@
-"""Random vibration of the base: a stationary Gaussian acceleration of given power spectral density."""
+"""Random vibration of the base: a stationary Gaussian acceleration with a given power spectral density."""
 
 import math
 from dataclasses import dataclass
@@ -33,37 +33,38 @@ LEVELS: dict[str, Quantity] = {
     ),
     "psd_g2_per_hz": Quantity("psd_g2_per_hz", "level there [g²/Hz]", 1e-12, 1e6, "give it in g²/Hz"),
 }
-"""Keys for the levels, one for each unit; a document gives one of them."""
+"""Keys for the levels of the table. The key that a document has determines the unit of the levels."""
 DURATION = Quantity("duration_s", "time at full level [s]", 0.01, 1e5, "some tens of seconds are usual")
 NUMBERS = {DURATION.name: (DURATION, None)}
 MOST_POINTS = 100
 SAMPLES_PER_CYCLE = 8
-"""Samples per cycle of the highest frequency. Straight lines between samples, a step h apart, attenuate a component of
-frequency f by sinc²(fh), which is corrected. They also add a copy at 1/h − f with (fh/(1 − fh))² of its amplitude: at
-most a fiftieth, for the highest frequency.
+"""Number of samples per cycle of the highest frequency.
+
+Linear interpolation over a step h attenuates a component of frequency f by sinc²(fh), for which the amplitudes are
+corrected. The interpolation also adds a component at 1/h − f, which is smaller by (fh/(1 − fh))², at most 1/49.
 """
 RAMP_CYCLES = 4.0
-"""Duration of the rise and the fall around the full level, in cycles of the lowest frequency."""
+"""Duration of the rise to full level, and of the final fall, in cycles of the lowest frequency."""
 SHOWN = {"frequency_hz": "[10, 100]", "psd_g2_per_hz": "[0.001, 0.001]", "psd_m2_per_s3": "[0.1, 0.1]"}
-"""The columns of a table, as an example."""
+"""Example of each column of a table, for messages."""
 EXAMPLE = '{"frequency_hz": [10, 100], "psd_g2_per_hz": [0.001, 0.001], "duration_s": 30, "seed": 1}'
 
 
 @dataclass(frozen=True)
 class RandomVibration:
-    """A draw of a stationary Gaussian base acceleration.
+    """Definition of a random vibration: table of the power spectral density, duration and seed.
 
     Parameters
     ----------
     frequency_hz : tuple of float
-        Frequencies of the table, ascending.
+        Frequencies of the table in ascending order [Hz].
     psd_m2_per_s3 : tuple of float
-        One-sided power spectral density there [(m/s²)²/Hz]; a straight line between two points in logarithms of
-        both, as in MIL-STD-810H, method 514.8, and 0 beyond the table.
+        One-sided power spectral density at these frequencies [(m/s²)²/Hz]. Between two points, log density is linear in
+        log frequency, as in MIL-STD-810H, method 514.8. Outside the table the density is 0.
     duration_s : float
-        Duration at full level [s]: a ramp of `RAMP_CYCLES` precedes and follows it.
+        Duration at full level [s], to which the two ramps of `RAMP_CYCLES` are added.
     seed : int
-        Of the draw.
+        Seed of the draw.
     """
 
     frequency_hz: tuple[float, ...]
@@ -76,26 +77,26 @@ class RandomVibration:
 
     @property
     def ramp_s(self) -> float:
-        """Duration of the rise, and of the fall [s]."""
+        """Duration of each of the two ramps [s]."""
         return RAMP_CYCLES / self.frequency_hz[0]
 
     @property
     def whole_s(self) -> float:
-        """Duration with both ramps [s]."""
+        """Total duration, with both ramps [s]."""
         return self.duration_s + 2.0 * self.ramp_s
 
     @property
     def samples(self) -> int:
-        """Number of samples of its record."""
+        """Number of samples of the record."""
         return math.ceil(self.whole_s * self.frequency_hz[-1] * SAMPLES_PER_CYCLE) + 1
 
     @cached_property
     def rms_m_s2(self) -> float:
-        """Rms at full level: root of the integral of the density [m/s²]."""
+        """Rms acceleration at full level [m/s²], the square root of the integral of the density."""
         return math.sqrt(float(self.power(self.frequency_hz[-1])))
 
     def power(self, frequency_hz: ArrayLike) -> Floats:
-        """Integrate the density from the first frequency to others, in closed form [(m/s²)²]."""
+        """Integrate the density from the lowest frequency to each given frequency, in closed form [(m/s²)²]."""
         to = np.asarray(frequency_hz, dtype=float)
         total = np.zeros_like(to)
         points = zip(self.frequency_hz, self.psd_m2_per_s3, strict=True)
@@ -109,13 +110,13 @@ class RandomVibration:
         return total
 
     def motion(self, name: str = "") -> GroundMotion:
-        """Draw the record: cosines at equal steps of frequency, with random amplitudes and phases.
+        """Generate the record as a sum of cosines at equal steps of frequency, with random amplitudes and phases.
 
-        The coefficients are Gaussian, and so is the sum (S. O. Rice, Bell Syst. Tech. J. 23 (1944) 282; M. Grigoriu,
-        Probab. Eng. Mech. 8 (1993) 75). So the energy of a draw, and the rms of a response, scatter as in a test. Every
-        component has the power of the table in the interval of half a frequency step to either side. The displacement
-        of the base is drawn with ramps, and the record is its second derivative: so the base starts and ends at rest in
-        the same place.
+        The Fourier coefficients are Gaussian, and so is the sum (S. O. Rice, Bell Syst. Tech. J. 23 (1944) 282;
+        M. Grigoriu, Probab. Eng. Mech. 8 (1993) 75). So the rms of the record varies with the seed.
+        The mean power of each component is the integral of the density over one frequency step around the component.
+        The ramps multiply the displacement of the base, and the record is the second derivative of the product. So the
+        base starts and ends at rest in the same place.
         """
         count = self.samples
         step = self.whole_s / (count - 1)
@@ -151,7 +152,7 @@ class RandomVibration:
         return f"random vibration from {low:.6g} to {high:.6g} Hz, seed {self.seed}"
 
     def words_at(self, scale: float) -> str:
-        """Describe the base motion scaled by a factor."""
+        """Return a phrase that describes the base motion, scaled by a factor."""
         return f"under random vibration {self._told(scale)}"
 
     def _told(self, scale: float) -> str:
@@ -163,17 +164,18 @@ class RandomVibration:
 
 
 def random_vibration_of(document: object) -> RandomVibration:
-    """Read random vibration from a document.
+    """Read the definition of a random vibration from a document.
 
     Parameters
     ----------
     document : object
-        ``frequency_hz`` and one of `LEVELS`, lists of equal length; ``duration_s``; optionally ``seed`` and ``name``.
+        Mapping with ``frequency_hz`` and one of `LEVELS`, which are lists of equal length, with ``duration_s``, and
+        optionally with ``seed`` and ``name``.
 
     Raises
     ------
     StudyFaults
-        With every fault.
+        If the document is invalid; the exception lists every fault.
     """
     others = (FREQUENCY.name, *LEVELS, "seed")
     given, found, faults = read_numbers(document, PLACE, NUMBERS, others, EXAMPLE)
@@ -205,7 +207,7 @@ def random_vibration_of(document: object) -> RandomVibration:
 
 
 def _column(quantity: Quantity, document: object, faults: list[Fault]) -> tuple[float, ...]:
-    """Read one column of the table; empty if it cannot be read."""
+    """Return one column of the table, or an empty tuple if the column is invalid."""
     field = f"{PLACE}.{quantity.name}"
     raw = document.get(quantity.name) if isinstance(document, dict) else None
     if not isinstance(raw, list | tuple) or not 2 <= len(raw) <= MOST_POINTS:
@@ -223,7 +225,7 @@ def _column(quantity: Quantity, document: object, faults: list[Fault]) -> tuple[
 
 
 def random_vibration_schema() -> dict[str, Any]:
-    """Return the JSON schema of random vibration."""
+    """Return the JSON schema of the document that `random_vibration_of` reads."""
     columns = {
         each.name: {"type": "array", "minItems": 2, "maxItems": MOST_POINTS, "items": each.schema()}
         for each in (FREQUENCY, *LEVELS.values())

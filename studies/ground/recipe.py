@@ -1,4 +1,4 @@
-"""Functions that all generated records share: they read numbers from a document, and give the envelope of an amplitude."""
+"""Functions for all generated records, which read numbers from a document and compute the envelope of a motion."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -17,9 +17,9 @@ MOST_LETTERS = 200
 LARGEST_SEED = 2**63 - 1
 SEED_SCHEMA = {"seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0}}
 Numbers = Mapping[str, tuple[Quantity, float | None]]
-"""Bounds and default of each number: None if it is required, `OPTIONAL` if it may be missing."""
+"""Bounds and default of each number. The default is None for a required number, and `OPTIONAL` for an optional one."""
 OPTIONAL = float("nan")
-"""The default of a number that may be missing."""
+"""Value in place of the default of an optional number."""
 
 
 def read_numbers(
@@ -34,29 +34,29 @@ def read_numbers(
     Parameters
     ----------
     document : object
-        As written.
+        The document as written by the user.
     place : str
         Name of the method, with which the field of every fault begins.
     numbers : Numbers
-        The numbers.
+        Bounds and defaults of the numbers to read.
     others : tuple of str
         Further allowed keys, apart from ``name``.
     example : str
-        Example of a document, for the advice.
+        Example of a valid document, for the advice in faults.
 
     Returns
     -------
     document : mapping
         The document as a mapping.
     found : dict of float
-        The numbers that are given and valid, and defaults.
+        The valid numbers of the document, and the defaults of missing numbers.
     faults : list of Fault
-        Their faults.
+        Faults in the keys, the numbers and the name.
 
     Raises
     ------
     StudyFaults
-        If the document is no mapping.
+        If the document is not a mapping.
     """
     if not isinstance(document, dict):
         raise StudyFaults([Fault(place, describe(document), "a mapping", f"write {example}")])
@@ -80,7 +80,7 @@ def read_numbers(
 def schema_of(
     description: str, numbers: Numbers, more: Mapping[str, Any] | None = None, required: tuple[str, ...] = ()
 ) -> dict[str, Any]:
-    """Return the JSON schema of what `read_numbers` reads, with `more` properties and the required ones."""
+    """Return the JSON schema of a document for `read_numbers`, with further properties and required keys."""
     return {
         "type": "object",
         "description": description,
@@ -95,12 +95,12 @@ def schema_of(
 
 
 def read_seed(document: Mapping[Any, Any], place: str, faults: list[Fault]) -> int:
-    """Read the seed of a draw; 0 by default."""
+    """Return the seed in a document, 0 by default."""
     return attempt(lambda: read_count(document.get("seed", 0), 0, LARGEST_SEED, f"{place}.seed"), 0, faults)
 
 
 def too_many_samples(field: str, samples: int, why: str, advice: str) -> list[Fault]:
-    """Refuse a record with too many samples; `why` explains their number."""
+    """Return a fault if a record has too many samples. `why` explains the number of samples in the message."""
     if samples <= MOST_SAMPLES:
         return []
     found, allowed = f"{samples:,} samples", f"at most {MOST_SAMPLES:,} samples"
@@ -116,7 +116,7 @@ def one_of(
     what: str,
     usual: str,
 ) -> str:
-    """Give the one of several keys that the document has. Record a fault if it has none, and for each beyond the first."""
+    """Return the first known key in a document. A missing key or a second known key is a fault."""
     given = [key for key in known if key in document]
     allowed = f"one of {', '.join(known)}"
     if not given:
@@ -129,14 +129,14 @@ def one_of(
 
 
 def ramps(time_s: Floats, duration_s: float, rise_s: float, fall_s: float) -> tuple[Floats, Floats, Floats]:
-    """Give the envelope w, which rises from 0 to 1, stays, and falls back, and its first two derivatives in time.
+    """Return an envelope that rises from 0 to 1, stays at 1 and falls to 0, with its first and second time derivatives.
 
     Parameters
     ----------
     time_s : ndarray
         Times from 0 to the end [s].
     duration_s, rise_s, fall_s : float
-        The total, and both ramps, which do not overlap [s].
+        Durations of the whole motion, of the rise and of the fall [s]. Rise and fall do not overlap.
     """
     rise, rise_1, rise_2 = _step(time_s / rise_s)
     fall, fall_1, fall_2 = _step((duration_s - time_s) / fall_s)
@@ -148,9 +148,7 @@ def ramps(time_s: Floats, duration_s: float, rise_s: float, fall_s: float) -> tu
 
 
 def _step(share: Floats) -> tuple[Floats, Floats, Floats]:
-    """Give a smooth step from 0 at 0 to 1 at 1, and its first two derivatives. Its first three derivatives vanish at
-    both ends.
-    """
+    """Return a smooth step from 0 to 1 with its first two derivatives. Three derivatives vanish at both ends."""
     s = np.clip(share, 0.0, 1.0)
     rest = 1.0 - s
     square, both = s * s, s * rest

@@ -1,4 +1,4 @@
-"""The JSON schema of a ground-motion suite, for OpenAPI documents and editors."""
+"""JSON schema of a ground-motion suite, for OpenAPI documents and editors."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ def suite_json_schema() -> dict[str, Any]:
             {"type": "string", "description": "the id of a record, or an earthquake's name"},
             {
                 "type": "object",
-                "description": f"{WRITTEN}, or a record in the form of a stored study",
+                "description": f"{WRITTEN}, or a record as written in a stored study",
                 "properties": LISTED_SCHEMAS,
             },
         ]
@@ -45,7 +45,7 @@ def suite_json_schema() -> dict[str, Any]:
                 "default": 0,
                 "description": "perturbed starts of each point, whose spread is stored",
             },
-            "seed": {"type": "integer", "minimum": 0, "default": 0, "description": "of their draw"},
+            "seed": {"type": "integer", "minimum": 0, "default": 0, "description": "seed of the starts"},
             "contact": {
                 "type": "object",
                 "description": "{model: instant}, or {model: dwell, contact_time: …} in units of 1/ω_n",

@@ -1,4 +1,4 @@
-"""The store of records by id: built-in ones, and those uploaded into a data directory."""
+"""The store of records by id: built-in records, and records uploaded into a data directory."""
 
 import io
 import json
@@ -21,38 +21,37 @@ from damperlab.studies.store.kept_quota import USUAL, KeptQuota
 from damperlab.studies.store.provenance import SUBMITTED_BY, signed
 
 _SUMMARY = frozenset(GroundMotion("", 1.0, np.ones(2)).summary())
-"""The entries of a record's summary."""
+"""Keys of a record's summary."""
 
 
 class RecordNotFound(StoreFault):
-    """No record has that id."""
+    """Raised if no record has the requested id."""
 
 
 class RecordDamaged(RecordNotFound):
-    """The files of an uploaded record are damaged."""
+    """Raised if the files of an uploaded record are damaged."""
 
 
 class RecordKept(StoreFault):
-    """A record that cannot be removed."""
+    """Raised if a record cannot be removed."""
 
 
 class ShelfFull(StoreFault):
-    """No more records can be stored."""
+    """Raised if no further record can be stored."""
 
 
 _putting = threading.Lock()
-"""Lock held from counting the records to writing one, so that simultaneous requests cannot exceed the limit."""
+"""Lock for counting the records and writing a new record, so that simultaneous requests cannot exceed the limit."""
 
 
 class Shelf:
-    """The records of one data directory; a record is two files that never change: samples and summary.
-
+    """Store of the records in one data directory. Each record has two files that never change: samples and summary.
     Parameters
     ----------
     data_dir : Path
-        The data directory; its folder `records` is created with the first record.
+        Data directory, in which the folder `records` is created with the first record.
     quota : KeptQuota
-        Largest number of records kept.
+        Limit on the number of stored records.
     """
 
     def __init__(self, data_dir: Path, quota: KeptQuota = USUAL) -> None:
@@ -61,28 +60,28 @@ class Shelf:
 
     @classmethod
     def none(cls) -> "Shelf":
-        """Give a store with only the built-in records."""
+        """Return a store that contains only the built-in records."""
         return cls(Path(os.devnull))  # a path below which no folder can exist
 
     def ids(self) -> tuple[str, ...]:
-        """Return the ids of all records, the built-in ones first."""
+        """Return the ids of all records, first those of the built-in records."""
         return (*builtin_ids(), *self._uploaded())
 
     def summaries(self) -> list[dict[str, Any]]:
-        """Return id, summary and owner of every record, without reading the samples of uploaded ones."""
+        """Return id, summary and owner of every record. The samples of uploaded records are not read."""
         built_in: list[dict[str, Any]] = [
             {"id": name, **builtin_record(name).summary()} for name in builtin_ids()
         ]
         return built_in + [{"id": name, **self._kept(name)} for name in self._uploaded()]
 
     def _kept(self, record_id: str) -> dict[str, Any]:
-        """Read a record's summary; raise `RecordDamaged` if it is damaged."""
+        """Return the summary of an uploaded record, or raise `RecordDamaged`."""
         try:
             content = (self.folder / f"{record_id}.json").read_bytes()
             if is_sealed(content):
                 require_seal(content)
             kept: dict[str, Any] = json.loads(content)
-            # the first summaries had no checksum
+            # summaries of early versions have no checksum
             if not isinstance(kept, dict) or set(kept) - {SUBMITTED_BY, "crc32c"} != _SUMMARY:
                 raise ValueError("its entries are not those of a summary")
             if f"u-{kept['digest']}" != record_id:
@@ -93,12 +92,12 @@ class Shelf:
         return kept
 
     def damaged(self, pause: Callable[[], None] = lambda: None) -> Iterator[tuple[str, str]]:
-        """Read every uploaded record; give the id of each damaged one, and the reason as a sentence.
+        """Read every uploaded record, and yield the id of each damaged record with the reason.
 
         Parameters
         ----------
         pause : callable
-            Called before each record.
+            Function called before each record is read.
         """
         for record_id in self._uploaded():
             pause()
@@ -108,12 +107,12 @@ class Shelf:
                 yield record_id, str(error)
 
     def owner(self, record_id: str) -> str | None:
-        """Name the owner of a record; None without access keys, and for a built-in record.
+        """Return the owner of a record, or None for a built-in record or a record stored without an access key.
 
         Raises
         ------
         RecordNotFound
-            If no record has this complete id.
+            If no record has this id. The name of an earthquake is not accepted.
         """
         if record_id in builtin_ids():
             return None
@@ -122,14 +121,14 @@ class Shelf:
         return owner
 
     def remove(self, record_id: str) -> None:
-        """Remove an uploaded record; studies that use it keep their own copy.
+        """Remove an uploaded record. Studies that use the record keep their own copies of the samples.
 
         Raises
         ------
         RecordNotFound
-            If no record has this complete id.
+            If no record has this id. The name of an earthquake is not accepted.
         RecordKept
-            If it is a built-in one.
+            If the record is built in.
         """
         if record_id in builtin_ids():
             advice = "only uploaded records can be removed"
@@ -137,7 +136,7 @@ class Shelf:
             found = f"{record_id}, which is built in"
             raise RecordKept(Fault("record", found, "an uploaded record", advice, told))
         self._require_uploaded(record_id)
-        # the summary is removed first, because a record exists as long as its summary does
+        # the summary is removed first: a record without a summary does not exist
         for suffix in (".json", ".npy"):
             (self.folder / f"{record_id}{suffix}").unlink(missing_ok=True)
         sync_path(self.folder)
@@ -153,12 +152,12 @@ class Shelf:
         return (path.stem for path in sorted(self.folder.glob("u-*.json")))
 
     def get(self, record_id: str) -> tuple[str, GroundMotion]:
-        """Return the complete id of a record, and the record; `record_id` may also be an earthquake's name.
+        """Return id and samples of a record. `record_id` may also be the name of an earthquake.
 
         Raises
         ------
         RecordNotFound
-            If there is no such record.
+            If the record does not exist.
         """
         whole = whole_id(record_id)
         if whole in builtin_ids():
@@ -171,32 +170,32 @@ class Shelf:
         raise RecordNotFound(Fault("record", describe(record_id), allowed, advice))
 
     def _motion(self, record_id: str) -> GroundMotion:
-        """Read an uploaded record; raise `RecordDamaged` unless it matches its id."""
+        """Read an uploaded record. Raise `RecordDamaged` if the samples do not match the id."""
         kept = self._kept(record_id)
         try:
             samples = np.load(self.folder / f"{record_id}.npy", allow_pickle=False)
             motion = GroundMotion(kept["name"], kept["step_s"], samples, kept["source"])
             if f"u-{motion.digest}" != record_id:
                 raise ValueError("its samples are not those that were uploaded")
-        # numpy may raise any exception for bytes that are not one of its files
+        # numpy may raise any exception for a damaged file
         except Exception as error:
             raise _damaged(record_id, str(error)) from error
         return motion
 
     def put(self, motion: GroundMotion) -> tuple[str, bool]:
-        """Store a record. Equal samples are one record; a damaged record is written again.
+        """Store a record if its samples are not stored yet, or replace its files if they are damaged.
 
         Returns
         -------
         record_id : str
-            The id by which it is found.
+            Id of the record.
         new : bool
-            False if it existed already.
+            False if the record existed already.
 
         Raises
         ------
         ShelfFull
-            If the number of records, in total or of this owner, is at its limit.
+            If the total number of records, or the number of the owner's records, is at its limit.
         """
         with _putting:
             return self._put(motion)
@@ -216,7 +215,7 @@ class Shelf:
         sync_path(self.folder.parent)
         samples = io.BytesIO()
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
-        # the summary is written last, because a record exists once its summary does
+        # the summary is written last: a record without a summary does not exist
         Folder(self.folder).put(f"{record_id}.npy", samples.getvalue())
         summary = {"crc32c": PLACEHOLDER, **signed(motion.summary())}
         Folder(self.folder).put(f"{record_id}.json", seal(json.dumps(summary).encode()))

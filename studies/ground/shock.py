@@ -1,4 +1,4 @@
-"""Shocks: one pulse of the base acceleration by IEC 60068-2-27, followed by rest."""
+"""Shocks according to IEC 60068-2-27: one pulse of the base acceleration, followed by rest."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from damperlab.studies.quantity import Quantity
 
 PLACE = "shock"
 SHAPES = {"half_sine": "half-sine", "sawtooth": "terminal-peak sawtooth", "trapezoid": "trapezoidal"}
-"""Shapes of a pulse by IEC 60068-2-27, and the adjective for each."""
+"""Adjective for each pulse shape of IEC 60068-2-27."""
 NUMBERS: dict[str, tuple[Quantity, float | None]] = {
     name: (Quantity(name, meaning, low, high, advice), default)
     for name, meaning, low, high, advice, default in (
@@ -24,11 +24,11 @@ NUMBERS: dict[str, tuple[Quantity, float | None]] = {
     )
 }
 SAMPLES_PER_PULSE = 50
-"""Samples per pulse. Straight lines between them deviate from a half sine by at most (π/50)²/8 = 4.9e-4 of its peak;
-the other shapes are straight.
+"""Number of samples per pulse. Linear interpolation deviates from a half sine by at most (π/50)²/8 = 4.9e-4 of the
+peak; the other shapes consist of straight lines.
 """
 RISE = 0.1
-"""Duration of the rise of a trapezoid, and of its fall, over the total duration."""
+"""Duration of the rise of a trapezoid, equal to the duration of the fall, relative to the duration of the pulse."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +38,14 @@ class Shock:
     Parameters
     ----------
     shape : str
-        One of `SHAPES`. A sawtooth rises to its peak near the end, and falls within the last fiftieth of the
-        duration, so that its area equals that of the ideal one.
+        One of `SHAPES`. A sawtooth falls within the last fiftieth of its duration. The area of the pulse equals that of
+        an ideal sawtooth.
     peak_g : float
         Largest acceleration [g].
     duration_ms : float
-        Of the pulse [ms].
+        Duration of the pulse [ms].
     rest_s : float
-        Duration without acceleration after the pulse [s]; the base keeps its final velocity.
+        Duration of the zero acceleration after the pulse [s], in which the base keeps its final velocity.
     """
 
     shape: str
@@ -63,11 +63,11 @@ class Shock:
 
     @property
     def samples(self) -> int:
-        """Number of samples of its record: those of the pulse, and at least one of the rest after it."""
+        """Number of samples of the pulse and of the rest, which has at least one sample."""
         return SAMPLES_PER_PULSE + 1 + max(1, math.ceil(self.rest_s / self.step_s))
 
     def motion(self, name: str = "") -> GroundMotion:
-        """Give the record."""
+        """Return the record of the shock."""
         share = np.arange(SAMPLES_PER_PULSE + 1) / SAMPLES_PER_PULSE
         if self.shape == "half_sine":
             pulse = sin(math.pi * share)
@@ -84,11 +84,11 @@ class Shock:
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the record."""
         return self._told(1.0)
 
     def words_at(self, scale: float) -> str:
-        """Describe the base motion scaled by a factor."""
+        """Return a phrase that describes the base motion, scaled by a factor."""
         return f"under a {self._told(scale)}"
 
     def _told(self, scale: float) -> str:
@@ -96,13 +96,12 @@ class Shock:
 
 
 def shock_of(document: object) -> Shock:
-    """Read a shock from a document with
-    ``shape``, ``peak_g``, ``duration_ms``, and optionally ``rest_s`` and ``name``.
+    """Read a shock from a document with ``shape``, ``peak_g``, ``duration_ms``, and optionally ``rest_s`` and ``name``.
 
     Raises
     ------
     StudyFaults
-        With every fault.
+        If the document is invalid; the exception lists every fault.
     """
     example = '{"shape": "half_sine", "peak_g": 15, "duration_ms": 11}'
     given, found, faults = read_numbers(document, PLACE, NUMBERS, ("shape",), example)

@@ -22,36 +22,36 @@ from damperlab.studies.ground.variables import DIMENSIONS, RECORD, VARIABLES
 from damperlab.studies.variables import MADE_BY, Variable
 
 AXES: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != RECORD)
-"""Quantities that a suite varies in addition to its records."""
+"""Axes of a suite, apart from the records."""
 
 NUMBERS = ("mass_kg", "tail_s", "perturbation_m", *MADE_BY.values())
 
 _SCHEME = b"damperlab survey 1"
-"""Change it only if the same suite is computed or stored differently: every stored digest begins with it."""
+"""First part of the hashed content. Change this value only if suites are computed or stored differently."""
 
 
 @dataclass(frozen=True)
 class Suite:
-    """A ground-motion suite: a grid of responses to records. Made by `read_suite`; an instance is always valid.
+    """A ground-motion suite: a grid of responses to records. `read_suite` returns only valid suites.
 
     Parameters
     ----------
     name : str
         Free text.
     records : tuple of RecordSource
-        Sorted by id, because their order has no meaning; the values of every axis are sorted for the same reason.
+        Records, sorted by id, because the order has no meaning. The values of every axis are sorted too.
     axes : dict of AxisSpec
-        The values of each of `AXES`.
+        Values of each of `AXES`.
     numbers : dict of float
-        The values of `NUMBERS`; friction and tilt of the cavity only if they are not 0.
+        Values of `NUMBERS`. Zero friction and zero tilt of the cavity are left out.
     starts, seed : int
-        Perturbed starts of each point in addition to the one at rest, and the seed of their draw.
+        Number of perturbed starts of each point in addition to the start at rest, and the seed for drawing the starts.
     contact : Contact
-        The model of an impact.
+        Contact model for impacts.
     metrics : tuple of str
         Names of the stored variables.
     motions : mapping of GroundMotion
-        The records' samples by id, if available: a submitted suite has them, a suite read from a store does not.
+        Samples of each record, by its id; empty if the suite is read from a store.
     """
 
     name: str
@@ -66,15 +66,13 @@ class Suite:
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """The dimensions in the cube's order: record as text, the others float64; read-only."""
+        """Read-only coordinates of the cube: record ids as text, and the values of each of `AXES` as float64."""
         axes = {name: axis_values(self.axes[name]) for name in AXES}
         return Coordinates({RECORD: np.array([record.id for record in self.records]), **axes})
 
     @property
     def identities(self) -> dict[str, NDArray[Any]]:
-        """The coordinates, with each record identified by its samples, because after an update an id may name other
-        samples.
-        """
+        """The coordinates, in which each record has the hash of its samples besides its id."""
         told = np.array([f"{record.id} {record.sha256}" for record in self.records])
         return self.coordinates | {RECORD: told}
 
@@ -90,27 +88,27 @@ class Suite:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Number of records, then of values along each of `AXES`."""
+        """Number of records, followed by the number of values along each of `AXES`."""
         return (len(self.records), *(axis_count(self.axes[name]) for name in AXES))
 
     @property
     def points(self) -> int:
-        """Number of points: every record with every combination of values of `AXES`."""
+        """Number of points, which combine every record with every combination of values of `AXES`."""
         return math.prod(self.shape)
 
     @property
     def variables(self) -> dict[str, Variable]:
-        """Every variable of a suite, in the cube's order."""
+        """Variables of a suite, in the order of the cube."""
         return VARIABLES
 
     @property
     def whole_rows(self) -> bool:
-        """Whether a point continues from another one; none does."""
+        """Always false for a suite, because no point starts from the result of another point."""
         return False
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over the content, records by their samples and axes by their values, in hexadecimal."""
+        """SHA-256 of the samples of the records, the values of the axes and the settings, in hexadecimal."""
         content = hashlib.sha256(_SCHEME)
         for name, values in self.identities.items():
             text = values.dtype.kind == "U"
@@ -120,7 +118,7 @@ class Suite:
         return content.hexdigest()
 
     def settings(self) -> dict[str, Any]:
-        """Give everything that a point's values depend on except its coordinates."""
+        """Return the settings on which the results at a point depend, in addition to the coordinates."""
         settings = {"contact": self.contact.model_dump(mode="json"), "starts": self.starts, **self.numbers}
         if self.starts:
             return settings | {"seed": self.seed}
@@ -129,16 +127,16 @@ class Suite:
 
     @property
     def attached(self) -> dict[str, str]:
-        """SHA-256 of each record, by the name of its file in the cube."""
+        """SHA-256 of each record, by the name of the file that holds the record in the cube."""
         return {record.key: record.sha256 for record in self.records}
 
     def attachments(self) -> dict[str, bytes]:
-        """Give the records' samples, which are stored with the definition so that every worker finds them.
+        """Return the samples of the records by file name, to be stored with the definition for the workers.
 
         Raises
         ------
         StudyFaults
-            If they are not available.
+            If the samples of a record are not available.
         """
         lost = [record.id for record in self.records if record.id not in self.motions]
         if lost:
@@ -156,7 +154,7 @@ class Suite:
         return {record.key: self.motions[record.id].content for record in self.records}
 
     def document(self) -> dict[str, Any]:
-        """Give the suite as JSON-able data that parses back to an equal suite."""
+        """Return the suite as JSON-able data, from which `read_suite` returns an equal suite."""
         axes = {
             name: spec.model_dump() if isinstance(spec, Range) else spec for name, spec in self.axes.items()
         }
@@ -175,6 +173,6 @@ class Suite:
 def windows_of(
     source: RecordSource, natural_frequency_hz: NDArray[np.float64] | float, tail_s: float
 ) -> NDArray[np.float64]:
-    """Estimate the number of steps of a run: the steps of the record, subdivided if the natural frequency is high."""
+    """Estimate the number of time steps of a run. For high natural frequencies, the steps of the record are divided."""
     shortest = np.minimum(source.step_s, 0.4 / (2.0 * math.pi * np.asarray(natural_frequency_hz)))
     return np.asarray((source.duration_s + tail_s) / shortest)

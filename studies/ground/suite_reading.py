@@ -1,4 +1,4 @@
-"""Reads a ground-motion suite from a document, and names every fault."""
+"""Reads a ground-motion suite from a document, and reports every fault."""
 
 import math
 from collections.abc import Mapping
@@ -26,29 +26,29 @@ KEYS = ("name", "records", "axes", *NUMBERS, "starts", "seed", "contact", "metri
 MOST_NAME = 200
 MOST_RECORDS = 100
 MOST_SAMPLES = 4_000_000
-"""Largest number of samples of all records together (32 MB), because every suite stores a copy of them."""
+"""Largest number of samples of all records of a suite (32 MB). Every suite stores a copy of the samples."""
 MOST_RUNS = 1_000_000_000
-"""Largest number of runs of a suite: points times starts."""
+"""Largest number of runs of a suite, which has one run for each point and start."""
 MOST_WINDOWS = 200_000
-"""Largest number of steps of one run; with more, for a stiff structure under a long record, a point would take seconds."""
+"""Largest number of time steps of one run, because a stiff structure under a long record could take seconds."""
 LARGEST_SEED = 2**63 - 1
 
 
 def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
-    """Read a suite.
+    """Read a ground-motion suite.
 
     Parameters
     ----------
     document : object
-        ``records``, and in ``axes`` any of `AXES` as a number, a list, or ``{start, stop, num, spacing}``; the
-        paper's prototype supplies all others.
+        Mapping with ``records``, and with ``axes`` that give any of `AXES` as a number, a list, or
+        ``{start, stop, num, spacing}``. Missing values are taken from the paper's prototype.
     shelf : Shelf, optional
-        Source of records; see `damperlab.studies.ground.source.read_source`.
+        Store of records; see `damperlab.studies.ground.source.read_source`.
 
     Raises
     ------
     StudyFaults
-        With every fault.
+        If the document is invalid; the exception lists every fault.
     """
     held, faults = guard(document)
     faults += [_unknown(key) for key in held if key not in KEYS]

@@ -1,4 +1,4 @@
-"""A swept sine of the base: displacement, velocity and acceleration in closed form, and the resulting record."""
+"""A swept sine of the base: the motion in closed form, and the record that is sampled from it."""
 
 import math
 from dataclasses import dataclass
@@ -13,8 +13,10 @@ from damperlab.studies.portable import cos, exp, expm1, sin
 Floats = NDArray[np.float64]
 
 SAMPLES_PER_CYCLE = 72
-"""Samples per cycle of the highest frequency. A line over a step h deviates from a(t) by at most h²/8·max |a''|; for a
-sine this is (ωh)²/8 = 9.5e-4 of the amplitude. Ramps of `FEWEST_RAMP_CYCLES` increase a'' by less than a twentieth.
+"""Number of samples per cycle of the highest frequency.
+
+Linear interpolation over a step h has an error of at most h²/8·max |a''|. For a sine, the error is (ωh)²/8 = 9.5e-4
+of the amplitude. Ramps of `FEWEST_RAMP_CYCLES` increase a'' by less than 5 %.
 """
 FEWEST_RAMP_CYCLES = 4.0
 SPELLED: tuple[tuple[str, str], ...] = (
@@ -22,30 +24,30 @@ SPELLED: tuple[tuple[str, str], ...] = (
     ("base velocity", "m/s"),
     ("base acceleration", "m/s²"),
 )
-"""Name and unit of the constant quantity, by the order of the derivative."""
+"""Name and unit of the constant amplitude of a sweep, for displacement, velocity and acceleration."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sine whose frequency runs from one end to the other.
+    """A sine of the base whose frequency changes from `start_hz` to `stop_hz`.
 
     The base displacement is z = w·(a/ωⁿ)·sin φ with φ = ∫ω dt from 0. The window w rises from 0 to 1 over the first
-    cycles and falls over the last. Velocity and acceleration are its exact derivatives.
+    cycles and falls over the last cycles. Velocity and acceleration are exact derivatives of the displacement.
 
     Parameters
     ----------
     start_hz, stop_hz : float
-        Frequency at the beginning and at the end, which is lower in a run-down.
+        Frequency at the beginning and at the end [Hz]. In a run-down, `stop_hz` is below `start_hz`.
     duration_s : float
-        Time from the first frequency to the last [s], ramps included.
+        Total duration [s], with the ramps.
     logarithmic : bool
-        Whether the frequency changes by equal ratios in equal times; otherwise it changes by equal differences.
+        True for a constant rate in octaves per minute, False for a constant rate in Hz/s.
     amplitude : float
-        Amplitude of the constant quantity: of the displacement [m], the velocity [m/s] or the acceleration [m/s²].
+        Constant amplitude of the displacement [m], the velocity [m/s] or the acceleration [m/s²].
     order : int
-        0 if `amplitude` is that of the displacement, 1 of the velocity, 2 of the acceleration.
+        Number of time derivatives: 0 if `amplitude` is a displacement, 1 for a velocity, 2 for an acceleration.
     ramp_cycles : float
-        Duration of the rise in cycles of `start_hz`, and of the fall in cycles of `stop_hz`.
+        Duration of the rise in cycles of `start_hz`, and duration of the fall in cycles of `stop_hz`.
     """
 
     start_hz: float
@@ -61,38 +63,38 @@ class Sweep:
 
     @property
     def highest_hz(self) -> float:
-        """The higher of the two end frequencies."""
+        """The higher of `start_hz` and `stop_hz`."""
         return max(self.start_hz, self.stop_hz)
 
     @property
     def rise_s(self) -> float:
-        """Time over which the amplitude rises [s]."""
+        """Duration of the rise of the amplitude [s]."""
         return self.ramp_cycles / self.start_hz
 
     @property
     def fall_s(self) -> float:
-        """Time over which the amplitude falls [s]."""
+        """Duration of the fall of the amplitude [s]."""
         return self.ramp_cycles / self.stop_hz
 
     @property
     def growth_per_s(self) -> float:
-        """Rate at which the logarithm of the frequency changes in a logarithmic sweep [1/s]."""
+        """Rate of change of log frequency in a logarithmic sweep [1/s]."""
         return math.log(self.stop_hz / self.start_hz) / self.duration_s
 
     @property
     def samples(self) -> int:
-        """Number of samples of its record."""
+        """Number of samples of the record."""
         return math.ceil(self.duration_s * self.highest_hz * SAMPLES_PER_CYCLE) + 1
 
     def frequency_hz(self, time_s: ArrayLike) -> Floats:
-        """Give the frequency at times from 0 to the end [Hz]."""
+        """Return the frequency at times from 0 to the end [Hz]."""
         time = np.asarray(time_s, dtype=float)
         if self.logarithmic:
             return np.asarray(self.start_hz * exp(self.growth_per_s * time))
         return np.asarray(self.start_hz + (self.stop_hz - self.start_hz) / self.duration_s * time)
 
     def phase(self, time_s: ArrayLike) -> Floats:
-        """Give 2π∫f dt from 0 [rad]."""
+        """Return the phase 2π∫f dt, which is 0 at time 0 [rad]."""
         time = np.asarray(time_s, dtype=float)
         if self.logarithmic:
             rate = self.growth_per_s
@@ -101,7 +103,7 @@ class Sweep:
         return np.asarray(2.0 * math.pi * (self.start_hz + half_rate * time) * time)
 
     def base(self, time_s: ArrayLike) -> tuple[Floats, Floats, Floats]:
-        """Give displacement [m], velocity [m/s] and acceleration [m/s²] of the base at times from 0 to the end.
+        """Return displacement [m], velocity [m/s] and acceleration [m/s²] of the base at times from 0 to the end.
 
         With the envelope E = w·a/ωⁿ: z = E sin φ, z' = E' sin φ + Eω cos φ, z'' = (E'' − Eω²) sin φ + (2E'ω + Eω') cos φ.
         """
@@ -131,12 +133,12 @@ class Sweep:
         )
 
     def motion(self, name: str = "") -> GroundMotion:
-        """Sample the acceleration, at least `SAMPLES_PER_CYCLE` times in a cycle of the highest frequency.
+        """Return the record, with at least `SAMPLES_PER_CYCLE` samples per cycle of the highest frequency.
 
         Parameters
         ----------
         name : str
-            Name of the record; by default that of the sweep.
+            Name of the record; by default the name of the sweep.
         """
         count = self.samples
         _, _, acceleration = self.base(np.linspace(0.0, self.duration_s, count))
@@ -145,16 +147,16 @@ class Sweep:
 
     @property
     def name(self) -> str:
-        """Name, with the end frequencies and the rate."""
+        """Name of the sweep, which states both end frequencies and the rate."""
         return f"sweep {self._course}"
 
     @property
     def words(self) -> str:
-        """The base motion, as a phrase after a noun."""
+        """Description of the base motion, such as "swept from 6 to 10 Hz at …"."""
         return self.words_at(1.0)
 
     def words_at(self, scale: float) -> str:
-        """Give the phrase with the amplitude scaled by a factor."""
+        """Return the description of the base motion, scaled by a factor."""
         constant, unit = SPELLED[self.order]
         value = scale * self.amplitude
         level = f"{value:.4g} {unit}"

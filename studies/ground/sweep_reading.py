@@ -1,4 +1,4 @@
-"""Reads a swept sine from a document, and names every fault."""
+"""Reads a swept sine from a document, and reports every fault."""
 
 import math
 from typing import Any
@@ -25,7 +25,7 @@ PACES: dict[str, Quantity] = {
         Quantity("duration_s", "duration of a sweep at a constant rate in Hz/s [s]", 1e-3, 1e6, "give it in s"),
     )
 }  # fmt: skip
-"""Keys for the rate, one of which is given; a rate is positive in either direction."""
+"""Keys for the rate of a sweep, which is positive also in a run-down. A document has exactly one of these keys."""
 AMPLITUDES: dict[str, Quantity] = {
     each.name: each
     for each in (
@@ -36,7 +36,7 @@ AMPLITUDES: dict[str, Quantity] = {
         ),
     )
 }  # fmt: skip
-"""Keys for the constant quantity, by the order of the derivative."""
+"""Keys for the constant amplitude of displacement, velocity or acceleration."""
 RAMP_CYCLES = Quantity(
     "ramp_cycles",
     "cycles of `start_hz` in which the amplitude rises, and of `stop_hz` in which it falls",
@@ -57,12 +57,13 @@ def sweep_of(document: object) -> Sweep:
     Parameters
     ----------
     document : object
-        ``start_hz``, ``stop_hz``, one of `PACES`, one of `AMPLITUDES`, and any of ``ramp_cycles`` and ``name``.
+        Mapping with ``start_hz``, ``stop_hz``, one of `PACES`, one of `AMPLITUDES`, and optionally ``ramp_cycles`` and
+        ``name``.
 
     Raises
     ------
     StudyFaults
-        With every fault.
+        If the document is invalid; the exception lists every fault.
     """
     example = '{"start_hz": 6, "stop_hz": 10, "rate_hz_per_s": 0.2, "base_amplitude_m": 0.001}'
     given, found, faults = read_numbers(document, PLACE, NUMBERS, (), example)
@@ -70,7 +71,7 @@ def sweep_of(document: object) -> Sweep:
     amplitude = one_of(AMPLITUDES, given, PLACE, faults, "how far the base moves", "base_amplitude_m")
     start, stop = (found.get(key) for key in ENDS)
     if start is not None and start == stop:
-        told = f"{{field}} = {stop:g} is the frequency at the start of the sweep; it must differ from it."
+        told = f"{{field}} = {stop:g} is also the frequency at the start of the sweep; the two must differ."
         advice = "give another frequency"
         faults.append(Fault(f"{PLACE}.stop_hz", f"{stop:g}", "another frequency than start_hz", advice, told))
     if faults or start is None or stop is None:

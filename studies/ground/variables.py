@@ -1,6 +1,4 @@
-"""The dimensions and result variables of a ground-motion suite: the registry in addition to
-`damperlab.studies.variables`.
-"""
+"""Dimensions and result variables of a ground-motion suite, in addition to those in `damperlab.studies.variables`."""
 
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, Status, Variable
 
@@ -14,7 +12,7 @@ DIMENSIONS: dict[str, tuple[str, str]] = {
     "clearance_m": ("m", "clearance d"),
     "friction_force_n": ("N", "friction force F_f"),
 }
-"""Unit and meaning of every dimension, in the cube's order; quantities that the points of a block share come first."""
+"""Unit and meaning of each dimension of the cube, in order. Quantities that change least within a block come first."""
 
 SYMBOLS: dict[str, str] = {
     "natural_frequency_hz": "f_n",
@@ -22,14 +20,14 @@ SYMBOLS: dict[str, str] = {
     "clearance_m": "d",
     "friction_force_n": "F_f",
 }
-"""Symbols of the dimensions that have one in the paper, apart from the ratios."""
+"""The paper's symbols of quantities with a unit."""
 
 RECORD = "record"
 DAMPER = ("restitution", "particle_mass_kg", "clearance_m", "friction_force_n")
-"""The dimensions that a designer chooses; the others are conditions."""
+"""Dimensions that a designer chooses; all other dimensions are operating conditions."""
 
 SPREAD: tuple[str, ...] = ("peak_relative_displacement", "peak_absolute_acceleration")
-"""Measures whose spread over the perturbed starts is stored."""
+"""Measures for which statistics over the perturbed starts are stored."""
 
 STATISTICS: dict[str, str] = {
     "lowest": "Smallest",
@@ -43,12 +41,12 @@ _SUFFIX = {"peak_relative_displacement": "_m", "peak_absolute_acceleration": "_m
 
 
 def spread_name(measure: str, statistic: str) -> str:
-    """Name the variable of a statistic over the starts, as `peak_relative_displacement_lowest_m`."""
+    """Return the name of a statistic over the perturbed starts, such as `peak_relative_displacement_lowest_m`."""
     return f"{measure}_{statistic}{_SUFFIX[measure]}"
 
 
 def measure_name(measure: str) -> str:
-    """Name the variable of a measure of `SPREAD`."""
+    """Return the name of the variable of a measure in `SPREAD`."""
     return f"{measure}{_SUFFIX[measure]}"
 
 
@@ -101,11 +99,9 @@ VARIABLES: dict[str, Variable] = {
         ),
     )
 }  # fmt: skip
-"""The variables of a suite's cube, in its order."""
+"""Variables of a suite, in the order of the cube."""
 
 
 def available_variables(starts: int, rubs: bool = False) -> tuple[str, ...]:
-    """Return the names of the variables that a suite gives: the spread requires perturbed starts, and the loss in the
-    cavity requires friction of the particle.
-    """
+    """Return the names of the variables that a suite can compute. `rubs` states whether the particle has friction."""
     return tuple(v.name for v in VARIABLES.values() if (starts or not v.start) and (rubs or not v.rubbing))

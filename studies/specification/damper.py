@@ -1,4 +1,4 @@
-"""The ranges of a damper, read from a document."""
+"""Read the ranges of a damper from a document."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -32,7 +32,7 @@ CONTACT_TIME = Quantity(
     "contact_time_s", "time for which particle and wall touch [s]", 0.0, 1e3, "give it in s"
 )
 LONGEST = tau
-"""Longest contact time over 1/ω_n: one natural period."""
+"""Longest allowed contact time in units of 1/ω_n: one natural period."""
 NAME_OF = {ratio: name for name, ratio in RATIO_OF.items()}
 QUANTITIES = {
     "clearance_m": CLEARANCE,
@@ -81,12 +81,12 @@ class DamperFields(SceneFields):
             elif key == name and name != "restitution" and structure is not None and not self._in_units:
                 told = (
                     "{field} is in units, but the specification lacks mass_kg, natural_frequency_hz or the "
-                    "amplitude of its base, which convert it to a ratio."
+                    "amplitude of the base, which convert {field} to a ratio."
                 )
                 self._fault(
                     field,
                     describe(value),
-                    f"{RATIO_OF[name]}, as the rest is in ratios",
+                    f"{RATIO_OF[name]}, because the specification is in ratios",
                     f"give `{RATIO_OF[name]}`, or add them",
                     told,
                 )
@@ -100,8 +100,8 @@ class DamperFields(SceneFields):
                     choice.contact_times_s,
                 )
         if missing and "choose" not in self.document:
-            told = "{field} is missing, although not every quantity of the damper is given."
-            advice = "write `choose: {clearance_m: {start: …, stop: …}}`, or give all of them"
+            told = "{field} is missing; it must give a range for each missing quantity of the damper."
+            advice = "write `choose: {clearance_m: {start: …, stop: …}}`, or give all quantities"
             self._fault("choose", NOTHING, f"at least one of {listing(OF_DAMPER)}", advice, told)
         for quantity in OF_CAVITY:
             found[quantity.name] = Choice(0.0, 0.0)
@@ -112,7 +112,7 @@ class DamperFields(SceneFields):
         return found
 
     def _place(self, spellings: Iterable[str], choose: Mapping[str, Any]) -> tuple[str, str, Any] | None:
-        """Give field, key and value of a quantity in the document; None if it is not given."""
+        """Return field, key and value of a quantity in the document. Return None if the quantity is not given."""
         places = [
             (join(place, key), key, held[key])
             for place, held in (("choose", choose), ("", self.document))
@@ -161,7 +161,7 @@ class DamperFields(SceneFields):
             value = self._read(place, entry, quantity)
             if value is None:
                 continue
-            # a material has both a restitution and a contact time
+            # two materials may have equal restitutions, but different contact times
             if (value, time_s) in found:
                 told = f"{{field}} is {value!r} a second time."
                 self._fault(
@@ -176,7 +176,7 @@ class DamperFields(SceneFields):
         return Choice(values[0], values[-1], values, names, touching if any(touching) else ())
 
     def _contact_time(self, field: str, raw: object) -> float:
-        """Read the contact time [s]; 0 if it is faulty."""
+        """Read a contact time [s]. Return 0 if the value is faulty."""
         if not self._in_units:
             told = "{field} is in seconds, but the specification is in ratios."
             advice = "add mass_kg, natural_frequency_hz and the amplitude of the base"
@@ -185,7 +185,7 @@ class DamperFields(SceneFields):
         return self._read(field, raw, CONTACT_TIME) or 0.0
 
     def _touching(self, choices: dict[str, Choice], structure: Structure | None) -> None:
-        """Read one contact time for all values of a restitution, and check it against the natural period."""
+        """Read a contact time for all restitutions, and check that no contact time exceeds the natural period."""
         choice, name = choices.get("restitution"), CONTACT_TIME.name
         if choice is None:
             return
@@ -210,7 +210,7 @@ class DamperFields(SceneFields):
 
 
 def scale_of(name: str, amplitude_m: float, structure: Structure) -> float:
-    """Give the factor from a ratio to its quantity; d/Z and γ_F refer to the largest amplitude."""
+    """Return the factor that converts a ratio to SI units. The ratios d/Z and γ_F refer to the largest amplitude Z."""
     return {
         "clearance_m": amplitude_m,
         "friction_force_n": structure.stiffness_n_per_m * amplitude_m,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import CONSTANT
 
 Numbers = TypeVar("Numbers", float, NDArray[np.float64])
-"""A number, or an array of them."""
+"""A number, or an array of numbers."""
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,11 @@ class Motion:
     key : str
         Name in the specification.
     unit, words : str
-        Unit and name in sentences.
+        Unit of the quantity, and its name in sentences.
     constant : str or None
         The key of this quantity in `damperlab.studies.amplitudes.CONSTANT`; None for a displacement or a force.
     force : bool
-        Whether it is a force on the structure, whose base stands still.
+        Whether the quantity is a force on the structure, with a fixed base.
     """
 
     key: str
@@ -36,7 +36,7 @@ class Motion:
 
     @property
     def order(self) -> int:
-        """Order of the derivative of the displacement: 0, 1 or 2."""
+        """Order of the quantity as a derivative of the displacement: 0, 1 or 2."""
         return 0 if self.constant is None else CONSTANT[self.constant]
 
 
@@ -49,7 +49,7 @@ MOTIONS = {
         Motion("force_n", "N", "force amplitude", force=True),
     )
 }
-"""Quantities that may be constant over the band. Each is an amplitude, not an rms value."""
+"""Quantities that may be constant over the band. Each quantity is given as an amplitude, not as an rms value."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class Excitation:
     ----------
     lowest_m, highest_m : float
         Base amplitude Z at the nominal natural frequency, or the static displacement F₀/k of a force on the nominal
-        structure; equal for a single amplitude.
+        structure. Both are equal for a single amplitude.
     low, high : float
-        The band as frequency ratios of the nominal structure; equal for a single frequency.
+        Ends of the band, as frequency ratios of the nominal structure. Both are equal for a single frequency.
     motion : Motion
         The quantity that is constant over the band.
     name : str
@@ -77,23 +77,23 @@ class Excitation:
     name: str = ""
 
     def base_m(self, reference_m: float, frequency_ratio: Numbers) -> Numbers:
-        """Give the base amplitude Z [m] at frequency ratios of the nominal structure; it is `reference_m` at ratio 1.
+        """Return the base amplitude Z [m] at frequency ratios of the nominal structure. At ratio 1, Z is `reference_m`.
 
-        A velocity V gives Z = V/ω, an acceleration A gives Z = A/ω²; a force gives Z = F₀/k.
+        A velocity V gives Z = V/ω, an acceleration A gives Z = A/ω², and a force F₀ gives Z = F₀/k.
         """
         return reference_m / frequency_ratio**self.motion.order
 
     def over(self, length_m: float) -> "Excitation":
-        """Give the same excitation with its amplitudes divided by a length."""
+        """Return the same excitation with the amplitudes divided by a length."""
         return replace(self, lowest_m=self.lowest_m / length_m, highest_m=self.highest_m / length_m)
 
     @property
     def largest(self) -> "Amplitude":
-        """Its largest amplitude."""
+        """The largest amplitude of the excitation."""
         return Amplitude(self, self.highest_m)
 
     def amplitudes(self, count: int) -> tuple["Amplitude", ...]:
-        """Give amplitudes over its range in equal ratios, ends included; only one if the range is a single amplitude."""
+        """Return `count` amplitudes in geometric progression over the range. Equal ends give one amplitude."""
         low, high = self.lowest_m, self.highest_m
         if low == high:
             return (self.largest,)
@@ -103,7 +103,7 @@ class Excitation:
 
 @dataclass(frozen=True)
 class Amplitude:
-    """One amplitude of an excitation, over its band.
+    """One amplitude of an excitation over the band.
 
     Parameters
     ----------
@@ -117,5 +117,5 @@ class Amplitude:
     reference_m: float
 
     def base_m(self, frequency_ratio: Numbers) -> Numbers:
-        """Give the base amplitude Z [m] at frequency ratios of the nominal structure."""
+        """Return the base amplitude Z [m] at frequency ratios of the nominal structure."""
         return self.excitation.base_m(self.reference_m, frequency_ratio)

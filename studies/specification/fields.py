@@ -1,4 +1,4 @@
-"""Reads a document field by field: unreadable values become faults, and reading continues."""
+"""Read a document field by field. Unreadable values become faults, and reading continues."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,9 +13,9 @@ class Fields:
     Parameters
     ----------
     document : dict
-        The document, after `guard`.
+        The document, as returned by `guard`.
     faults : list of Fault
-        Those found so far.
+        The faults found so far.
     """
 
     def __init__(self, document: dict[str, Any], faults: list[Fault]) -> None:

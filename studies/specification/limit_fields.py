@@ -1,4 +1,4 @@
-"""Limits on results and on the damper itself, read from a document."""
+"""Read limits on results and on the damper itself from a document."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -27,19 +27,19 @@ OVER_AMPLITUDE = Quantity("ratio", "ratio [1]", 1e-12, 1e12, "give it over the b
 QUANTITY_IN = {"m": LENGTH, "m/s": SPEED, "m/s²": ACCELERATION, "1": STICK}
 EVERY: tuple[Limit | DamperLimit, ...] = (*LIMITS.values(), *DAMPER_LIMITS.values())
 IN_RATIOS = {each.ratio: each.name for each in EVERY if each.ratio and each.ratio != each.name}
-"""Name in units of each limit that has another name in ratios, by the latter."""
+"""Name of a limit in SI units, by the name of the limit in ratios, if the two names differ."""
 LIMIT_QUANTITIES = {
     **{each.name: QUANTITY_IN[each.unit] for each in LIMITS.values()},
     "cavity_length_m": LENGTH,
     "friction_force_n": FRICTION_FORCE,
     "particle_mass_kg": PARTICLE_MASS,
 }
-"""Bounds of each limit in units, by its name."""
+"""Allowed numbers of each limit in SI units, by the name of the limit."""
 RATIO_QUANTITIES = dict.fromkeys(IN_RATIOS, OVER_AMPLITUDE) | {
     "friction_ratio": FRICTION_RATIO,
     "mass_ratio": MASS_RATIO,
 }
-"""Bounds of each limit in ratios, by its name."""
+"""Allowed numbers of each limit in ratios, by the name of the limit."""
 LIMIT_KEYS = tuple(LIMIT_QUANTITIES)
 
 
@@ -47,7 +47,7 @@ class LimitFields(ToleranceFields):
     """Reads limits."""
 
     def _limit_values(self) -> dict[str, float]:
-        """Read the numbers in `limits` by key, as far as this needs no other fields."""
+        """Return the numbers in `limits` by key. Checks that need other fields follow in `_limits`."""
         known = LIMIT_QUANTITIES | RATIO_QUANTITIES
         raw = self._mapping("limits", tuple(known), self.document.get("limits", {})) or {}
         found: dict[str, float] = {}
@@ -61,7 +61,7 @@ class LimitFields(ToleranceFields):
         return found
 
     def _without_period(self, key: str) -> None:
-        """Refuse a limit on a result that a response to a record does not have."""
+        """Refuse a limit on a result that is not defined for the response to a record."""
         told = (
             "{field} applies only to bands of frequencies: it is a mean over the cycles of a steady "
             "response, and a response to a ground-motion record has no steady cycles."
@@ -72,7 +72,7 @@ class LimitFields(ToleranceFields):
         )
 
     def _limits(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
-        """Read limits and convert them to units, whatever their form in the document."""
+        """Return the limits in units. Limits given as ratios are converted."""
         values = self._limit_values()
         if self._in_units:
             for key in (each for each in values if each in IN_RATIOS):
@@ -106,23 +106,23 @@ class LimitFields(ToleranceFields):
         tolerances: dict[str, Tolerance],
         units: Mapping[str, float],
     ) -> dict[str, str]:
-        """Keep only values that stay within the limits on the damper itself, including their tolerance.
+        """Restrict the damper to values that stay within the limits on the damper, including tolerances.
 
         Parameters
         ----------
         choices : dict of Choice
-            Changed in place.
+            The allowed values of each quantity, which are changed in place.
         limits : dict of float
-            In units.
+            Limits by name, in units.
         tolerances : dict of Tolerance
-            By quantity.
+            Tolerances by quantity.
         units : mapping of float
-            Reference of each limit given as a ratio, by name; empty if the document is in units.
+            Reference quantity of each limit given as a ratio, by name; empty if the document is in units.
 
         Returns
         -------
         dict of str
-            For each quantity whose range was shortened, the limit that did so.
+            For each quantity whose range was shortened, the limit that shortened the range.
         """
         bounds: dict[str, str] = {}
         exact = Tolerance(0.0, True)
@@ -139,9 +139,7 @@ class LimitFields(ToleranceFields):
         return name if self._in_units else DAMPER_LIMITS[name].ratio
 
     def _limit_units(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
-        """Give the reference of each limit on the damper that is given as a ratio, by name; empty if the document is in
-        units.
-        """
+        """Return the reference quantity of each damper limit, or an empty mapping if the document is in SI units."""
         return (
             {}
             if self._in_units
@@ -156,7 +154,7 @@ class LimitFields(ToleranceFields):
         tolerance: Tolerance,
         unit: float,
     ) -> bool:
-        """Shorten a range at a limit, and return whether it became shorter; record a fault if nothing remains."""
+        """Shorten a range at a limit, and return whether the range changed. Record a fault if no value remains."""
         about = DAMPER_LIMITS[limit_name]
         choice = choices[about.quantity]
         most = tolerance.most(limit / about.factor) * (1.0 + ROUNDING)

@@ -1,6 +1,4 @@
-"""The measure of a response to minimise, and the results that may be limited: over a band, and under ground-motion
-records.
-"""
+"""Measures to minimise and results to limit, over a band of frequencies or under ground-motion records."""
 
 import math
 from dataclasses import dataclass
@@ -15,20 +13,19 @@ class Measure:
     name : str
         Name in the specification.
     variable : str
-        The result variable on which it is based. Over a band this is a ratio; under a record it is in SI units.
+        The result variable on which the measure is based: a ratio over a band, a quantity in SI units under a record.
     factor : float
-        Over a band, the measure is the variable times this factor, times Z, and times ω_n to the power of `order`.
+        Over a band, the measure is the variable times `factor`, times Z, and times ω_n to the power of `order`.
     words : str
         Name in sentences.
     limit : str
-        The limit on the same result; empty if there is none.
+        Name of the limit on the same result; empty if this result cannot be limited.
     unit : str
-        Unit of its values in a specification in units.
+        Unit of the measure in a specification in units.
     order : int
-        Order of the derivative of the displacement in the measure, over a band.
+        Order of the time derivative in a measure over a band: 0 for a displacement, 2 for an acceleration.
     mean : bool
-        Whether the rms over the band, with equal weight for every frequency in hertz, is judged instead of the largest
-        value.
+        Whether the measure is the rms over the band instead of the largest value. Every hertz has equal weight.
     """
 
     name: str
@@ -42,24 +39,24 @@ class Measure:
 
     @property
     def of_displacement(self) -> bool:
-        """Whether it is the displacement amplitude of the structure, which is known for every response."""
+        """Whether the measure is the displacement amplitude of the structure, which is known for every response."""
         return self.variable == "amplitude_ratio"
 
     @property
     def kind(self) -> str:
-        """Word that distinguishes it from a displacement when both are mentioned."""
+        """Words that distinguish the measure from a displacement in the same sentence."""
         if self.words.endswith("against its base"):
             return " against the base"
         return " rms" if self.factor < 1.0 else ""
 
     @property
     def judged(self) -> str:
-        """Name of the judged value, for sentences; `words` names the result at one frequency or under one record."""
+        """Name of the minimised value in sentences. If `mean` is true, the name mentions the band."""
         return f"{self.words} over the whole band" if self.mean else self.words
 
 
 RMS = math.sqrt(0.5)
-"""Rms over amplitude of a sine."""
+"""Ratio of the rms value of a sine to its amplitude."""
 _MOVED, _STROKE = "displacement of the structure", "displacement of the structure against its base"
 _SHAKEN = "acceleration of the structure"
 
@@ -77,9 +74,7 @@ MEASURES = {
         Measure("rms_acceleration", "acceleration_ratio_rms", RMS, f"rms {_SHAKEN}", "", "m/s²", 2, mean=True),
     )
 }  # fmt: skip
-"""Measures over bands: either the largest value over the band or the rms over it, for the amplitude with the largest
-result.
-"""
+"""Measures over bands: the largest value or the rms over the band, for the worst of all base amplitudes."""
 RECORD_MEASURES = {
     each.name: each
     for each in (
@@ -94,13 +89,13 @@ RECORD_MEASURES = {
         ),
     )
 }  # fmt: skip
-"""Measures under records: the largest value over records and scales. The first is the default."""
+"""Measures under records: the largest value over records and scales. The first measure is the default."""
 MIXED_MEASURES = {name: each for name, each in MEASURES.items() if name in RECORD_MEASURES}
-"""Measures over bands and under records together: only those that both have, so that they can be compared."""
+"""Measures for bands and records together, which exist for both kinds of excitation."""
 
 
 ACCELERATIONS = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
-"""Results over a band whose reference is Z·ω_n²."""
+"""Results over a band that are divided by Z·ω_n²."""
 
 
 @dataclass(frozen=True)
@@ -116,17 +111,17 @@ class Limit:
     unit : str
         Unit of the limit; 1 for a plain number.
     over_band : tuple of str
-        The result variables over a band; their product is limited.
+        The result variables over a band, whose product is limited.
     under_record : str
-        The result variable under a record; empty if there is none.
+        The result variable under a record; empty if records have no such result.
     ratio : str
-        Name of the limit as a ratio: of a length over the largest base amplitude Z, of a speed over ω_n Z, of an
-        acceleration or noise over ω_n² Z.
+        Name of the limit as a ratio. A length is divided by the largest base amplitude Z, a speed by ω_n Z, and an
+        acceleration or noise by ω_n² Z.
     factor : float
-        Factor of the product over a band, apart from powers of Z and ω_n.
+        Over a band, the limited result is `factor` times the product of `over_band`, times powers of Z and ω_n.
     per_second : bool
-        Whether one of these variables is a count per cycle, which the excitation frequency converts to a count per
-        second.
+        Whether one variable in `over_band` is a count per cycle, which the excitation frequency converts to a count
+        per second.
     """
 
     name: str
@@ -139,7 +134,7 @@ class Limit:
     per_second: bool = False
 
     def has_error(self, by_records: bool) -> bool:
-        """Whether the result has an error: a length always has one, an acceleration only over a band."""
+        """Return whether an error estimate exists: always for a length, and only over a band for an acceleration."""
         return self.unit == "m" or (not by_records and self.over_band[0] in ACCELERATIONS)
 
 
@@ -173,16 +168,16 @@ LIMITS = {
         ),
     )
 }  # fmt: skip
-"""Limits on results; each applies to the largest value over all excitations."""
+"""Limits on results. Each limit applies to the largest value over all excitations."""
 
 
 ROUNDING = 1e-9
-"""Tolerance of a limit on the damper itself: because decimals are rounded, 1.1 × 30 N must not count as above 33 N."""
+"""Relative tolerance of limits on the damper itself. Without a tolerance, 1.1 × 30 N would exceed 33 N by rounding."""
 
 
 @dataclass(frozen=True)
 class DamperLimit:
-    """A property of the damper itself that may be limited; it applies to the damper as built, with its tolerance.
+    """A limited property of the damper as built, including tolerances.
 
     Parameters
     ----------
@@ -195,9 +190,9 @@ class DamperLimit:
     ratio : str
         Name of the limit as a ratio.
     quantity : str
-        The quantity of the damper that it limits, one of `CHOSEN`.
+        The quantity of the damper that determines the property, one of `CHOSEN`.
     factor : float
-        Factor from that quantity to the limited one.
+        Factor from the quantity to the property.
     """
 
     name: str
@@ -208,7 +203,7 @@ class DamperLimit:
     factor: float = 1.0
 
     def excess(self, reached: float, limit: float) -> float:
-        """Give the share by which a value exceeds a limit; 0 if the limit is kept."""
+        """Return the share by which a value exceeds a limit; 0 if the value is within the limit."""
         share = reached / limit - 1.0 if limit else float("inf" if reached else 0.0)
         return share if share > ROUNDING else 0.0
 

@@ -1,4 +1,4 @@
-"""Reads a specification from a document, and names every fault."""
+"""Read a specification from a document, and report every fault."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -51,7 +51,9 @@ KEYS = (
     "budget_points",
     "builds",
 )
-CONFIDENCE = Quantity("confidence", "confidence of errors and intervals", 0.5, 0.999, "the default is 0.9")
+CONFIDENCE = Quantity(
+    "confidence", "confidence level of errors and intervals", 0.5, 0.999, "the default is 0.9"
+)
 BUDGET_MINUTES = Quantity("budget_minutes", "core minutes", 0.01, 1e5, "the default is 8")
 REFUSED_UNDER_RECORDS = {
     "rms_displacement": "this is the rms over a band; the rms in time, under the worst record or sweep, is "
@@ -62,25 +64,25 @@ REFUSED_UNDER_RECORDS = {
 
 
 def read_specification(path_or_name: str, shelf: Shelf | None = None) -> Specification:
-    """Read a specification from a ``.json``, ``.yaml`` or ``.yml`` file, or a specification of the package by its name.
+    """Read a specification from a ``.json``, ``.yaml`` or ``.yml`` file, or a specification of the package by name.
 
     Parameters
     ----------
     path_or_name : str
         The file or the name.
     shelf : Shelf, optional
-        As in `parse_specification`.
+        Source of ground-motion records; see `parse_specification`.
 
     Raises
     ------
     StudyFaults
-        If neither such a file nor such a name exists, or with every fault of the specification.
+        If there is no such file or name, or if the specification has faults. The error lists every fault.
     """
     return parse_specification(specification_document(path_or_name), shelf)
 
 
 def specification_document(path_or_name: str) -> dict[str, Any]:
-    """Read the document of a specification, as written; see `read_specification`."""
+    """Return the unvalidated document of a specification; see `read_specification`."""
     named = named_specifications()
     if path_or_name in named:
         return _mapping(load_specification(named[path_or_name], "yaml"))
@@ -90,7 +92,7 @@ def specification_document(path_or_name: str) -> dict[str, Any]:
 
 
 def load_specification(text: bytes | str, written_in: Format) -> Any:
-    """Read the text of a specification as `damperlab.studies.text.load_text` does, with messages for specifications."""
+    """Parse the text of a specification with `damperlab.studies.text.load_text`, and adapt the messages."""
     try:
         return load_text(text, written_in, guarded=True)
     except StudyFaults as error:
@@ -98,7 +100,7 @@ def load_specification(text: bytes | str, written_in: Format) -> Any:
 
 
 def _of_specification(fault: Fault) -> Fault:
-    """Adapt messages of the text reader to a specification; they are written for studies, whose axes may be long."""
+    """Replace words about studies in a fault of the text reader."""
     advice = "write less: a specification has few values" if "axes" in fault.advice else fault.advice
     return replace(fault, advice=advice, message=fault.message.replace("a study", "a specification"))
 
@@ -109,19 +111,19 @@ def parse_specification(document: object, shelf: Shelf | None = None) -> Specifi
     Parameters
     ----------
     document : object
-        As read from JSON or YAML.
+        The document as read from JSON or YAML.
     shelf : Shelf, optional
         Source of ground-motion records; see `damperlab.studies.ground.source.read_source`.
 
     Raises
     ------
     StudyFaults
-        With every fault of the document.
+        If the document has faults; the error lists every fault.
     """
     refuse_the_other(document, "specification")
     given, faults = guard(_mapping(document))
     faults = [_of_specification(fault) for fault in faults]
-    # a key of YAML without a value, for example if all its lines are comments
+    # YAML reads None for a key without a value, for example if all lines below the key are comments
     given = {key: value for key, value in given.items() if value is not None}
     reader = _Reader(given, faults, shelf)
     found = reader.specification()
@@ -133,7 +135,7 @@ def parse_specification(document: object, shelf: Shelf | None = None) -> Specifi
 def _mapping(document: object) -> dict[str, Any]:
     if isinstance(document, dict):
         return document
-    advice = "write keys and values: structure, excitation, choose"
+    advice = "write the keys `structure`, `excitation` and `choose` with their values"
     raise StudyFaults([Fault("specification", describe(document), "a mapping", advice)])
 
 
@@ -141,7 +143,7 @@ class _Reader(LimitFields):
     """Reads a complete specification."""
 
     def specification(self) -> Specification | None:
-        """Read the complete specification; None if it has a fault."""
+        """Read the complete specification. Return None if the specification has a fault."""
         self._unknown("", self.document, KEYS)
         structure = self._structure()
         records = self._records(structure)
@@ -161,9 +163,9 @@ class _Reader(LimitFields):
         if structure is None or excitations is None or records is None:
             self._without_ratios(structure)
             return None
-        # records have no base amplitude as a reference
+        # records have no base amplitude to which ratios could refer
         largest_m = max((each.highest_m for each in excitations), default=1.0)
-        if not self._in_units:  # then ratios refer to the largest amplitude, even if units are given
+        if not self._in_units:  # ratios then refer to the largest amplitude
             excitations = tuple(each.over(largest_m) for each in excitations)
             largest_m = 1.0
         choices = self._choices(largest_m, structure)
@@ -197,7 +199,7 @@ class _Reader(LimitFields):
         )
 
     def _rubbing(self, choices: Mapping[str, Choice]) -> None:
-        """Refuse friction or gravity of the particle with features that exclude it."""
+        """Refuse features that cannot be combined with friction of the particle or gravity."""
         for name in MADE_BY.values():
             chosen = self._has("choose", name)
             toleranced = self._has("tolerances", name) and (chosen or name in self.document)
@@ -209,7 +211,7 @@ class _Reader(LimitFields):
                 return
 
     def _without_ratios(self, structure: Structure | None) -> None:
-        """Read the damper although no ratio can be derived, to find faults of values in units."""
+        """Find faults in values of the damper in SI units, even if structure or excitation are faulty."""
         choices = self._choices(1.0, None)
         chosen = self.document.get("choose")
         held = {*self.document, *(chosen if isinstance(chosen, dict) else ())}

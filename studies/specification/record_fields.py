@@ -1,4 +1,4 @@
-"""Ground-motion records as the excitation of a specification, read from a document."""
+"""Read ground-motion records as the excitation of a specification."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,13 +15,13 @@ from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Structure
 
 OF_RECORDS = ("records", *GENERATED)
-"""Keys of an excitation by records; the key of a generated record is short for `records` with this record alone."""
+"""Keys of an excitation by records. A single generated record may be given under its own key instead of `records`."""
 RECORD_KEYS = (*OF_RECORDS, "scales", "tail_s")
 MOST_CASES = 50
-"""Largest number of cases, records times scales, of all excitations together."""
+"""Largest number of cases of all excitations together. A case is one record at one scale."""
 SCALE, TAIL = (QUANTITIES[name][0] for name in ("scale", "tail_s"))
 WITHOUT_BASE = ("clearance_ratio", "friction_ratio")
-"""Ratios to an amplitude of the base, which records do not have."""
+"""Ratios that refer to a base amplitude, which records do not have."""
 
 
 class RecordFields(Fields):
@@ -30,7 +30,7 @@ class RecordFields(Fields):
     Parameters
     ----------
     document, faults
-        As in `Fields`.
+        The document and the faults found so far; see `Fields`.
     shelf : Shelf, optional
         The store of records; see `damperlab.studies.ground.source.read_source`.
     """
@@ -41,7 +41,7 @@ class RecordFields(Fields):
 
     @property
     def _shakers(self) -> list[tuple[str, object]]:
-        """Give the excitations, each with its place in the document."""
+        """The excitations, each with its path in the document."""
         raw = self.document.get("excitation")
         if isinstance(raw, list):
             return [(f"excitation[{place}]", each) for place, each in enumerate(raw)]
@@ -49,7 +49,7 @@ class RecordFields(Fields):
 
     @property
     def _by_records(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Give the excitations that are records, or generate one."""
+        """The excitations by stored or generated records, each with its path in the document."""
         return [
             (place, each)
             for place, each in self._shakers
@@ -65,7 +65,7 @@ class RecordFields(Fields):
         return len(self._shakers) > len(self._by_records)
 
     def _records(self, structure: Structure | None) -> tuple[RecordCases, ...] | None:
-        """Read the records of a specification; None if some cannot be read."""
+        """Read the records of a specification. Return None if some records cannot be read."""
         if not self._by_records:
             return ()
         self._unitless()
@@ -83,8 +83,7 @@ class RecordFields(Fields):
             self._fault(f"{place}.{key}", f"{count} cases", f"at most {MOST_CASES}", advice, told)
         if len(groups) < len(read):
             return None
-        # the document, and so its digest, contains the digest of the samples, because it means the record in its
-        # present form
+        # the stored document contains a hash of the samples, so that the digest depends on the samples
         held = iter(groups)
         places = {place for place, _ in self._by_records}
         kept = [_held(next(held), each) if place in places else each for place, each in self._shakers]
@@ -107,10 +106,10 @@ class RecordFields(Fields):
     def _group(
         self, place: str, given: Mapping[str, Any], structure: Structure | None, named: set[str]
     ) -> RecordCases | None:
-        """Read the records of one excitation; add their ids to `named`, the ids in earlier excitations."""
+        """Read the records of one excitation. `named` contains the ids read so far, to which new ids are added."""
         before = len(self.faults)
         raw = self._mapping(place, RECORD_KEYS if place == "excitation" else ("name", *RECORD_KEYS), given)
-        assert raw is not None  # it is a mapping
+        assert raw is not None  # `given` is a mapping
         first, *others = [key for key in OF_RECORDS if key in raw]
         for key in others:
             told = (
@@ -123,7 +122,7 @@ class RecordFields(Fields):
         if first == "records":
             entries = self._entries(f"{place}.records", raw["records"])
         else:
-            # its faults already name the key
+            # the faults of a generated record already name the key
             entries = [(f"{place}.{first}", place, {first: raw[first]})]
         found = read_entries(entries, self._shelf, named, self.faults)
         scales = self._scales(f"{place}.scales", raw.get("scales", 1.0))
@@ -150,7 +149,7 @@ class RecordFields(Fields):
                     self._fault(field, describe(held[key]), name, f"give `{name}`", told)
 
     def _entries(self, field: str, raw: object) -> list[Entry]:
-        """Give the records of a list, or a single one."""
+        """Return the entries of a list of records, or of a single record."""
         entries = [raw] if isinstance(raw, str | dict) else raw
         if not isinstance(entries, list | tuple) or not 0 < len(entries) <= MOST_CASES:
             allowed = f"a list of 1 to {MOST_CASES} records"
@@ -178,7 +177,7 @@ class RecordFields(Fields):
         steps = float(windows_of(source, 1.5 * structure.natural_frequency_hz, tail_s))
         if steps > MOST_WINDOWS:
             found = f"{steps:,.0f} steps of {source.called}"
-            told = f"{{field}} takes about {found} a damper; at most {MOST_WINDOWS:,} are allowed."
+            told = f"{{field}} takes about {found} for each damper; at most {MOST_WINDOWS:,} are allowed."
             advice = "use a shorter record or tail, or a slower structure"
             if source.generated is not None:
                 advice = source.generated.shorter
@@ -186,10 +185,10 @@ class RecordFields(Fields):
 
 
 def _held(group: RecordCases, given: object) -> dict[str, Any]:
-    """Write an excitation by records in the form in which a specification stores it."""
-    assert isinstance(given, Mapping)  # without this key it would not be an excitation by records
+    """Return an excitation by records in the stored form of a specification."""
+    assert isinstance(given, Mapping)  # an excitation by records is a mapping
     name = {key: given[key] for key in ("name",) if key in given}
-    # a sweep defines its samples completely; for other records the digest of the samples is part of the document
+    # the parameters of a sweep define the samples; documents of other records contain a hash of the samples
     sources = [source.document() for source in group.sources]
     shaken = {"sweep": given["sweep"]} if "sweep" in given else {"records": sources}
     return name | shaken | {"scales": list(group.scales), "tail_s": group.tail_s}

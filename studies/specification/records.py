@@ -9,7 +9,7 @@ from damperlab.studies.ground.source import RecordSource
 from damperlab.studies.specification.excitation import Amplitude
 
 ONCE = (1.0,)
-"""The frequencies of a case: a record has one response and no frequency, so its response has a single point."""
+"""Placeholder for the frequency axis of the response to a record."""
 
 
 @dataclass(frozen=True)
@@ -35,20 +35,20 @@ class Case:
 
 @dataclass(frozen=True)
 class RecordCases:
-    """Records with their scales, one excitation of a specification; the worst pair is judged.
+    """Records with their scales: one excitation of a specification. The result is that of the worst pair.
 
     Parameters
     ----------
     sources : tuple of RecordSource
-        By id, ascending.
+        Records in ascending order of id.
     scales : tuple of float
-        Ascending.
+        Factors on the records, ascending.
     tail_s : float
         Free vibration after every record [s].
     motions : mapping of GroundMotion
-        Samples by id, if available.
+        Samples of each record by id, if available.
     name : str
-        Name among other excitations.
+        Name that distinguishes this excitation from other excitations.
     """
 
     sources: tuple[RecordSource, ...]
@@ -64,15 +64,15 @@ class RecordCases:
 
     @property
     def alone(self) -> Recipe | None:
-        """The definition of the record, if it is the only one and describes the base motion."""
+        """The recipe of a single generated record; None for several records or a stored record."""
         return self.sources[0].generated if len(self.sources) == 1 else None
 
     @property
     def nouns(self) -> tuple[str, ...]:
-        """Kind of each record."""
+        """Noun for each record in sentences, for example ``ground-motion record``."""
         every = [source.generated for source in self.sources]
         return tuple("ground-motion record" if each is None else each.noun for each in every)
 
 
 Under = Amplitude | Case
-"""A condition for judging a damper: an amplitude over its band, or a record."""
+"""The condition under which a damper is evaluated: one amplitude over a band, or one record at one scale."""

@@ -1,4 +1,4 @@
-"""Structure and excitation of a specification, read from a document."""
+"""Read the structure and the excitation of a specification from a document."""
 
 import math
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ BASE = AMPLITUDES | {
 
 
 class SceneFields(RecordFields):
-    """Reads the structure and its excitation."""
+    """Reads the structure and the excitation."""
 
     @property
     def _in_units(self) -> bool:
@@ -113,14 +113,14 @@ class SceneFields(RecordFields):
         return Structure(mass, frequency, damping, "stiffness_n_per_m" in raw, "damping_n_s_per_m" in raw)
 
     def _excitations(self, structure: Structure | None) -> tuple[Excitation, ...] | None:
-        """Read one excitation over a band, or those of a list; None if one of them cannot be read."""
+        """Read one excitation over a band, or a list of excitations. Return None if an excitation cannot be read."""
         raw = self.document.get("excitation")
         if not isinstance(raw, list):
             one = self._excitation("excitation", raw, EXCITATION_KEYS, structure)
             return None if one is None else (one,)
         if not 1 <= len(raw) <= MOST_EXCITATIONS:
             allowed = f"one excitation, or a list of 1 to {MOST_EXCITATIONS}"
-            self._fault("excitation", describe(raw), allowed, "give those that may be the worst")
+            self._fault("excitation", describe(raw), allowed, "give the excitations that may be the worst")
             return None
         by_records = {field for field, _ in self._by_records}
         found = {
@@ -149,11 +149,11 @@ class SceneFields(RecordFields):
 
     @property
     def _names(self) -> list[str]:
-        """Give the names of the excitations of a list."""
+        """Names of the excitations in a list."""
         return [self._name_of(place, each) for place, (_, each) in enumerate(self._shakers)]
 
     def _name_of(self, place: int, raw: object) -> str:
-        """Read the name of one of several excitations; its number if it has none."""
+        """Read the name of an excitation in a list. The default name contains the number of the excitation."""
         otherwise = f"excitation {place + 1}"
         name = raw.get("name", otherwise) if isinstance(raw, Mapping) else otherwise
         if isinstance(name, str) and name.strip() and name.isprintable() and len(name) <= MOST_LETTERS:
@@ -172,13 +172,13 @@ class SceneFields(RecordFields):
         Parameters
         ----------
         field : str
-            Its path.
+            Path of the excitation in the document.
         raw : object
-            The value there.
+            The value at this path.
         known : tuple of str
-            Keys that it may have.
+            Allowed keys.
         structure : Structure or None
-            The structure, if it could be read.
+            The structure; None if it could not be read.
         """
         if isinstance(raw, Mapping) and "frequency_hz" not in raw:
             raw = {ALIASES.get(key, key): value for key, value in raw.items()}

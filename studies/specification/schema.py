@@ -1,6 +1,4 @@
-"""The JSON schema of a specification, for OpenAPI documents, editors and forms, derived from the tables of its
-reader.
-"""
+"""The JSON schema of a specification, for OpenAPI documents, editors and forms."""
 
 from typing import Any
 
@@ -47,7 +45,7 @@ OF_SCENE: dict[str, Quantity] = {
         MASS, NATURAL_FREQUENCY, STIFFNESS, DAMPING_RATIO, DAMPING, *BASE.values(), FREQUENCY_RATIO,
     )
 } | {"frequency_hz": EXCITATION_FREQUENCY}  # fmt: skip
-"""Keys of structure and excitation."""
+"""Quantity of each key of structure and excitation."""
 LIMIT_WORDS = {
     each.name: each.words + ("" if each.under_record else ", over bands") for each in LIMITS.values()
 } | {
@@ -67,7 +65,7 @@ NAME: Schema = {"type": "string", "minLength": 1, "maxLength": MOST_LETTERS}
 
 
 def specification_schema() -> Schema:
-    """Return the self-contained JSON schema of a specification."""
+    """Return the JSON schema of a specification, without references."""
     excitation = {name: _span(OF_SCENE[name]) for name in EXCITATION_KEYS}
     measures = list(dict.fromkeys((*MEASURES, *RECORD_MEASURES)))
     return {
@@ -117,7 +115,7 @@ def specification_schema() -> Schema:
             "confidence": CONFIDENCE.schema(0.9),
             "budget_minutes": BUDGET_MINUTES.schema(8.0),
             "budget_points": _count("largest number of points, in place of core minutes", 100),
-            "builds": _count("builds drawn within the tolerances", 0, 10_000) | {"default": 60},
+            "builds": _count("number of builds drawn at random within the tolerances", 0, 10_000) | {"default": 60},
         },
     }  # fmt: skip
 
@@ -179,7 +177,7 @@ def _choice(quantity: Quantity) -> Schema:
         properties[CONTACT_TIME.name] = CONTACT_TIME.schema()
     named = {
         "type": "object",
-        "description": "a value with its name, for example a material",
+        "description": "a value with a name, for example the name of a material",
         "required": [quantity.name],
         "additionalProperties": False,
         "properties": properties,

@@ -22,7 +22,7 @@ from damperlab.studies.specification.records import Case, RecordCases, Under
 from damperlab.studies.variables import MADE_BY
 
 CHOSEN = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")
-"""Quantities of a damper, in this order everywhere."""
+"""Quantities of a damper, in a fixed order."""
 RATIO_OF = {
     "clearance_m": "clearance_ratio",
     "friction_force_n": "friction_ratio",
@@ -31,17 +31,17 @@ RATIO_OF = {
 }
 """The dimension of a study for each quantity of the damper."""
 STARTS = 12
-"""Number of starts of one damper; one of them is rest."""
+"""Number of initial states of one damper, including rest."""
 JUDGES = {
     "rest": "the response from rest",
     "worst": f"the largest response to {STARTS} starts",
     "likely": f"the response that most of {STARTS} starts lead to",
 }
-"""Choices of the response over a band if there are several."""
+"""Options for the response that is evaluated over a band if several responses exist."""
 OF_STRUCTURE = ("mass_kg", "natural_frequency_hz", "damping_ratio")
-"""Further quantities that may have tolerances, which are always relative."""
+"""Quantities of the structure that may have tolerances, which are stored as relative tolerances."""
 OF_DAMPER = (*CHOSEN, *MADE_BY.values())
-"""Quantities of a damper, including the optional ones for the forces on its particle between impacts."""
+"""Quantities of a damper, including the optional friction coefficient and tilt of the cavity."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,11 @@ class Structure:
     Parameters
     ----------
     mass_kg, natural_frequency_hz : float
-        M and ω_n/2π; in a specification in ratios, 1 kg and 1/2π Hz, so that k = 1 N/m.
+        Mass M and natural frequency ω_n/2π. A specification in ratios has 1 kg and 1/2π Hz, so that k = 1 N/m.
     damping_ratio : float
-        ζ.
+        Damping ratio ζ.
     stiffness_given, dashpot_given : bool
-        Whether k and c were given instead of ω_n and ζ: a tolerance of the mass then leaves k and c unchanged.
+        Whether k was given instead of ω_n, and c instead of ζ. A tolerance of the mass leaves given k and c unchanged.
     """
 
     mass_kg: float
@@ -75,7 +75,7 @@ class Structure:
         return self.mass_kg * self.angular_frequency**2
 
     def built_off(self, mass: Any, frequency: Any, damping: Any) -> tuple[Any, Any]:
-        """Give the relative deviations of ω_n and ζ of the structure as built.
+        """Return the relative deviations of ω_n and ζ of the structure as built.
 
         Parameters
         ----------
@@ -89,19 +89,17 @@ class Structure:
         return shift, damping
 
     def per_metre(self, motion: Motion) -> float:
-        """Give the amplitude of the constant quantity that gives a base amplitude of 1 m at the natural frequency, or a
-        static displacement of 1 m.
-        """
+        """Return the amplitude of a motion per metre of base amplitude at ω_n, or a force per static displacement."""
         return self.stiffness_n_per_m if motion.force else float(self.angular_frequency**motion.order)
 
 
 def ratio_unit(limit: str, amplitude_m: float, structure: Structure) -> float:
-    """Give the reference of a limit for a specification in ratios, in the limit's unit.
+    """Return the reference quantity of a limit that is given as a ratio, in the unit of the limit.
 
     Parameters
     ----------
     limit : str
-        One of `LIMITS` or `DAMPER_LIMITS`.
+        Name of the limit in `LIMITS` or `DAMPER_LIMITS`.
     amplitude_m : float
         The largest base amplitude Z.
     structure : Structure
@@ -126,14 +124,14 @@ class Choice:
     Parameters
     ----------
     start, stop : float
-        Ends of the range, in the unit in the name of the quantity; they are equal if the quantity is given.
+        Ends of the range, in the unit that the name of the quantity states. The ends of a fixed quantity are equal.
     values : tuple of float
-        The only values allowed, ascending; empty for a range.
+        The allowed values of a list, ascending; empty for a range.
     names : tuple of str
         Names of the values, for example materials; empty without names.
     contact_times_s : tuple of float
-        For a restitution, the contact time [s] of each value of a list, or one for all values; empty if impacts take no
-        time. Two values of a list may be equal if their contact times differ.
+        For a restitution, the contact time [s] of each value of a list, or one contact time for all values. Empty if
+        impacts take no time. Two values of a list may be equal if their contact times differ.
     """
 
     start: float
@@ -149,11 +147,11 @@ class Choice:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether steps are relative to the value: if the range spans two octaves or more and excludes 0."""
+        """Whether the range is divided in equal ratios. The range must span two octaves or more, and exclude 0."""
         return not self.values and self.start > 0 and self.stop >= 4 * self.start
 
     def at(self, share: float) -> float:
-        """Give the value at a fraction of the range, from 0 to 1; in a list, the nearest value."""
+        """Return the value at a fraction of the range, from 0 to 1. For a list, return the nearest listed value."""
         if self.values:
             return self.values[self._place(share)]
         if share in (0.0, 1.0):
@@ -163,13 +161,13 @@ class Choice:
         return self.start + share * (self.stop - self.start)
 
     def contact_time_s(self, share: float) -> float:
-        """Give the contact time at a fraction of the range [s]; 0 if impacts take no time."""
+        """Return the contact time [s] at a fraction of the range; 0 if impacts take no time."""
         if len(self.contact_times_s) > 1:
             return self.contact_times_s[self._place(share)]
         return next(iter(self.contact_times_s), 0.0)
 
     def called(self, value: float, contact_time_s: float) -> str:
-        """Give the name of a value in a list, found by the value and its contact time; empty if it has none."""
+        """Return the name of a listed value with a given contact time; empty if the value has no name."""
         times = (
             self.contact_times_s if len(self.contact_times_s) > 1 else (contact_time_s,) * len(self.values)
         )
@@ -177,12 +175,12 @@ class Choice:
         return next((name for name, *known in each if known == [value, contact_time_s]), "")
 
     def _place(self, share: float) -> int:
-        """Give the index in the list nearest to a fraction of its length."""
+        """Return the index in `values` that is nearest to a fraction of the list's length."""
         return round(share * (len(self.values) - 1))
 
 
 def beside_rubbing(in_units: bool, choices: Mapping[str, Choice]) -> dict[str, bool]:
-    """Say which features of a specification exclude friction and gravity, by their names in `NOT_WITH_RUBBING`."""
+    """Return which features of `NOT_WITH_RUBBING` a specification has."""
     return {
         "ratios": not in_units,
         "contact": any(choices["restitution"].contact_times_s),
@@ -191,25 +189,25 @@ def beside_rubbing(in_units: bool, choices: Mapping[str, Choice]) -> dict[str, b
 
 @dataclass(frozen=True)
 class Tolerance:
-    """A tolerance, to either side.
+    """A symmetric tolerance.
 
     Parameters
     ----------
     size : float
-        In the unit of the quantity, or relative to its value.
+        Size in the unit of the quantity, or relative to the value of the quantity.
     relative : bool
-        Whether it is relative.
+        Whether the size is relative.
     """
 
     size: float
     relative: bool
 
     def of(self, value: float) -> float:
-        """Give the tolerance of a value in the value's unit."""
+        """Return the tolerance of a value, in the unit of the value."""
         return self.size * value if self.relative else self.size
 
     def most(self, limit: float) -> float:
-        """Give the largest value that, with its tolerance, stays within a limit; at most 0 if there is none."""
+        """Return the largest value that stays within a limit including the tolerance; at most 0 if there is none."""
         return limit / (1.0 + self.size) if self.relative else limit - self.size
 
 
@@ -224,36 +222,36 @@ class Specification:
     structure : Structure
         The structure.
     excitations : tuple of Excitation
-        Excitations over bands, applied one by one; the worst is judged. Empty if there are only records.
+        Excitations over bands, applied one at a time. The worst excitation determines the result. Empty if all
+        excitations are records.
     choices : dict of Choice
-        Every quantity in `OF_DAMPER`, restricted to the values that, with their tolerance, stay within the limits on
-        the damper itself.
+        Values of every quantity in `OF_DAMPER` that stay within `damper_limits` including tolerances.
     limits : dict of float
-        Limits on results, by the names of `LIMITS`, in their units.
+        Limits on results. The keys are names of `LIMITS`, which also gives the units.
     damper_limits : dict of float
-        Limits on the damper itself as it is built, by the names of `DAMPER_LIMITS`, in their units.
+        Limits on the damper as built. The keys are names of `DAMPER_LIMITS`, which also gives the units.
     bounds : dict of str
-        Limits that shortened a range at its end, by quantity.
+        Name of the limit that shortened the range of a quantity, by quantity.
     tolerances : dict of Tolerance
-        By the names of `OF_DAMPER` and `OF_STRUCTURE`; absent if a quantity is exact.
+        Tolerances. The keys are names of `OF_DAMPER` and `OF_STRUCTURE`. Exact quantities have no entry.
     measure : Measure
         The measure to minimise.
     judge : str
-        Which response over a band is judged if there are several: one of `JUDGES`.
+        The response that is evaluated over a band if several responses exist, one of `JUDGES`.
     confidence : float
-        Confidence of errors and intervals.
+        Confidence level of errors and intervals.
     budget_points : int or None
         Largest number of points; None for the number expected within `budget_minutes`.
     budget_minutes : float
-        Minutes of one core.
+        Budget of computing time, in minutes of one core.
     builds : int
         Number of builds drawn within the tolerances.
     in_units : bool
-        Whether lengths, forces and masses are in units; else all are ratios.
+        Whether lengths, forces and masses are in SI units instead of ratios.
     document : dict
-        The document as given; records with the digest of their samples.
+        The document as given, with a hash of the samples added to each record.
     records : tuple of RecordCases
-        The ground-motion records and sweeps, instead of excitations over a band or together with them.
+        Excitations by ground-motion records and sweeps, in addition to `excitations` or instead of them.
     """
 
     name: str
@@ -281,12 +279,12 @@ class Specification:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """The quantities that are chosen."""
+        """Quantities of the damper that have more than one allowed value."""
         return tuple(name for name in OF_DAMPER if self.choices[name].free)
 
     @property
     def rubs(self) -> bool:
-        """Whether friction or gravity acts on the particle, for any allowed damper."""
+        """Whether friction or gravity acts on the particle of any allowed damper."""
         return any(self.choices[name].stop > 0.0 or name in self.tolerances for name in MADE_BY.values())
 
     @property
@@ -300,25 +298,23 @@ class Specification:
         return tuple(case for records in self.records for case in records.cases)
 
     def records_of(self, case: Case) -> RecordCases:
-        """Give the excitation to which a case belongs; no record is in two excitations."""
+        """Return the excitation to which a case belongs. No record is in two excitations."""
         return next(each for each in self.records if case.source in each.sources)
 
     def measured(self, under: Under) -> Measure:
-        """Give the measure for the results under an amplitude, or under a record."""
+        """Return the measure for the results under an amplitude, or under a record."""
         return (RECORD_MEASURES if isinstance(under, Case) else MEASURES)[self.measure.name]
 
     def limit_key(self, limit: str) -> str:
-        """Give the name of a limit in the document; in a specification in ratios, the name of its ratio."""
+        """Return the name of a limit in the document. In a specification in ratios, this is the name of the ratio."""
         return limit if self.in_units else (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).ratio
 
     def as_limited(self, limit: str, value: float) -> float:
-        """Give a value of a limited quantity as in the document: in its unit, or as a ratio."""
+        """Convert a value to the form of a limit in the document: in the unit of the limit, or as a ratio."""
         return value if self.in_units else value / ratio_unit(limit, self.largest_m, self.structure)
 
     def limited(self, limit: str, under: Under) -> tuple[str, ...]:
-        """Give the variables whose product a limit on results restricts; empty if the results under this condition
-        do not determine it.
-        """
+        """Return the variables whose product is limited under an amplitude or a record; empty if there are none."""
         about = LIMITS[limit]
         if isinstance(under, Case):
             return (about.under_record,) if about.under_record else ()
@@ -331,7 +327,7 @@ class Specification:
 
     @property
     def limits_measure(self) -> bool:
-        """Whether a limit is on the measure itself."""
+        """Whether the measure itself has a limit."""
         return self.measure.limit in self.limits
 
     @property
@@ -341,17 +337,15 @@ class Specification:
 
     @property
     def largest_m(self) -> float:
-        """The largest base amplitude Z at the nominal natural frequency, or static displacement, of any excitation;
-        the reference of ratios.
-        """
+        """Reference length of ratios: the largest base amplitude at the nominal ω_n, or static displacement."""
         return max(each.highest_m for each in self.excitations)
 
     def level(self, amplitude: Amplitude) -> float:
-        """Give the amplitude of the constant quantity, in its unit."""
+        """Return the amplitude of the quantity that is constant over the band, in the unit of this quantity."""
         return amplitude.reference_m * self.structure.per_metre(amplitude.excitation.motion)
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the document as given, without its name, in hexadecimal."""
+        """SHA-256 hash of the document without the name, 64 hexadecimal digits."""
         asked = {key: value for key, value in self.document.items() if key != "name"}
         return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""Tolerances, read from a document."""
+"""Read tolerances from a document."""
 
 import math
 from collections.abc import Mapping
@@ -21,18 +21,16 @@ from damperlab.studies.variables import MADE_BY
 SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
 ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a number in the unit")
 MOST = 7
-"""Largest number of tolerances of one specification: the number of factors of the two-level design of their corners."""
+"""Largest number of tolerances, which is the number of factors in the two-level design for builds."""
 BESIDE_LARGEST = ("friction_force_n", "restitution")
-"""Quantities that may be 0: their tolerance is checked against the largest allowed value. Tolerances of other
-quantities are checked against the smallest, unless that is 0.
-"""
+"""Quantities whose tolerances are always compared with the largest allowed value, because the quantities may be 0."""
 
 
 class ToleranceFields(DamperFields):
     """Reads tolerances."""
 
     def _tolerance_values(self) -> dict[str, Tolerance]:
-        """Read `tolerances` by key, as far as this needs no other fields; each quantity once."""
+        """Return the tolerances by key, one for each quantity. Checks that need other fields are in `_tolerances`."""
         ratios = [ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN]
         known = (*OF_DAMPER, *ratios, *OF_STRUCTURE)
         raw = self._mapping("tolerances", known, self.document.get("tolerances", {})) or {}
@@ -55,16 +53,16 @@ class ToleranceFields(DamperFields):
     def _tolerances(
         self, choices: dict[str, Choice], amplitude_m: float | None, structure: Structure | None
     ) -> dict[str, Tolerance]:
-        """Read tolerances and check them against their quantities.
+        """Read tolerances and compare each tolerance with the values of the quantity.
 
         Parameters
         ----------
         choices : dict of Choice
             The allowed values, as given.
         amplitude_m : float or None
-            The largest base amplitude; None if it is unknown, so that ratios cannot be converted.
+            The largest base amplitude. If None, the amplitude is unknown, and ratios cannot be converted.
         structure : Structure or None
-            None if unknown.
+            The structure; None if it could not be read.
         """
         found: dict[str, Tolerance] = {}
         for key, tolerance in self._tolerance_values().items():
@@ -96,8 +94,9 @@ class ToleranceFields(DamperFields):
     def _of_cavity(
         self, field: str, key: str, tolerance: Tolerance, choices: Mapping[str, Choice]
     ) -> Tolerance | None:
-        """Check the tolerance of a quantity of the cavity against its largest value; None if the quantity is not given,
-        or the tolerance is too large or relative to 0.
+        """Check the tolerance of a quantity of the cavity against the largest value of this quantity.
+
+        Return None if the quantity is not given, or if the tolerance is 0 or too large.
         """
         about = next(each for each in OF_CAVITY if each.name == key)
         if not (key in self.document or self._has("choose", key)):
@@ -118,12 +117,12 @@ class ToleranceFields(DamperFields):
     def _of_structure(
         self, field: str, key: str, tolerance: Tolerance, structure: Structure
     ) -> Tolerance | None:
-        """Convert a tolerance of the structure into a relative one; None if it is unreasonable, or relative to 0."""
+        """Return a tolerance of the structure as a relative tolerance, or None if it is invalid or ineffective."""
         value = float(getattr(structure, key))
         if tolerance.relative or not tolerance.size:
             return tolerance if value else None  # a share of 0 is 0
         if not value:
-            told = f"{{field}} = {tolerance.size:g} is a tolerance around a {key} of 0, which has no values below it."
+            told = f"{{field}} = {tolerance.size:g} is a tolerance of a {key} of 0, but {key} cannot be negative."
             advice = f"give the middle of the possible range as `{key}`, or leave the tolerance out: 0 is the worst case"
             self._fault(field, f"{tolerance.size:g}", f"a {key} above 0", advice, told)
             return None
@@ -134,16 +133,16 @@ class ToleranceFields(DamperFields):
         return Tolerance(tolerance.size / value, True)
 
     def _check_size(self, field: str, name: str, tolerance: Tolerance, choice: Choice, scale: float) -> None:
-        """Refuse a size above half of the value; relative tolerances have the same bound."""
+        """Refuse a tolerance above half of the value. Relative tolerances were checked when they were read."""
         largest = name in BESIDE_LARGEST or not choice.start
         most = SHARE.highest * (choice.stop if largest else choice.start) / scale
         if tolerance.relative or tolerance.size <= most * (1.0 + ROUNDING):
             return
         which = "" if not choice.free else "largest " if largest else "smallest "
         told = (
-            f"{{field}} = {tolerance.size:g} is more than half of the {which}value asked for, {2 * most:g}."
+            f"{{field}} = {tolerance.size:g} is more than half of the {which}specified value, {2 * most:g}."
         )
-        advice = "check its unit, work closer, or write a share such as 10%"
+        advice = "check its unit, choose a closer tolerance, or write a share such as 10%"
         self._fault(field, f"{tolerance.size:g}", f"at most {most:g}", advice, told)
 
     def _tolerance(self, field: str, raw: object) -> Tolerance | None:

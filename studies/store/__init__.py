@@ -1,1 +1,1 @@
-"""Storage of studies: the catalogue in SQL, the cubes in Zarr, under one data directory."""
+"""Storage of studies in a data directory: a catalogue in an SQL database, and result cubes in Zarr's format."""

@@ -1,4 +1,4 @@
-"""The cubes of a store, each with the blocks that are done, and the remaining space on the disk."""
+"""Access to the cubes of a store, and the check of the free space on the disk."""
 
 import os
 from typing import TYPE_CHECKING, Any
@@ -28,48 +28,48 @@ _MARKS_KEPT = 16  # number of studies whose marks are cached
 
 
 class Cubes(StoreBase):
-    """The cubes of a store."""
+    """The part of a store that reads cubes."""
 
     def cube_path(self, study_id: str) -> str:
-        """Give the address of a study's cube for a worker."""
+        """Return the address with which a worker can open a study's cube."""
         with self.catalogue.reading() as connection:
             return self.cube_shelf(study_id, study_row(connection, study_id).number).address
 
     def cube(self, study_id: str) -> "xr.Dataset":
-        """Open a study's cube as it is now: lazy, with every block either complete or not computed.
+        """Open a study's cube lazily. Points of blocks that are not done yet are shown as not computed.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         StoreFault
-            If done-marks are missing, or the description or coordinates are lost, damaged or cannot be read.
+            If done-marks are missing, or the description or a coordinate is lost, damaged or unreadable.
         """
-        # importing xarray takes half of a command's start, and few commands need it
+        # imported here, because importing xarray takes half of a command's start-up time
         from damperlab.studies.store.cube.opened import open_cube
 
         row, shelf, marks = self._snapshot(study_id)
-        # a study may have been renamed since
+        # the study may have been renamed after the description of the cube was written
         return open_cube(shelf, marks).assign_attrs(title=row.name)
 
     def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
-        """Give a cube's shelf, and the generation of every block that is done.
+        """Return the storage location of a cube, and the generation of every block that is done.
 
         Parameters
         ----------
         study_id : str
-            The whole id.
+            The complete id.
         revision : int, optional
-            Only blocks that were done at this revision; by default now.
+            Revision of the study at which the returned blocks were done; by default the present revision.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         RevisionGone
-            If the revision never existed, or blocks were invalidated since.
+            If the revision never existed, or blocks have been invalidated since this revision.
         CatalogueDamaged
-            If done-marks are missing, so that their blocks would read as not computed.
+            If done-marks are missing.
         """
         _, shelf, marks = self._snapshot(study_id, revision)
         return shelf, marks
@@ -109,14 +109,14 @@ class Cubes(StoreBase):
         return row, shelf, kept[1]
 
     def lost_blocks(self, study_id: str) -> list[int]:
-        """Give the blocks that have a done-mark and no file, ascending; the files are only listed.
+        """Return the indices of the blocks that have a done-mark but no file, ascending. No file is read.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         StoreFault
-            If done-marks are missing, files cannot be listed, or the description is lost or damaged.
+            If done-marks are missing, or the files cannot be listed.
         """
         shelf, marks = self.snapshot(study_id)
         if not marks:
@@ -128,9 +128,9 @@ class Cubes(StoreBase):
         )
 
     def trouble(self) -> str | None:
-        """Give the reason why nothing more can be written; None if all is well.
+        """Return the reason why results cannot be written, for example a full disk; None if results can be written.
 
-        Some space is kept free, so that the catalogue can still record events when the cubes have filled the disk.
+        A disk with less free space than `RESERVE_BYTES` is reported as full.
         """
         gone = disk_gone(self.shelf)
         if gone is not None:
@@ -153,6 +153,6 @@ class Cubes(StoreBase):
         return None
 
     def taken(self) -> Taken:
-        """Give the usage of the studies, as counted by the quota."""
+        """Return the number of points and bytes of all studies, as the quota counts them."""
         with self.catalogue.reading() as connection:
             return taken(connection)

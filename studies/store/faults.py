@@ -1,4 +1,4 @@
-"""Messages of the store for requests that it cannot fulfil."""
+"""Errors of the store, with messages for users."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,12 +9,12 @@ from damperlab.studies.user_error import UserError
 
 
 class StoreFault(UserError):
-    """An error that the user can correct; the text says how.
+    """An error whose message tells the user how to correct the problem.
 
     Parameters
     ----------
     fault : Fault
-        The field, the value found, the allowed values, the advice.
+        The field, the value found, the allowed values, and the advice.
     """
 
     def __init__(self, fault: Fault) -> None:
@@ -22,32 +22,32 @@ class StoreFault(UserError):
         self.fault = fault
 
     def __reduce__(self) -> tuple[type["StoreFault"], tuple[Fault]]:
-        """Pickle by the fault, so that it survives transport from a worker process."""
+        """Pickle only the fault, so that a worker process can send the error."""
         return type(self), (self.fault,)
 
 
 class StudyNotFound(StoreFault):
-    """No study, or more than one, has the given name or id."""
+    """No study or several studies have the given name or id."""
 
 
 class StudyBusy(StoreFault):
-    """A process works on the study; the request must wait until it ends."""
+    """A process works on the study, so the request is refused until this work has ended."""
 
 
 class KeyTaken(StoreFault):
-    """The key of a submission belongs to another definition."""
+    """The idempotency key of a submission was already used for another definition."""
 
 
 class NothingToDo(StoreFault):
-    """The request would change nothing in the study, or cannot help."""
+    """The request is not possible in the present state of the study, or would have no effect."""
 
 
 class RevisionGone(StoreFault):
-    """The study's cube is no longer available at that revision."""
+    """The cube is not available at the requested revision."""
 
 
 class StoreAway(StoreFault):
-    """The store cannot be reached, or denies access: the state of the data is unknown."""
+    """The store cannot be reached or denies access, so the state of the data is unknown."""
 
 
 class CatalogueDamaged(StoreFault):
@@ -55,7 +55,7 @@ class CatalogueDamaged(StoreFault):
 
 
 class QuotaReached(StoreFault):
-    """A study would exceed the quota."""
+    """A new study would exceed the quota."""
 
 
 class TooManyUnfinished(QuotaReached):
@@ -63,14 +63,12 @@ class TooManyUnfinished(QuotaReached):
 
 
 def may_pass(error: StoreFault) -> bool:
-    """Whether a store or its catalogue may recover without intervention, for example after a server's restart or a
-    lock.
-    """
+    """Whether the cause of an error may disappear without intervention, for example a restarting server or a lock."""
     return type(error) in (StoreFault, StoreAway)
 
 
 def cannot_use(place: str, error: OSError) -> StoreFault:
-    """Translate for users an error of reading or writing cubes."""
+    """Return the `StoreFault` for an OSError that occurred while files of the store were read or written."""
     away = isinstance(error, (ShelfAway, PermissionError))
     return (StoreAway if away else StoreFault)(
         Fault(
@@ -89,7 +87,7 @@ def cannot_use(place: str, error: OSError) -> StoreFault:
 
 @contextmanager
 def using(place: str) -> Iterator[None]:
-    """Translate for users an error of a disk or an object store; raise `StoreFault`."""
+    """Convert an error of a disk or an object store to a `StoreFault`."""
     try:
         yield
     except OSError as error:
@@ -97,14 +95,14 @@ def using(place: str) -> Iterator[None]:
 
 
 def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueDamaged:
-    """Make the fault for a study whose rows in the catalogue are damaged."""
+    """Return the error for a study whose rows in the catalogue are damaged."""
     return CatalogueDamaged(
         Fault(
             f"study {study_id}",
             f"{found} in the catalogue",
             "the rows as they were written",
             advice
-            or f"compare everything with `damperlab store verify {study_id}`, and repair it with `damperlab store verify "
+            or f"list the damage with `damperlab store verify {study_id}`, and repair the study with `damperlab store verify "
             f"{study_id} --repair`; a catalogue that is beyond repair is made again by `damperlab store rebuild`",
             f"The catalogue is damaged: study {study_id} has {found}.",
         )
@@ -112,7 +110,7 @@ def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueD
 
 
 def lost_files(noun: str, name: str, why: str, advice: str) -> Fault:
-    """Make the fault for a design or a record whose files are damaged."""
+    """Return the fault for a design or a ground-motion record whose files are lost or damaged."""
     found = f"{name}, whose files are lost or damaged ({why})"
     told = f"The files of {noun} {name} are lost or damaged: {why.rstrip('.')}."
     return Fault(noun, found, f"a {noun} whose files are complete", advice, told)

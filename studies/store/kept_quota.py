@@ -1,4 +1,4 @@
-"""Quota of items stored with the studies: ground-motion records, designs."""
+"""Quota of the items that are stored beside the studies: ground-motion records and designs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,28 +9,28 @@ from damperlab.studies.store.provenance import submitter
 
 @dataclass(frozen=True)
 class KeptQuota:
-    """Largest number of items of one kind; None for no limit.
+    """Largest number of stored items of one kind, such as designs.
 
     Parameters
     ----------
     together : int, optional
-        For all owners together.
+        Largest number of items of all owners together; None for no limit.
     of_owner : int, optional
-        For each owner of keys.
+        Largest number of items of each owner; None for no limit.
     """
 
     together: int | None = 1000
     of_owner: int | None = None
 
     def reached(self, what: str, owners: Sequence[str | None]) -> Fault | None:
-        """Give the reason why the submitter may store no more; None if more are allowed.
+        """Return the reason why the submitter may not store another item; None if another item is allowed.
 
         Parameters
         ----------
         what : str
-            The kind, in the singular, as in addresses and settings.
+            Kind of the items: `design` or `record`.
         owners : sequence of str or None
-            Owners of the stored items.
+            Owner of each stored item.
         """
         owner = submitter.get()
         his = None if owner is None else self.of_owner

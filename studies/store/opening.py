@@ -1,4 +1,4 @@
-"""Opening the store of this machine as the command line does: the given folder, the environment, or the default."""
+"""Opening of a store on this machine."""
 
 import os
 from pathlib import Path
@@ -9,13 +9,13 @@ if TYPE_CHECKING:
 
 
 def default_data_dir() -> Path:
-    """The default data folder: ``$XDG_DATA_HOME/damperlab``, else ``~/.local/share/damperlab``.
+    """Return the default data folder: ``$XDG_DATA_HOME/damperlab``, else ``~/.local/share/damperlab``.
 
     Returns
     -------
     Path
-        An absolute path, not created. As the XDG base directory specification asks, a relative
-        ``XDG_DATA_HOME`` is ignored.
+        Absolute path of the folder, which is not created. A relative ``XDG_DATA_HOME`` is ignored, as the XDG base
+        directory specification requires.
     """
     base = os.environ.get("XDG_DATA_HOME", "")
     root = Path(base) if Path(base).is_absolute() else Path.home() / ".local" / "share"
@@ -23,13 +23,13 @@ def default_data_dir() -> Path:
 
 
 def open_store(data_dir: str | Path | None = None, catalogue: str | None = None) -> "Store":
-    """Open the studies in a folder of this machine; no service is needed.
+    """Open a folder of studies on this machine. No service is needed.
 
     Parameters
     ----------
     data_dir : path, optional
-        The data folder; by default ``DAMPERLAB_DATA_DIR``, else ``~/.local/share/damperlab``. It is created if it is
-        missing.
+        The data folder; by default ``DAMPERLAB_DATA_DIR``, else ``~/.local/share/damperlab``. The folder is
+        created if it is missing.
     catalogue : str, optional
         Address of a PostgreSQL catalogue, ``postgresql://…``; by default ``DAMPERLAB_CATALOGUE``, else a SQLite file
         in the folder.
@@ -37,15 +37,15 @@ def open_store(data_dir: str | Path | None = None, catalogue: str | None = None)
     Returns
     -------
     Store
-        ``store.page()`` lists the studies, ``store.find("figure-11")`` gives a study's record, and
-        ``store.cube(record.id)`` gives its results as an xarray Dataset.
+        The opened store. ``store.page()`` lists the studies, ``store.find("figure-11")`` returns a study's record, and
+        ``store.cube(record.id)`` returns the results of the study as an xarray Dataset.
 
     Raises
     ------
     ImportError
         If only the client is installed.
     StoreFault
-        If the folder or the catalogue cannot be used, or a newer version made it.
+        If the folder or the catalogue cannot be used, or was made by a newer version of damperlab.
 
     Examples
     --------

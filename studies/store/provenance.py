@@ -14,17 +14,17 @@ from typing import TypeVar
 SUBMITTED_BY = "submitted_by"
 """Key of the owner in a study's provenance."""
 REFINES = "refines"
-"""Key in the provenance of a follow-up study: the id of the study whose best design it refines."""
+"""Key in the provenance of a refinement study; the value is the id of the study whose best design is refined."""
 DESIGNS = "designs"
-"""Key in the provenance of a study that a design requested: the digest of the specification."""
+"""Key in the provenance of a study that a design search requested; the value is the digest of the specification."""
 ASKED_BY_PROGRAMS = (REFINES, DESIGNS)
-"""Keys that only studies submitted by a program have."""
+"""Keys in the provenance of studies that the program submitted itself. Such a study has one of these keys."""
 
 PRIVATE = ("host", "user", SUBMITTED_BY)
-"""Keys of a provenance that a published file leaves out."""
+"""Keys of the provenance that are not written to published files."""
 
 submitter: ContextVar[str | None] = ContextVar("submitter", default=None)
-"""Owner of studies submitted from now on; None without keys."""
+"""Owner of the studies that are submitted in this context; None if no access key is used."""
 
 Value = TypeVar("Value")
 
@@ -42,13 +42,13 @@ _PACKAGES = (
 
 
 def signed(provenance: Mapping[str, Value]) -> dict[str, Value | str]:
-    """Add the owner to a study's provenance, if known."""
+    """Return a study's provenance with the owner added, if the owner is known."""
     owner = submitter.get()
     return dict(provenance) if owner is None else {**provenance, SUBMITTED_BY: owner}
 
 
 def asked_by(provenance: Mapping[str, str]) -> dict[str, str | None]:
-    """Give the columns of the catalogue for owner and purpose of a study; None if unknown."""
+    """Return the values of the catalogue's columns for the owner and the purpose of a study; None if unknown."""
     purpose = next((each for each in ASKED_BY_PROGRAMS if each in provenance), None)
     return {
         "submitted_by": provenance.get(SUBMITTED_BY),
@@ -63,9 +63,8 @@ def provenance() -> dict[str, str]:
     Returns
     -------
     dict of str
-        `solver_version` is this project's own version; the package versions have the packages' names. `processor`
-        and `libc` are included because the last bits of a sine may depend on them. Seeds are not included: they are
-        part of the study's definition.
+        `solver_version` is the version of damperlab; the versions of other packages have the packages' names. The last
+        bits of a sine may depend on `processor` and `libc`. Seeds are part of the study's definition.
     """
     found = {"solver_version": _version("damperlab"), "python": platform.python_version()}
     found |= {name: _version(name) for name in _PACKAGES}
@@ -89,7 +88,7 @@ def _version(package: str) -> str:
 
 @cache
 def _processor() -> str:
-    # on Linux the name of the model is in a file that `platform` does not read
+    # on Linux the name of the processor is in a file that `platform` does not read
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
@@ -102,5 +101,5 @@ def _user() -> str:
     try:
         return getpass.getuser()
     except (KeyError, OSError):
-        # a container may run under a user id without a name
+        # a process in a container may have a user id without a name
         return f"uid {os.getuid()}"

@@ -1,4 +1,4 @@
-"""A study in the catalogue, and the result of one block."""
+"""Data of a study in the catalogue, and a worker's report on one block."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -13,8 +13,7 @@ from damperlab.studies.vocabulary import ENDED, State
 Preparation = Literal["starting", "compiling", "waiting"]
 Phase = Literal[Preparation, State]
 PREPARATIONS: tuple[Preparation, ...] = get_args(Preparation)
-"""Phases in which a running study computes no block: workers start, missing kernels are compiled, or no worker is left.
-"""
+"""Phases of a running study in which no block is computed. A study is `waiting` if no worker is left."""
 
 TRASH_DAYS = 7
 """Time for which a study in the trash can be restored."""
@@ -22,14 +21,18 @@ TRASH_DAYS = 7
 
 @dataclass(frozen=True)
 class Totals:
-    """Sums over the studies in one state.
+    """Sums over all studies in one state.
 
     Parameters
     ----------
-    studies, points, points_done, points_failed, bytes : int
-        Number of studies; their design points, those stored, and those that failed; bytes of the complete cubes.
+    studies : int
+        Number of studies.
+    points, points_done, points_failed : int
+        Numbers of all points, of points that are done, and of failed points.
+    bytes : int
+        Size of the cubes when they are complete.
     blocks_left : int
-        Blocks yet to be computed.
+        Number of blocks that are not done.
     """
 
     studies: int
@@ -42,25 +45,25 @@ class Totals:
 
 @dataclass(frozen=True)
 class BlockOutcome:
-    """Report of a worker on one block once its region is on the disk.
+    """Report of a worker on one block, sent after the file of the block is on the disk.
 
     Parameters
     ----------
     index : int
-        Index of the block in its plan.
+        Index of the block in the plan of the study.
     points, failed : int
-        Points of the block, and the number with a status of 2 or above.
+        Number of points of the block, and number of points with a status of 2 or above.
     seconds, kernel_seconds : float
-        Wall time of the whole block, and the part of it spent in kernels [s].
+        Wall time of the whole block, and the part of this time spent in kernels [s].
     message : str, optional
-        Reason of a failed block.
+        Reason why the block failed; None if the block did not fail.
     generation, checksum : str
-        The generation in the name of the block's file, and the checksum of its values; see
+        The generation in the name of the block's file, and the checksum of the block's values; see
         `damperlab.studies.store.cube.cube.write_region`.
     reused : int
-        Points reused from earlier studies.
+        Number of points reused from earlier studies.
     identity : str
-        Solver, see `damperlab.studies.store.solver.identity_of`; empty for a failed block.
+        Identity of the solver, from `damperlab.studies.store.solver.identity_of`; empty for a failed block.
     """
 
     index: int
@@ -77,22 +80,22 @@ class BlockOutcome:
 
 @dataclass(frozen=True)
 class Record:
-    """One study in the catalogue at one moment.
+    """Data of a study in the catalogue at one moment.
 
     Parameters
     ----------
     id, name, state : str
-        The first 12 hex digits of the digest; the study's name; one of `STATES`.
+        Id of the study, made of the digest and the version; name of the study; state, one of `STATES`.
     phase : str
-        One of `PREPARATIONS` while a running study computes no block, else its state.
+        One of `PREPARATIONS` while the study is running and computes no block; otherwise the state.
     phase_done, phase_total : int, optional
-        Number of compiled kernels, and their total, while the phase is compiling; else None.
+        Number of compiled kernels, and number of kernels to compile, during the phase `compiling`; else None.
     points_total, points_done, points_failed, blocks_total, blocks_done : int
-        Progress; failed points count as done.
+        Numbers of points and blocks. Failed points are included in `points_done`.
     created, started, finished : datetime
-        In UTC; None if it has not happened.
+        Times of the submission, the start and the end in UTC; None before the start or the end.
     seconds_left : float, optional
-        Expected wall time to the end at the pace since the study was last started [s]; None without a pace.
+        Expected wall time until the study ends [s]; None if the speed of the computation is unknown.
     definition : dict
         The study as JSON.
     digest : str
@@ -102,33 +105,33 @@ class Record:
     provenance : dict
         Versions, machine, user and time.
     message : str, optional
-        Why the study or its first failed block failed, which workers were excluded and why, or why it waits.
+        Reason why the study or a block failed, why workers were excluded, or why the study waits.
     seconds, kernel_seconds : float
         Wall time and time in kernels, summed over the done blocks [s].
     owner : str, optional
-        Owner of the claim on the study; None if no process works on it.
+        Owner of the claim on the study; None if no process works on the study.
     points_reused : int
-        Points reused from earlier studies instead of being computed.
+        Number of points reused from earlier studies.
     revision : int
-        Increases with every block that is done or invalidated; at equal revisions cubes are equal.
+        Number that increases whenever blocks are done or invalidated. Between two changes, the cube stays the same.
     reuse : bool
         Whether points may be taken from earlier studies.
     shape : tuple of int
-        Points along each dimension.
+        Number of points along each dimension.
     version : int
-        1 for a study as submitted; each computation by a later solver gets the next number, and older ones stay.
+        1 for the submitted study. Each recomputation with another solver gets the next number.
     outdated : bool
-        Whether its results come from a solver other than today's; they are unchanged.
+        Whether another solver than today's computed the results.
     priority : int
         The waiting study with the highest priority starts first; by default 0.
     tags : tuple of str
-        Tags for finding it, sorted.
+        Tags for finding the study, sorted.
     note : str
         The user's note.
     dimensions : tuple of str
-        The dimensions of the cube, in its order.
+        Names of the cube's dimensions, in the order of the axes.
     submitted_by : str, optional
-        Owner of the key of its submission.
+        Owner of the access key with which the study was submitted; None if no key was used.
     """
 
     id: Annotated[str, Says(description="First 12 hex digits of the digest; followed by -2 for version 2.")]
@@ -196,11 +199,11 @@ class Record:
 
     @property
     def ended(self) -> bool:
-        """Whether the study has ended, so that nothing more happens without a request."""
+        """Whether the study has ended: it is done, cancelled or failed."""
         return self.state in ENDED
 
     def document(self) -> dict[str, Any]:
-        """Give the record as JSON-able values; times in ISO 8601, UTC."""
+        """Return the record as JSON-able values; times are in ISO 8601 and in UTC."""
         document = dict(vars(self))
         for key in ("created", "started", "finished"):
             document[key] = None if document[key] is None else document[key].isoformat()
@@ -209,7 +212,7 @@ class Record:
         return document
 
     def summary(self) -> dict[str, Any]:
-        """Give the record as JSON-able values, without its definition, which may be long, and its provenance."""
+        """Return the record as JSON-able values, without the definition and the provenance."""
         return {
             name: value for name, value in self.document().items() if name not in ("definition", "provenance")
         }

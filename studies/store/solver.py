@@ -1,4 +1,4 @@
-"""Identity of the solver: its sources and compiler, so that results of another solver are recognised."""
+"""Identity of the solver: a hash of the solver's sources and of the versions of its compiler."""
 
 import hashlib
 import platform
@@ -43,22 +43,21 @@ SOURCES: tuple[str, ...] = (
     "worker/steady",
     "worker/worker_process/tasks.py",
 )
-"""Every source file that can change a bit of a block's values, for a given definition of the study."""
+"""Source files and folders that determine the values of a block for a given study."""
 
 COMPILERS: tuple[str, ...] = ("numba", "llvmlite", "numpy")
 
 
 @cache
 def solver() -> str:
-    """Identity of the solver, 16 hex digits: its sources, and the versions of Python, numba, llvmlite and numpy.
+    """Return a hash of the solver's sources, and of the versions of Python, numba, llvmlite and numpy.
 
-    It is read from files and from the packages' metadata: nothing is imported, so a reader of results needs no
-    compiler. Comments and docstrings do not count.
+    Comments and docstrings do not change the hash. No package is imported, so a reader of results needs no compiler.
 
     Returns
     -------
     str
-        The same on every machine with the same sources and packages, whatever its line endings.
+        16 hex digits, the same on every machine with the same sources and packages. Line endings have no effect.
     """
     python = "python " + ".".join(platform.python_version_tuple()[:2])
     parts = (hash_of(Path(__file__).parents[2], SOURCES), python, *_compilers())
@@ -66,14 +65,12 @@ def solver() -> str:
 
 
 def is_outdated(recorded: Mapping[str, str]) -> bool:
-    """Whether results with this provenance belong to another solver than today's; results without an identity count as
-    such.
-    """
+    """Whether the provenance of results names a solver other than today's, or no solver."""
     return recorded.get("solver") != solver()
 
 
 def identity_of(provenance: Mapping[str, str]) -> str:
-    """Hash what determines the bits of a point: the solver, the target for which it is compiled, and the C library.
+    """Return a hash of the solver, the compilation target and the C library, which determine the bits of the results.
 
     Returns
     -------

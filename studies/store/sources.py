@@ -1,4 +1,4 @@
-"""Python sources without comments, docstrings and blank lines, so that an edit of prose does not outdate results."""
+"""Hash of Python sources without comments, docstrings and blank lines."""
 
 import hashlib
 from collections.abc import Iterable, Iterator
@@ -8,19 +8,19 @@ _QUOTES = '"' * 3
 
 
 def hash_of(root: Path, names: Iterable[str]) -> str:
-    """Hash the code of sources.
+    """Return the SHA-256 hash of the code in source files.
 
     Parameters
     ----------
     root : Path
         Folder of the package.
     names : iterable of str
-        Files, and folders with all sources in them, relative to it.
+        Paths relative to `root`, of files and of folders. All sources in a folder are included.
 
     Returns
     -------
     str
-        64 hex digits; the same for the same sources, whatever their line endings.
+        64 hex digits. Line endings have no effect.
     """
     digest = hashlib.sha256()
     for name in names:
@@ -32,10 +32,10 @@ def hash_of(root: Path, names: Iterable[str]) -> str:
 
 
 def computing_lines(text: str) -> Iterator[str]:
-    """Give the lines of a source without comments, blank lines and docstrings, also those of values.
+    """Yield the lines of a source without comments, blank lines and docstrings, including docstrings of constants.
 
-    A docstring begins a line with three quotes, as the formatter writes it. A comment after code is removed if the
-    line has no double quote; otherwise the # could be part of a text.
+    A line that begins with three quotes starts a docstring. A comment after code is kept if the line has a double
+    quote, because the # may then be part of a string.
     """
     prose = string = False
     for line in text.splitlines():

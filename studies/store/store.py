@@ -1,4 +1,4 @@
-"""The store: the catalogue and the cubes of one data directory, as one object."""
+"""The class `Store`, which combines the catalogue and the cubes of a data directory."""
 
 import os
 import shutil
@@ -17,15 +17,15 @@ from damperlab.studies.store.life_cycle.small_studies import SmallBatches
 from damperlab.studies.store.life_cycle.submissions import Submissions
 
 _COPIES = 10
-"""Attempts to copy the catalogue of a read-only folder while another process writes it."""
+"""Number of attempts to copy the catalogue of a read-only folder while another process changes it."""
 _LOG_HEADER_BYTES = 32
 
 
 class Store(Submissions, Remarking, SmallBatches, Cubes):
-    """Studies and their cubes under one data directory.
+    """Studies and their cubes in one data directory.
 
-    Usable from several threads and, with one `Store` each, from several processes. Do not use a `Store` in
-    a process that was forked after it was opened.
+    Several threads may use one `Store`. Several processes may use the same data directory, each with a separate
+    `Store`. A forked process must open a new `Store`.
     """
 
     _copy: TemporaryDirectory[str] | None = None
@@ -45,22 +45,22 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
         Parameters
         ----------
         data_dir : Path
-            Folder of the catalogue and the cubes.
+            Data directory, which contains the catalogue and the cubes.
         catalogue : str, optional
             Address of a PostgreSQL database for the catalogue; by default it is a SQLite file in the folder.
         cubes : str, optional
-            Location of the cubes in an object store, `s3://bucket/prefix`; by default the previous location, which is
-            at first the folder.
+            Location of the cubes in an object store, `s3://bucket/prefix`; by default the location that the catalogue
+            has stored, else the data directory.
         quota : Quota
-            Limits of the space that studies may take.
+            Limits on the size and the number of studies.
         wait_seconds : float
-            Longest wait of a change for the write lock of the catalogue.
+            Longest time that a change waits for the write lock of the catalogue.
 
         Raises
         ------
         StoreFault
-            If the folder or the location cannot be used, a newer version made it, or the cubes there belong to
-            another catalogue.
+            If the folder or the location of the cubes cannot be used, if a newer version of damperlab made the
+            catalogue, or if the cubes belong to another catalogue.
         """
         data_dir = Path(data_dir).expanduser().absolute()
         if catalogue is None and cubes is None and is_read_only(data_dir):
@@ -77,7 +77,7 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
 
     @classmethod
     def _open_read_only(cls, data_dir: Path, quota: Quota) -> "Store":
-        """Open a read-only folder through a copy of its catalogue: a database on such a disk cannot be locked."""
+        """Open a read-only folder with a copy of the catalogue, because the original database cannot be locked."""
         copy = TemporaryDirectory(prefix="damperlab-")
         try:
             for _ in range(_COPIES):
@@ -107,7 +107,7 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
         return store
 
     def close(self) -> None:
-        """Close the catalogue's connections."""
+        """Close the connections to the catalogue, and remove the copy of a read-only catalogue."""
         super().close()
         if self._copy is not None:
             self._copy.cleanup()
@@ -119,9 +119,7 @@ def is_read_only(data_dir: Path) -> bool:
 
 
 def _written(data_dir: Path) -> tuple[int, bytes]:
-    """Give the time when a SQLite catalogue was last written, and the start of its log, which changes when pages move
-    from the log into the file.
-    """
+    """Return the time of the last change of the SQLite file, and the header of the write-ahead log."""
     log = data_dir / f"{SQLITE_FILE}-wal"
     with log.open("rb") if log.exists() else BytesIO() as file:
         return (data_dir / SQLITE_FILE).stat().st_mtime_ns, file.read(_LOG_HEADER_BYTES)

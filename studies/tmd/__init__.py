@@ -1,1 +1,1 @@
-"""The tuned mass damper as the reference for the hybrid: transfer function, tunings, peaks."""
+"""The tuned mass damper, the reference for the hybrid damper: transfer function, tunings and peaks."""

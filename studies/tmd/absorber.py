@@ -1,4 +1,4 @@
-"""A tuned mass damper as data."""
+"""Parameters of a tuned mass damper."""
 
 from dataclasses import dataclass, replace
 
@@ -10,11 +10,11 @@ class Absorber:
     Parameters
     ----------
     mass_ratio : float
-        μ = m/M, absorber over primary mass.
+        μ = m/M, mass of the absorber divided by the primary mass.
     tuning : float
-        γ = ω_a/ω_n, natural frequency of the absorber alone over that of the structure alone.
+        γ = ω_a/ω_n, natural frequency of the absorber alone divided by the natural frequency of the structure alone.
     damping_ratio : float
-        ζ = c/(2√(m k₁)), over the absorber's own natural frequency: equations (13) and (15).
+        ζ = c/(2√(m k₁)), the damping ratio of the absorber alone, as in equations (13) and (15).
     """
 
     mass_ratio: float
@@ -23,11 +23,11 @@ class Absorber:
 
     @property
     def damping_over_structure(self) -> float:
-        """ζ′ = c/(2 m ω_n) = ζγ, over the structure's natural frequency, as in Table 4."""
+        """Damping ratio ζ′ = c/(2 m ω_n) = ζγ, with the structure's natural frequency, as in Table 4."""
         return self.damping_ratio * self.tuning
 
     def detuned(self, frequency: float = 0.0, damping: float = 0.0) -> "Absorber":
-        """Give the absorber with relative deviations of its frequency and its ζ; 0.05 is five per cent too high."""
+        """Return the absorber with γ and ζ multiplied by 1 + `frequency` and 1 + `damping`."""
         return replace(
             self, tuning=self.tuning * (1 + frequency), damping_ratio=self.damping_ratio * (1 + damping)
         )

@@ -10,11 +10,9 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, peaks, without_absor
 from damperlab.studies.vocabulary import Excitation
 
 BEND = 0.01
-"""Largest relative deviation of a curve from the line between two of its points; it is too small to be seen."""
+"""Largest relative deviation of a curve from the lines between its points. This deviation is too small to be seen."""
 LEAST_SHARE = 1e-5
-"""Intervals of at most this share of the band are not divided further. At an undamped resonance, where the value is
-infinite, division would not end.
-"""
+"""Intervals of at most this share of the band are not divided, so that division ends at an infinite peak."""
 
 
 def exact_curves(
@@ -23,21 +21,23 @@ def exact_curves(
     structural_damping: float = 0.0,
     excitation: Excitation = "base",
 ) -> dict[str, list[float]]:
-    """Give the amplitude ratio with a tuned mass damper and without a damper over a band.
+    """Return the amplitude ratio with a tuned mass damper and without a damper over a band.
 
-    Intervals are divided until lines on a logarithmic scale of amplitudes follow both curves to `BEND`.
+    Intervals are divided until lines on a logarithmic amplitude scale follow both curves to within `BEND`.
 
     Parameters
     ----------
     frequency_ratio : array_like, (n,)
-        Ascending frequencies; all of them are kept, and they limit the band. A single one is returned unchanged.
+        Ascending frequency ratios, all of which are kept. Further frequency ratios are added between the first and the
+        last frequency ratio.
     absorber, structural_damping, excitation
         As in `amplitude_ratio`.
 
     Returns
     -------
     dict of list
-        `frequency_ratio`, and at these frequencies `tmd` and `no_damper`; infinite at an undamped resonance.
+        `frequency_ratio`, and the amplitude ratios `tmd` and `no_damper` at these frequency ratios. An amplitude ratio
+        is infinite at an undamped resonance.
     """
     given = np.asarray(frequency_ratio, dtype=float)
     places = [peak.frequency_ratio for peak in peaks(absorber, structural_damping, excitation)] + [1.0]
@@ -46,7 +46,7 @@ def exact_curves(
     narrow = LEAST_SHARE * (r[-1] - r[0])
     split = np.flatnonzero(np.diff(r) > narrow)
     while split.size:
-        # tested at both thirds, where a line through an inflection deviates too; in the middle it may agree by chance
+        # an interval is tested at both thirds, because the line around an inflection may meet the curve in the middle
         step = np.diff(r)[split] / 3
         thirds = np.stack([r[split] + step, r[split] + 2 * step])
         between = _both(thirds, absorber, structural_damping, excitation)
@@ -68,6 +68,5 @@ def exact_curves(
 def _both(
     r: NDArray[np.float64], absorber: Absorber, structural_damping: float, excitation: Excitation
 ) -> NDArray[np.float64]:
-    """Both amplitude ratios, with the damper and without it, shape (2, …)."""
     beside = amplitude_ratio(r, absorber, structural_damping, excitation)
     return np.stack([beside, without_absorber(r, structural_damping, excitation)])

@@ -1,8 +1,8 @@
 """The absorber with the smallest peak on a damped structure, for which no closed form exists.
 
-Two stages: a simplex from the least point of a grid, then Powell's hybrid method, which refines the result if two
-peaks are level. Both use units of the width of the resonance, √μ + ζ_s, so that a light absorber is tuned as
-accurately as a heavy one.
+The search has two stages. A simplex method starts from the best point of a grid. Powell's hybrid method then refines
+the result if the absorber has two peaks of equal height. Both methods scale the tuning by the width of the resonance,
+√μ + ζ_s, so that a light absorber is tuned as accurately as a heavy one.
 """
 
 import math
@@ -18,16 +18,17 @@ from damperlab.studies.vocabulary import Excitation
 
 Floats = NDArray[np.float64]
 _TUNINGS = np.linspace(-4.0, 2.0, 37)
-"""Values of p on the grid, see `_Problem`; a heavily damped structure needs a slower absorber."""
+"""Values of p on the grid (see `_Problem`). A heavily damped structure needs p far below 0."""
 _DAMPINGS = np.linspace(math.log(0.05), math.log(30.0), 25)
 _PLACE = 1e-8
-"""Size of the simplex at which it has converged."""
+"""Size of the simplex at convergence."""
 
 
 class _Problem(NamedTuple):
-    """The unknowns: x = (p, q) means γ² = γ_D²·exp(w·p) and ζ = ζ_D·exp(q).
+    """The problem in the unknowns x = (p, q), with γ² = γ_D²·exp(w·p) and ζ = ζ_D·exp(q).
 
-    γ_D = 1/(1 + μ) is Den Hartog's tuning, ζ_D his damping plus ζ_s, w the width of the resonance.
+    γ_D = 1/(1 + μ) is Den Hartog's tuning, ζ_D is Den Hartog's damping ratio plus ζ_s, and w is the width of the
+    resonance.
     """
 
     mass_ratio: float
@@ -39,9 +40,9 @@ class _Problem(NamedTuple):
         return min(1.0, math.sqrt(self.mass_ratio) + self.structural_damping)
 
     def heights(self, x: Floats) -> Heights:
-        """Give the amplitude ratios of absorbers, x of shape (n, 2)."""
+        """Return the amplitude ratios of n absorbers, from x of shape (n, 2)."""
         mu = self.mass_ratio
-        # by logarithms, so that γ² − 1 is exact even for a light absorber
+        # logarithms keep γ² − 1 accurate for a light absorber
         logarithm = self.width * x[:, 0] - 2 * math.log1p(mu)
         damping = math.sqrt(3 * mu / (8 * (1 + mu))) + self.structural_damping
         return Heights(
@@ -63,7 +64,7 @@ class _Problem(NamedTuple):
 
 @lru_cache(maxsize=256)
 def minimax(mass_ratio: float, structural_damping: float, excitation: Excitation = "base") -> Absorber:
-    """Minimise the largest amplitude ratio over all frequencies.
+    """Return the absorber that minimises the largest amplitude ratio over all frequencies.
 
     Parameters
     ----------
@@ -77,9 +78,9 @@ def minimax(mass_ratio: float, structural_damping: float, excitation: Excitation
     Returns
     -------
     Absorber
-        With level peaks if the structure is lightly damped; then tuning and damping are accurate to about 1e-10 of
-        the width of the resonance, √μ + ζ_s. If a single maximum remains they are accurate to about 1e-7, and its
-        height to rounding.
+        The absorber. On a lightly damped structure, the response has two peaks of equal height, and the tuning and the
+        damping are accurate to about 1e-10 of the width of the resonance, √μ + ζ_s. If a single maximum remains, the
+        tuning and the damping are accurate to about 1e-7, and the height of the maximum is accurate to rounding.
     """
     from scipy.optimize import minimize, root  # the light client imports this module, and has no scipy
 
@@ -98,7 +99,7 @@ def minimax(mass_ratio: float, structural_damping: float, excitation: Excitation
 
 
 def _unlevel(x: Floats, problem: _Problem) -> Floats:
-    """Give the deviation of two peaks from level, and of their gradients from parallel.
+    """Return the logarithm of the ratio of the two peak heights, and the sine of the angle between the two gradients.
 
     Raises
     ------
@@ -111,15 +112,15 @@ def _unlevel(x: Floats, problem: _Problem) -> Floats:
         raise ArithmeticError
     a, b = _slopes(problem, heights, float(places[0]))
     c, d = _slopes(problem, heights, float(places[2]))
-    # divided by the height, and with the angle instead of the area: both are of order one for any absorber
+    # the logarithm and the sine are of order one for any absorber
     angle = (a * d - b * c) / (math.hypot(a, b) * math.hypot(c, d))
     return np.array([math.log(values[0] / values[2]), angle])
 
 
 def _slopes(problem: _Problem, heights: Heights, from_one: float) -> tuple[float, float]:
-    """Derivatives of log |H| by p and by q at a peak, λ² − 1; the peak is stationary, so its position may be held
-    fixed.
+    """Return the derivatives of log |H| with respect to p and q at a peak, whose position is λ² − 1 = `from_one`.
 
+    The peak is stationary, so the derivatives are taken at a fixed position.
     The dynamic stiffness is K = 1 + 2iζ_sλ − λ² − μλ² L/(L − λ²), L = γ² + 2iζγλ, and |H| = |a/K|, so
     d log|H| = −Re(dK/K) with dK/dL = μλ⁴/(L − λ²)².
     """

@@ -1,4 +1,4 @@
-"""Stationary points of the amplitude ratio of a structure with an absorber, for many at once."""
+"""Stationary points of the amplitude ratio of a structure with an absorber, for many absorbers at once."""
 
 from dataclasses import dataclass
 
@@ -7,38 +7,36 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 NARROWEST = 1e-150
-"""Width below which its squares would underflow."""
+"""Smallest width. The square of a smaller width would underflow."""
 ROUNDING = 1e-15
 PAIR = 1e-4
-"""Relative imaginary part up to which a complex pair of roots counts as a double root: the square root of rounding,
-with a margin.
-"""
+"""Largest relative imaginary part of a complex pair of roots that counts as a double root."""
 
 
 @dataclass(frozen=True)
 class Heights:
-    """The amplitude ratio of n absorbers, each on its own structure or all on one.
+    """The amplitude ratio of n absorbers, each on its own structure or all on one structure.
 
     With s = λ², |H|² is a ratio N/D of polynomials in s (degrees 3 and 4), so its stationary points are roots of N′D −
-    ND′. A light absorber on a lightly damped structure has all of them within about √μ of s = 1, where the coefficients
-    in powers of s cancel. So the polynomials are formed around a centre c, in t = (s − c)/δ, where δ is the width of
-    the features there. The centres are s = 1, and also s = 0 for an absorber that is tuned far below. The union of all
-    roots is taken: an additional point does no harm when the largest value is sought. A height depends on its position
-    only to second order.
+    ND′. With a light absorber on a lightly damped structure, all these points lie within about √μ of s = 1. There,
+    polynomials in powers of s lose their accuracy by cancellation. So the polynomials are formed around a centre c, in
+    t = (s − c)/δ, where δ is the width of the features near the centre. The centres are s = 1, and also s = 0 for an
+    absorber that is tuned far below the structure. All roots are used: an additional point does no harm when the
+    largest value is sought. An error in the position of a peak changes its height only to second order.
 
     Parameters
     ----------
     mass_ratio : float or ndarray, (n,)
         μ, 0 or more.
     square, offset : ndarray, (n,)
-        γ², and γ² − 1 separately: a light absorber is tuned closer to 1 than γ² can resolve, a slow one has γ² near
-        0.
+        γ², and γ² − 1 separately. A light absorber is tuned so close to 1 that γ² alone does not resolve γ² − 1. An
+        absorber with a low natural frequency has γ² near 0.
     damping_ratio : ndarray, (n,)
         ζ = c/(2√(m k₁)).
     structural_damping : float or ndarray, (n,)
         ζ_s.
     base : bool
-        Base excitation; else a force on the structure.
+        True for base excitation, False for a force on the structure.
     """
 
     mass_ratio: float | Floats
@@ -49,8 +47,9 @@ class Heights:
     base: bool
 
     def candidates(self) -> tuple[Floats, Floats]:
-        """Give λ and |H| at the real part of every root, each (n, roots); for a part that is not positive, λ = 0 and
-        |H| = 1.
+        """Return λ and |H| at the real part s of every root, each of shape (n, roots).
+
+        Where s is not positive, λ = 0 and |H| = 1.
         """
         widths = [
             (1.0, self.width()),
@@ -61,12 +60,12 @@ class Heights:
         return tuple(np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))  # type: ignore[return-value]
 
     def width(self) -> Floats:
-        """Give the width in s of the features around s = 1, at most 1, (n,)."""
+        """Return the width in s of the features around s = 1, at most 1, (n,)."""
         near = np.sqrt(self.mass_ratio) + self.structural_damping + self.damping_ratio + np.abs(self.offset)
         return np.asarray(np.clip(near, NARROWEST, 1.0))
 
     def highest(self) -> Floats:
-        """Give the largest |H| of each absorber, (n,); 1 at λ = 0 if nothing exceeds it."""
+        """Return the largest |H| of each absorber, (n,), which is at least 1, the value at λ = 0."""
         return np.asarray(self.candidates()[1].max(axis=1, initial=1.0))
 
     def _around(self, centre: float, width: Floats) -> tuple[Floats, Floats]:
@@ -79,10 +78,10 @@ class Heights:
         return np.where(positive, np.sqrt(centre + step), 0.0), np.where(positive, values, 1.0)
 
     def at(self, s: Floats, from_one: Floats) -> Floats:
-        """Give |H| at s = λ², (n, m), with its distance from 1 given separately."""
+        """Return |H| at s = λ², (n, m). `from_one` is s − 1, given separately so that it is accurate near 1."""
         mu, structural = _column(self.mass_ratio), _column(self.structural_damping)
         tuning, zeta = np.sqrt(self.square)[:, None], self.damping_ratio[:, None]
-        # far below 1, γ² − s is formed from γ² and s; else from their distances from 1
+        # γ² − s is formed from γ² and s if s < 0.5, otherwise from γ² − 1 and s − 1
         spring = np.where(s < 0.5, tuning**2 - s, self.offset[:, None] - from_one)
         lam = np.sqrt(s)
         top = np.hypot(spring, 2 * zeta * tuning * lam)
@@ -95,11 +94,11 @@ class Heights:
         return np.asarray(np.nan_to_num(ratio, nan=0.0, posinf=np.inf))
 
     def _roots(self, centre: float, width: Floats) -> NDArray[np.complex128]:
-        """Roots of N′D − ND′ in t = (s − c)/δ, (n, 6)."""
+        """Return the roots of N′D − ND′ in t = (s − c)/δ, (n, 6)."""
         mu, structural = self.mass_ratio, self.structural_damping
         tuning, zeta = np.sqrt(self.square), self.damping_ratio
         one = np.ones_like(width)
-        # every factor divided by its power of δ: rows of coefficients, the constant first
+        # each row holds the coefficients of a polynomial, the constant term first, with factors scaled by powers of δ
         s = np.stack([centre * one, width], axis=1)
         unit = np.stack([(1 - centre) / width, -one], axis=1)  # (1 − s)/δ
         spring = np.stack([(self.offset if centre == 1 else tuning**2) / width, -one], axis=1)
@@ -116,11 +115,11 @@ class Heights:
 
 
 def all_stationary(heights: Heights) -> tuple[Floats, Floats]:
-    """Give λ² − 1 and |H| of every stationary point of a single absorber, ascending, each once."""
+    """Return λ² − 1 and |H| of every stationary point of a single absorber, by ascending frequency, each point once."""
     width = heights.width()
     roots = heights._roots(1.0, width)[0]
     step = float(width[0]) * roots
-    # rounding may turn a double root into a complex pair; its imaginary part is small relative to s and to s − 1
+    # rounding may turn a double root into a complex pair, with imaginary parts that are small relative to s and s − 1
     nearness = np.minimum(np.abs(1 + step), np.abs(step) + width[0])
     kept = np.isfinite(roots) & (np.abs(step.imag) < PAIR * nearness) & (step.real > -1)
     offset = np.sort(step.real[kept])[None]
@@ -142,7 +141,7 @@ def _long(rows: Floats, length: int) -> Floats:
 
 
 def _times(a: Floats, b: Floats, length: int = 0) -> Floats:
-    """Products of polynomials, row by row."""
+    """Return the products of polynomials, row by row."""
     product = np.zeros((a.shape[0], max(length, a.shape[1] + b.shape[1] - 1)))
     for power in range(a.shape[1]):
         product[:, power : power + b.shape[1]] += a[:, power, None] * b
@@ -154,10 +153,10 @@ def _derived(a: Floats) -> Floats:
 
 
 def _polynomial_roots(rows: Floats) -> NDArray[np.complex128]:
-    """Roots of polynomials, row by row, as eigenvalues of companion matrices; NaN if the degree is lower.
+    """Return the roots of polynomials, row by row, as eigenvalues of companion matrices.
 
-    A leading coefficient below the rounding of the largest gives a spurious root that would spoil the others, so it
-    is left out.
+    Rows of polynomials of lower degree end with NaN. A leading coefficient below the rounding error of the largest
+    coefficient is left out, because it gives a spurious root that makes the other roots inaccurate.
     """
     size = np.abs(rows)
     counts = size > ROUNDING * size.max(axis=1, keepdims=True)

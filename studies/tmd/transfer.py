@@ -10,7 +10,7 @@ from damperlab.studies.tmd.stationary import Heights, all_stationary
 from damperlab.studies.vocabulary import Excitation
 
 ALIKE = 1e-9
-"""Relative difference of two heights that counts as rounding."""
+"""Largest relative difference between two peak heights that is attributed to rounding."""
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,13 @@ def amplitude_ratio(
     structural_damping: float = 0.0,
     excitation: Excitation = "base",
 ) -> NDArray[np.float64]:
-    """Amplitude ratio of the primary mass with a tuned mass damper.
+    """Return the amplitude ratio of the primary mass with a tuned mass damper.
 
     With λ the frequency ratio, ζ_s the structure's damping ratio and s = 1 + 2iζ_sλ,
 
         H = a (γ² − λ² + 2iζγλ) / [(s − λ²)(γ² − λ² + 2iζγλ) − μλ²(γ² + 2iζγλ)],
 
-    a = s for a shaken base, a = 1 for a force. For ζ_s = 0 both are the paper's (13).
+    where a = s for a shaken base, and a = 1 for a force. For ζ_s = 0, H is the paper's equation (13) in both cases.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def amplitude_ratio(
     Returns
     -------
     ndarray
-        |H|, of the same shape; infinite at an undamped resonance.
+        |H|, with the shape of `frequency_ratio`. |H| is infinite at an undamped resonance.
     """
     lam = np.asarray(frequency_ratio, dtype=float)
     square = lam * lam
@@ -59,28 +59,28 @@ def amplitude_ratio(
     bottom = np.abs((structure - square) * (link - square) - absorber.mass_ratio * square * link)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.asarray(top / bottom)
-    # An undamped absorber at its own frequency: both vanish, and the limit is 1/(1 + infinite impedance) = 0.
+    # For an undamped absorber at its own frequency, numerator and denominator vanish, and the limit of the ratio is 0.
     return np.where((top == 0) & (bottom == 0), 0.0, ratio)
 
 
 def without_absorber(
     frequency_ratio: ArrayLike, structural_damping: float, excitation: Excitation = "base"
 ) -> NDArray[np.float64]:
-    """Amplitude ratio of the structure alone; infinite at an undamped resonance."""
+    """Return the amplitude ratio of the structure alone, which is infinite at an undamped resonance."""
     return amplitude_ratio(frequency_ratio, Absorber(0.0, 1.0, 1.0), structural_damping, excitation)
 
 
 def peaks(
     absorber: Absorber, structural_damping: float = 0.0, excitation: Excitation = "base"
 ) -> tuple[Peak, ...]:
-    """Every stationary point of the amplitude ratio over λ > 0, by ascending frequency.
+    """Return every stationary point of the amplitude ratio over λ > 0, by ascending frequency.
 
     See `stationary.Heights` for the method.
 
     Returns
     -------
     tuple of Peak
-        Maxima and minima; the largest is the H∞ norm unless the response is largest at λ = 0.
+        Maxima and minima. The largest value is the H∞ norm, unless the response is largest at λ = 0.
     """
     found = all_stationary(_heights(absorber, structural_damping, excitation))
     return tuple(Peak(float(value), float(np.sqrt(1 + off))) for off, value in zip(*found, strict=True))
@@ -92,19 +92,20 @@ def highest(
     excitation: Excitation = "base",
     band: tuple[float, float] = (0.0, np.inf),
 ) -> Peak:
-    """Largest amplitude ratio over a band of frequencies, both ends included.
+    """Return the largest amplitude ratio over a band of frequencies, both ends included.
 
     Parameters
     ----------
     absorber, structural_damping, excitation
         As in `amplitude_ratio`.
     band : (float, float)
-        Lowest and highest λ; everything by default.
+        Lowest and highest λ; all frequencies by default.
 
     Returns
     -------
     Peak
-        Infinite if neither the structure nor the absorber has damping and a resonance is in the band.
+        The peak, whose value is infinite if neither the structure nor the absorber has damping and a resonance is in
+        the band.
     """
     low, high = band
     if structural_damping == 0 and absorber.damping_ratio * absorber.mass_ratio == 0:
@@ -118,12 +119,12 @@ def highest(
     places = np.append(places[0][inside], ends)
     values = np.append(values[0][inside], amplitude_ratio(ends, absorber, structural_damping, excitation))
     most = float(values.max())
-    # the best tunings have peaks of equal height; of peaks equal within rounding take that with the lowest frequency
+    # of peaks that are equal within rounding, as with an optimal tuning, take the peak at the lowest frequency
     return Peak(most, float(places[values >= most * (1.0 - ALIKE)].min()))
 
 
 def _heights(absorber: Absorber, structural_damping: float, excitation: Excitation) -> Heights:
-    # γ² − 1 without the cancellation that a light absorber, tuned next to the structure, would suffer
+    # this form of γ² − 1 avoids cancellation for a light absorber, which is tuned close to the structure
     offset = (absorber.tuning - 1) * (absorber.tuning + 1)
     return Heights(
         absorber.mass_ratio,

@@ -1,6 +1,4 @@
-"""The structure with a tuned mass damper under a ground motion. The system is linear, so it is integrated exactly from
-sample to sample.
-"""
+"""Response of a structure with a tuned mass damper to a ground motion, integrated exactly from sample to sample."""
 
 import math
 
@@ -11,13 +9,9 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.tmd.absorber import Absorber
 
 STEPS = 40
-"""Fewest steps per period of the structure: an extremum at its frequency is then at most (π/40)²/2 = 0.3 % above the
-samples.
-"""
+"""Smallest number of steps per period of the structure. A peak is then at most (π/40)²/2 = 0.3 % above the samples."""
 STROKE = "peak_stroke_m"
-"""Largest displacement of the absorber against the structure. It is not a variable of a suite, whose dampers have a
-clearance instead.
-"""
+"""Name of the largest displacement of the absorber relative to the structure. Suites have no such variable."""
 
 
 def measures_under(
@@ -33,18 +27,18 @@ def measures_under(
     Parameters
     ----------
     absorber : Absorber
-        The tuned mass damper; without mass it has no effect.
+        The tuned mass damper. An absorber without mass has no effect.
     damping_ratio, angular_frequency : float
         ζ and ω_n [rad/s] of the structure.
     motion : GroundMotion
-        Of the base; linear between samples.
+        Motion of the base, whose acceleration is linear between samples.
     scale, tail_s : float
-        Factor on the record, and free vibration after it [s].
+        Factor by which the record is multiplied, and duration of the free vibration after the record [s].
 
     Returns
     -------
     dict of float
-        By the names of a ground-motion suite's variables, and `STROKE`, in SI units.
+        Results in SI units, by the names of a ground-motion suite's variables and `STROKE`.
     """
     from scipy.linalg import expm  # the light client imports this module, and has no scipy
 
@@ -53,10 +47,10 @@ def measures_under(
     step = motion.step_s / parts
     places = np.arange((ground.size - 1) * parts + 1) / parts
     base = np.interp(places, np.arange(ground.size), ground)
-    # after the record the base has no acceleration: it continues at its final velocity
+    # after the record the base moves at constant velocity
     base = np.concatenate([base, np.zeros(round(tail_s / step))])
     system, row = linear_system(absorber, damping_ratio, angular_frequency)
-    # in units of the step, so that the slope is per step
+    # time is in units of the step, so the slope of the base acceleration is its change per step
     system = system * step
     system[6, 7] = 1.0
     advance = expm(system)[:6]
@@ -83,12 +77,11 @@ def measures_under(
 def linear_system(
     absorber: Absorber, damping_ratio: float, omega: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the matrix of the motion, (8, 8), and the row that gives the absolute acceleration x'' from the unknowns,
-    (8,).
+    """Return the matrix of the equations of motion, (8, 8), and the row that gives x'' from the unknowns, (8,).
 
-    Unknowns are v and v' of the structure against its base, q and q' of the absorber against the structure, and
-    displacement, velocity, acceleration and jerk of the base. The equations are v'' = x'' − a with
-    x'' = −2ζωv' − ω²v + μ(2ζ_aγωq' + γ²ω²q), and q'' = −(2ζ_aγωq' + γ²ω²q) − x''.
+    x'' is the absolute acceleration of the structure. The unknowns are v and v' of the structure relative to the base,
+    q and q' of the absorber relative to the structure, and displacement, velocity, acceleration a and jerk of the base.
+    The equations are v'' = x'' − a, x'' = −2ζωv' − ω²v + μ(2ζ_aγωq' + γ²ω²q), and q'' = −(2ζ_aγωq' + γ²ω²q) − x''.
     """
     link = np.zeros(8)
     own = absorber.tuning * omega

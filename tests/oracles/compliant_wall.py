@@ -1,8 +1,8 @@
-"""The contact model `compliant` integrated plainly: short Taylor steps in absolute coordinates, events by bisection.
+"""Integrates the contact model `compliant` with short Taylor steps in absolute coordinates, as a check on the solver.
 
-It imports nothing of the project. No step is longer than a fifth of the inverse of the regime's fastest rate, whatever
-that costs. Every event function is evaluated at the end of each step, and a change of sign is bisected. The number type
-is a parameter: floats, or mpmath's for a reference in extended precision.
+This module imports nothing from the project. The steps are short: a fifth of the inverse of the fastest rate, or less.
+Every event function is evaluated at the end of each step, and a change of sign is located by bisection. Numbers are
+floats, or numbers of mpmath for a reference in extended precision.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,8 +17,9 @@ _SIMPSON = (1, 4, 2, 4, 2, 4, 2, 4, 1)
 
 @dataclass(frozen=True)
 class Numbers:
-    """A number type: its constructor, sine, cosine and π, and the numbers of Taylor terms and bisections that exhaust
-    its precision.
+    """A number type, with its constructor, sine, cosine and π.
+
+    `terms` and `bisections` are the numbers of Taylor terms and of bisections that reach the precision of the type.
     """
 
     of: Callable[[Any], Any]
@@ -34,8 +35,9 @@ FLOATS = Numbers(float, sin, cos, pi, 16, 60)
 
 @dataclass(frozen=True)
 class Scene:
-    """Ratios of a design point with friction (0 for none), and stiffness and damping of its walls over k and k/ω_n; the
-    base is shaken, or the structure is `forced`.
+    """Ratios of a design point, with wall stiffness relative to k and wall damping relative to k/ω_n.
+
+    The friction ratio may be 0. The excitation is a motion of the base or, if `forced`, a force on the structure.
     """
 
     damping_ratio: float
@@ -49,8 +51,9 @@ class Scene:
 
 
 class March:
-    """An integration from rest. The particle is free, pushed by a wall, or inside a wall that would pull it; the mass
-    slips or is held.
+    """An integration from rest.
+
+    The particle flies, is pushed by a wall, or is inside a wall that exerts no force. The mass slips or sticks.
     """
 
     def __init__(self, scene: Scene, numbers: Numbers = FLOATS) -> None:
@@ -77,11 +80,11 @@ class March:
         self.loss = of(0)
 
     def _base(self) -> list[Any]:
-        """Taylor coefficients of the base."""
+        """Return the Taylor coefficients of the base displacement."""
         return [self.numbers.of(0)] * self.numbers.terms if self.forced else self._sine()
 
     def _force(self) -> list[Any]:
-        """Taylor coefficients of the force on the mass."""
+        """Return the Taylor coefficients of the exciting force on the mass."""
         return self._sine() if self.forced else [self.numbers.of(0)] * self.numbers.terms
 
     def _sine(self) -> list[Any]:
@@ -92,7 +95,7 @@ class March:
         return base
 
     def _expand(self) -> tuple[list[Any], list[Any], list[Any], list[Any]]:
-        """Taylor coefficients of u, p, the base, and the force of the wall."""
+        """Return the Taylor coefficients of u, p, the base displacement and the force of the wall."""
         base, pull_on, u, p = self._base(), self._force(), [self.u, self.u_rate], [self.p, self.p_rate]
         force = []
         for n in range(self.numbers.terms - 2):
@@ -119,7 +122,7 @@ class March:
     def _watches(
         self, u: list[Any], p: list[Any], base: list[Any], force: list[Any]
     ) -> dict[str, Callable[[Any], Any]]:
-        """Functions that become negative at an event."""
+        """Return the functions that become negative at an event, by the name of the event."""
         watches: dict[str, Callable[[Any], Any]] = {}
         if self.gamma and self.held:
             pull_on = self._force()
@@ -148,7 +151,7 @@ class March:
         return watches
 
     def step_to(self, end: Any) -> None:
-        """Take one step, up to its first event, and apply the event."""
+        """Take one step up to `end` or to the first event, and apply the event."""
         u, p, base, force = self._expand()
         pull_on = self._force()
         in_wall = self.side != 0
@@ -183,7 +186,7 @@ class March:
         elif what in ("turn", "onset"):
             self.turns += what == "turn"
             self._judge(push)
-            if what == "onset" and self.held:  # at the limit up to rounding
+            if what == "onset" and self.held:  # the load equals the limit up to rounding
                 load = (
                     _value(pull_on, h) - _curvature(base, h) - (self.u - _value(base, h)) - self.side * push
                 )
@@ -212,16 +215,14 @@ def _curvature(p: list[Any], h: Any) -> Any:
 
 
 class Accelerated(March):
-    """The same integration, which also records the largest |u''| and the integral of its square, from a dense scan of
-    every step.
-    """
+    """An integration that also computes the largest |u''| and the integral of u''², from eight parts of every step."""
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.acceleration_peak = self.acceleration_square = 0.0
 
     def begin(self, start: Sequence[float]) -> None:
-        """Begin at u, u', p, p' with the particle in flight."""
+        """Set the initial state u, u', p, p', in which the particle touches no wall."""
         self.u, self.u_rate, self.p, self.p_rate = start
         if self.gamma:
             sliding = self.u_rate - _slope(self._base(), 0.0)
@@ -231,7 +232,7 @@ class Accelerated(March):
                 self.held, self.slip = False, 1 if sliding > 0.0 else -1
 
     def run(self, cycles: int) -> None:
-        """Integrate through whole cycles."""
+        """Integrate a number of whole cycles."""
         end = 2 * pi * cycles / self.r
         while self.t < end:
             u, _, _, _ = self._expand()
@@ -247,9 +248,9 @@ class Accelerated(March):
 
 
 class Recorded(March):
-    """The same integration on a base that follows a record, whose acceleration is linear from sample to sample.
+    """An integration over a record, whose base acceleration is linear between samples.
 
-    It also records the peaks of v and u'' and the integrals of their squares, from a dense scan of every step.
+    The peaks of v and u'' and the integrals of their squares are computed from eight parts of every step.
     """
 
     def __init__(self, scene: Scene, samples: Sequence[float], step: float) -> None:
@@ -262,7 +263,7 @@ class Recorded(March):
             self._judge(0.0)
 
     def _base(self) -> list[Any]:
-        """Taylor coefficients of the base, from its state in the present interval."""
+        """Return the Taylor coefficients of the base displacement in the present sample interval."""
         h = self.t - self.sample * self.sample_step
         a = self.samples[self.sample]
         jerk = (self.samples[self.sample + 1] - a) / self.sample_step
@@ -276,7 +277,7 @@ class Recorded(March):
         return here + [0.0] * (self.numbers.terms - 4)
 
     def run(self) -> None:
-        """Integrate through the whole record."""
+        """Integrate over the whole record."""
         for sample in range(len(self.samples) - 1):
             self.sample = sample
             end = (sample + 1) * self.sample_step
@@ -290,9 +291,7 @@ class Recorded(March):
             self.start = [z + h * rate + h * h * (2 * a + b) / 6, rate + h * (a + b) / 2]
 
     def _look(self, u: list[Any], base: list[Any], span: float) -> None:
-        """Add peaks and squares over a step, by Simpson's rule on eight parts; the step is short compared with every
-        rate.
-        """
+        """Update the peaks, and the integrals of squares by Simpson's rule, with the motion over one step."""
         for i, weight in enumerate(_SIMPSON):
             h = span * i / 8
             v = _value(u, h) - _value(base, h)
@@ -306,7 +305,10 @@ class Recorded(March):
 def end_state(
     scene: Scene, cycles: int, numbers: Numbers = FLOATS, start: Sequence[Any] = (0, 0, 0, 0)
 ) -> tuple[list[Any], March]:
-    """Give u, u', p, p' after whole cycles from rest, or from a state in flight, and the integration that led there."""
+    """Return u, u', p, p' after whole cycles, and the integration.
+
+    The initial state is rest by default. In any other initial state, the particle must touch no wall.
+    """
     march = March(scene, numbers)
     march.u, march.u_rate, march.p, march.p_rate = (numbers.of(x) for x in start)
     if march.gamma and march.u_rate > march.r:

@@ -1,8 +1,8 @@
-"""The contact model `dwell` by a general-purpose integrator with events. It imports nothing of the project.
+"""Integrates the contact model `dwell` with SciPy's DOP853, and imports nothing from the project.
 
-It uses absolute coordinates and absolute time, and one integration per regime. The particle is free or on a wall for a
-contact time; the mass slips one way or is held. DOP853 at 1e-12 finds every event. It is only for scenes without
-chatter: sustained contact is an error.
+Coordinates and time are absolute. The particle flies, or is in contact with a wall for the contact time. The mass slips
+in one direction or sticks. Each such regime is integrated up to the first event, with a tolerance of 1e-12. Sustained
+contact is not supported: the integration then raises an error.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,8 +17,9 @@ _TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class Scene:
-    """Ratios of a design point with friction (0 for none) and a particle with a contact time; the base is shaken, or
-    the structure is `forced`.
+    """Ratios of a design point, and the contact time of the particle.
+
+    The friction ratio may be 0. The excitation is a motion of the base or, if `forced`, a force on the structure.
     """
 
     damping_ratio: float
@@ -37,9 +38,10 @@ def end_state(
     start: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
     seen: Callable[[np.ndarray, np.ndarray], None] | None = None,
 ) -> tuple[list[float], int]:
-    """Give u, u', p, p' after whole cycles from rest, or from a state in flight, and the number of impacts.
+    """Return u, u', p, p' after whole cycles, and the number of impacts.
 
-    `seen` is called with the times of every integration and u'' at these times.
+    The initial state is rest by default. In any other initial state, the particle must touch no wall. `seen` is called
+    after each regime with the times and the values of u'' at these times.
     """
     zeta, r, gamma = scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio
     delta, beta = scene.clearance_ratio, scene.mass_ratio

@@ -11,7 +11,7 @@ Curve = Callable[[np.ndarray], np.ndarray]
 
 
 def zeros(function: Curve, start: float, end: float, samples: int = 4001) -> list[float]:
-    """Return the simple zeros of `function` on (start, end), found between equally spaced samples."""
+    """Return the simple zeros of `function` on (start, end), bracketed by equally spaced samples."""
     x = np.linspace(start, end, samples)
     y = function(x)
     return [
@@ -21,6 +21,6 @@ def zeros(function: Curve, start: float, end: float, samples: int = 4001) -> lis
 
 
 def largest_magnitude(function: Curve, slope: Curve, start: float, end: float) -> float:
-    """Return max |function| over [start, end], from its stationary points and the two ends."""
+    """Return max |function| over [start, end], evaluated at the zeros of `slope` and at both ends."""
     places = np.array([start, end, *zeros(slope, start, end)])
     return float(np.max(np.abs(function(places))))

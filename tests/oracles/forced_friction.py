@@ -1,9 +1,9 @@
 """Exact steady states of a base-excited oscillator with Coulomb and viscous damping.
 
-In the relative displacement v this is Den Hartog's forced oscillator with force amplitude r^2: v'' + 2 zeta v' + v +
-gamma Sgn(v') = r^2 cos(r t + phi), with time from the upper turning point. J. P. Den Hartog, Forced vibrations with
-combined Coulomb and viscous friction, Trans. ASME 53 (1931); base-excited form: M. S. Hundal, J. Sound and Vibration 64
-(1979). The solution is derived here anew from the half-period symmetry v(t + pi/r) = -v(t).
+The relative displacement v obeys Den Hartog's equation of a forced oscillator with force amplitude r^2: v'' + 2 zeta v'
++ v + gamma Sgn(v') = r^2 cos(r t + phi), where t = 0 is the upper turning point. J. P. Den Hartog, Forced vibrations
+with combined Coulomb and viscous friction, Trans. ASME 53 (1931); base-excited form: M. S. Hundal, J. Sound and
+Vibration 64 (1979). The solution is derived from the half-period symmetry v(t + pi/r) = -v(t).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tests.oracles.extrema import largest_magnitude, zeros
 
 @dataclass(frozen=True)
 class FrictionResponse:
-    """A steady state symmetric over half a period."""
+    """A steady state in which each half period mirrors the previous half period."""
 
     amplitude_ratio: float  # X/Z, true peak of |u|
     relative_amplitude_ratio: float  # peak of |v|
@@ -63,7 +63,7 @@ def _forced_amplitude(zeta: float, r: float) -> float:
 
 
 def _absolute_peak(slip: _Slip, slip_end: float) -> float:
-    """Return max |u| over half a period: slip until `slip_end`, then v constant until pi/r."""
+    """Return max |u| over half a period, in which the mass slips until `slip_end` and then sticks until pi/r."""
     r, phase = slip.r, slip.phase
 
     def base(t: np.ndarray) -> np.ndarray:
@@ -83,9 +83,10 @@ def _absolute_peak(slip: _Slip, slip_end: float) -> float:
 
 
 def non_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
-    """Return the steady state that never sticks (Den Hartog), or None where it does not exist.
+    """Return the steady state that never sticks (Den Hartog), or None if there is no such state.
 
-    The conditions are v = A and v' = 0 at t = 0, and v = -A, v' = 0 at t = pi/r. They give the homogeneous part:
+    The conditions are v = A and v' = 0 at t = 0, and v = -A, v' = 0 at t = pi/r. These conditions give the homogeneous
+    part of the solution:
 
         2 gamma + c + E(c C + d S) = 0,
         (w d - zeta c)(1 + E C) - E S (w c + zeta d) = 0.
@@ -93,9 +94,9 @@ def non_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
     E, C and S are the decay, cosine and sine over half a period. Then b = (zeta c - w d)/r,
     a = sqrt(r^4 R^2 - b^2) and A = gamma + a + c.
 
-    Validity (his bound, exact): b^2 <= r^4 R^2, and v' < 0 throughout the half period. In particular v'' <= 0 just
-    after the turn, where the force exceeds the friction. For zeta = 0 the solution does not exist at r = 1/n (n odd: no
-    bounded response; n even: a turn between).
+    The solution is valid (Den Hartog's exact bound) if b^2 <= r^4 R^2, and v' < 0 throughout the half period. For
+    zeta = 0 there is no solution at r = 1/n. If n is odd, the response grows without bound; if n is even, the velocity
+    reverses within the half period.
     """
     w = math.sqrt(1 - zeta**2)
     half = math.pi / r
@@ -125,13 +126,13 @@ def non_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
 
 
 def one_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
-    """Return the steady state that sticks once in each half period, or None where it does not exist.
+    """Return the steady state that sticks once in each half period, or None if there is no such state.
 
     Slip starts from rest at v = A when the force falls to the friction limit, r^2 cos(phi) - A = -gamma, and ends at
-    v = -A, v' = 0, before half a period is over. The mass then sticks until the mirrored start. For a given phi the slip
-    is explicit; phi is the zero of v(end) + A.
+    v = -A, v' = 0, before half a period is over. The mass then sticks until the mirrored slip starts. The slip has a
+    closed form for each phi, and phi is the zero of v(end) + A.
 
-    Validity (checked): 0 < end <= pi/r, v' < 0 between, |r^2 cos(r t + phi) - v| <= gamma while stuck.
+    The solution is valid if 0 < end <= pi/r, v' < 0 during the slip, and |r^2 cos(r t + phi) - v| <= gamma while stuck.
     """
     half = math.pi / r
     found: list[FrictionResponse] = []
@@ -142,7 +143,7 @@ def one_stop(zeta: float, r: float, gamma: float) -> FrictionResponse | None:
         start = gamma + r**2 * math.cos(phi)
         c = start - gamma - a
         slip = _Slip(zeta, r, gamma, a, b, c, (zeta * c - r * b) / math.sqrt(1 - zeta**2))
-        turns = zeros(slip.v_rate, 1e-3 * half, 1.2 * half, 1201)  # beyond half: a bracket near the bound
+        turns = zeros(slip.v_rate, 1e-3 * half, 1.2 * half, 1201)  # 1.2, to bracket a root near half a cycle
         return slip, turns[0] if turns else None
 
     def miss(phi: float) -> float:

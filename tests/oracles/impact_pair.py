@@ -1,8 +1,8 @@
 """Symmetric motion of a particle impact damper with two impacts per excitation cycle.
 
 S. F. Masri and T. K. Caughey, On the stability of the impact damper, J. Appl. Mech. 33 (1966); C. N. Bapat and S.
-Sankar, Single unit impact damper in free and forced vibration, J. Sound and Vibration 99 (1985). Derived again for base
-excitation: u is absolute, with u'' + 2 zeta u' + u = s + 2 zeta s', s = sin(r tau).
+Sankar, Single unit impact damper in free and forced vibration, J. Sound and Vibration 99 (1985). Here the motion is
+derived for base excitation. u is absolute, with u'' + 2 zeta u' + u = s + 2 zeta s', s = sin(r tau).
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from tests.oracles.transmissibility import absolute_amplitude
 
 @dataclass(frozen=True)
 class ImpactPair:
-    """One symmetric motion with impacts half a period apart.
+    """A symmetric motion with impacts half a period apart.
 
-    ``multipliers`` are the four eigenvalues of the monodromy matrix over a full period, largest first.
+    ``multipliers`` are the four eigenvalues of the monodromy matrix over a full period, the largest first.
     """
 
     amplitude_ratio: float
@@ -29,23 +29,23 @@ class ImpactPair:
 
     @property
     def floquet_multiplier(self) -> float:
-        """Return the largest modulus over one period."""
+        """Return the largest modulus of the multipliers."""
         return abs(self.multipliers[0])
 
 
 def two_impacts_per_cycle(
     zeta: float, r: float, delta: float, restitution: float, mass_ratio: float
 ) -> list[ImpactPair]:
-    """Return the symmetric motions with two impacts per cycle: none, one or two of them.
+    """Return the symmetric motions with two impacts per cycle, of which at most two exist.
 
-    Let q = p' after the impact at u - p = +delta, so p' = -q before it. Momentum and restitution give
+    Let q = p' after the impact at u - p = +delta, so p' = -q before this impact. Momentum and restitution give
     u'(+) = q (1 - e - 2 beta e)/(1 + e), u'(-) = u'(+) + 2 beta q. The flight over half a period gives
     u_0 = delta - pi q/(2 r). Between impacts u = a cos rt + b sin rt + exp(-zeta t)(c cos wt + d sin wt) with
     a^2 + b^2 = H^2, H the transmissibility. Antisymmetry over half a period makes c, d and b proportional to
-    q, and a = u_0 - c; what remains is a quadratic in q.
+    q, and a = u_0 - c. The remaining equation is quadratic in q.
 
-    Validity: q > 0, and |u - p| < delta between the impacts; solutions that violate this are left out. H must be finite
-    (not zeta = 0 with r = 1), there must be no friction, and the multipliers require restitution > 0.
+    A motion is valid if q > 0, and |u - p| < delta between the impacts; other solutions are left out. H must be
+    finite (not zeta = 0 with r = 1), friction must be 0, and the multipliers require restitution > 0.
     """
     e, beta = restitution, mass_ratio
     w = math.sqrt(1 - zeta**2)
@@ -80,7 +80,7 @@ def _check(
     q: float,
     coefficients: tuple[float, float, float, float],
 ) -> ImpactPair | None:
-    """Return the motion with these coefficients, or None if the particle would leave its cavity."""
+    """Return the motion with the given coefficients, or None if the particle would leave its cavity."""
     a, b, c, d = (float(x) for x in coefficients)
     w = math.sqrt(1 - zeta**2)
     half = math.pi / r
@@ -102,7 +102,7 @@ def _check(
     gap = u(inside) - (a + c - delta + q * inside)
     if np.any(np.abs(gap) >= delta):
         return None
-    u_before = -float(u_rate(np.asarray(half)))  # by antisymmetry, at the impact at t = 0
+    u_before = -float(u_rate(np.asarray(half)))  # velocity before the impact at t = 0, from antisymmetry
     u_after = float(u_rate(np.asarray(0.0)))
 
     def acceleration(u_rate_now: float) -> float:
@@ -121,7 +121,7 @@ def _check(
     flow[0, 0], flow[0, 1] = decay * (cos_half + zeta / w * sin_half), decay * sin_half / w
     flow[1, 0], flow[1, 1] = -decay * sin_half / w, decay * (cos_half - zeta / w * sin_half)
     flow[2, 3] = half
-    # The system is odd, so the second half period repeats the first with every sign changed.
+    # The system is odd, so both half periods have the same matrix.
     multipliers = np.linalg.eigvals(saltation @ flow) ** 2
     multipliers = multipliers[np.argsort(-np.abs(multipliers))]
 

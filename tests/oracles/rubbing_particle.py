@@ -1,9 +1,8 @@
-"""A structure on a shaken base, with a particle under friction and gravity in its cavity, integrated independently of the
-solver.
+"""Integrates a structure on a moving base, with a particle that has friction and weight in its cavity.
 
-Between events the equations of motion are integrated in absolute coordinates by scipy's DOP853. To find which of the
-two bodies slip, every combination is tried, and the one that contradicts itself least is taken. No code is shared with
-the solver.
+SciPy's DOP853 integrates the equations of motion between events in absolute coordinates. To find which of the two
+bodies slip, every combination is tried, and the combination with the smallest contradiction is taken. The module
+shares no code with the solver.
 """
 
 from collections.abc import Callable
@@ -19,15 +18,16 @@ from scipy.integrate import solve_ivp
 Floats = NDArray[np.float64]
 
 TIE = 1e-7
-"""Time after an event with equal velocities at which the motion shows which bodies slip."""
+"""Delay after an event with equal velocities, before the slipping bodies are determined."""
 STEP = 1e-4
-"""Time for which the bodies then move before events are searched again."""
+"""Delay after an event with equal velocities, before events are searched again."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """Directions in which the structure slips on its base and the particle in its cavity; 0 if it does not slip. `wall`
-    is the wall that pushes.
+    """Directions of slip of the structure on its base and of the particle in its cavity, 0 for a body that sticks.
+
+    `wall` is the wall that pushes the particle, 0 without contact.
     """
 
     slip: float
@@ -37,7 +37,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class RubbingParticle:
-    """The scene; ratios as in the model, `gravity` towards negative u."""
+    """Ratios of a design point. `gravity` acts towards negative u."""
 
     damping_ratio: float
     frequency_ratio: float
@@ -50,26 +50,26 @@ class RubbingParticle:
 
     LONGEST = 0.05
     FIRST = 2e-4
-    """First step of the integrator; a flight that ends within it is not detected."""
+    """First step of the integrator. A flight that ends within this step is missed."""
 
     def start(self) -> tuple[Floats, float]:
-        """Give u, u', p, p' at rest, and the wall that the particle lies on."""
+        """Return u, u', p, p' at rest, and the wall that supports the particle."""
         if self.gravity > 0.0:
             return np.array([0.0, 0.0, -self.clearance, 0.0]), 1.0
         return np.zeros(4), 0.0
 
     def base(self, t: float) -> tuple[float, float, float]:
-        """Give displacement, velocity and acceleration of the base."""
+        """Return displacement, velocity and acceleration of the base."""
         r = self.frequency_ratio
         return sin(r * t), r * cos(r * t), -r * r * sin(r * t)
 
     def spring(self, t: float, y: Floats) -> float:
-        """Give the force of spring and dashpot on the structure."""
+        """Return the force of spring and dashpot on the structure."""
         s, rate, _ = self.base(t)
         return -float(2.0 * self.damping_ratio * (y[1] - rate) + (y[0] - s))
 
     def accelerations(self, t: float, y: Floats, mode: Mode) -> tuple[float, float]:
-        """Give u'' and p'' in a mode."""
+        """Return the accelerations u'' and p'' in a mode."""
         carried = mode.slide == 0.0
         inertia = 1.0 + self.mass if carried else 1.0
         of_particle = 0.0 if carried else self.mass * (self.gravity - self.rubs * mode.slide)
@@ -79,7 +79,10 @@ class RubbingParticle:
         return u, u if carried else self.rubs * mode.slide - self.gravity
 
     def contradiction(self, t: float, y: Floats, mode: Mode, slips: bool, slides: bool) -> float:
-        """Give by how much a mode contradicts itself; `slips` and `slides` say which velocities are not zero."""
+        """Return a number that is positive if the mode is impossible.
+
+        `slips` and `slides` state whether the relative velocity of the structure and of the particle differs from 0.
+        """
         u, p = self.accelerations(t, y, mode)
         found = -inf
         if self.friction > 0.0 and mode.slip == 0.0:
@@ -100,14 +103,14 @@ class RubbingParticle:
         return abs(u + self.gravity) - self.rubs
 
     def mode(self, t: float, y: Floats, at_rest: bool, together: bool, wall: float) -> Mode:
-        """Give the mode in which the motion continues."""
+        """Return the mode of the motion after an event."""
         slips = (0.0, 1.0, -1.0) if at_rest else (float(np.sign(y[1] - self.base(t)[1])),)
         slides = (0.0, 1.0, -1.0) if together else (float(np.sign(y[1] - y[3])),)
         modes = [Mode(a if self.friction > 0.0 else 1.0, b, wall) for a, b in product(slips, slides)]
         return min(modes, key=lambda mode: self.contradiction(t, y, mode, not at_rest, not together))
 
     def flow(self, mode: Mode) -> Callable[[float, Floats], list[float]]:
-        """Give the right-hand side of a mode."""
+        """Return the right-hand side of the equations of motion in a mode."""
 
         def rates(t: float, y: Floats) -> list[float]:
             u, p = self.accelerations(t, y, mode)
@@ -116,7 +119,7 @@ class RubbingParticle:
         return rates
 
     def events(self, mode: Mode) -> dict[str, Callable[[float, Floats], float]]:
-        """Give the functions that fall through zero where a mode ends."""
+        """Return the functions that fall through zero at the end of a mode, by the name of the event."""
         found: dict[str, Callable[[float, Floats], float]] = {}
         if self.friction > 0.0:
             if mode.slip == 0.0:
@@ -134,7 +137,7 @@ class RubbingParticle:
         return found
 
     def march(self, cycles: int) -> tuple[Floats, int]:
-        """Integrate from rest through whole cycles; give u, u', p, p' at the end, and the number of impacts."""
+        """Integrate whole cycles from rest; return u, u', p, p' at the end, and the number of impacts."""
         end = 2.0 * pi * cycles / self.frequency_ratio
         y, wall = self.start()
         t, impacts, at_rest, together = 0.0, 0, False, True
@@ -170,7 +173,7 @@ class RubbingParticle:
         return np.asarray(found.y[:, -1])
 
     def _step(self, t: float, end: float, y: Floats, mode: Mode) -> tuple[float, Floats, str]:
-        """Integrate a mode to its first event, or to the end."""
+        """Integrate a mode until the first event or until `end`."""
         named = self.events(mode)
         functions = list(named.values())
         for function in functions:
@@ -192,21 +195,21 @@ class RubbingParticle:
 
 @dataclass(frozen=True)
 class UnderRecord(RubbingParticle):
-    """The same under a base acceleration that is linear between samples; a chatter is not resolved.
+    """A design point under a base acceleration that is linear between samples. Chatter is not supported.
 
     Parameters
     ----------
     acceleration : ndarray, shape (samples,)
-        s'' at the samples, the first 0.
+        Base acceleration s'' at the samples; the first sample is 0.
     step : float
-        Time between them.
+        Time between samples.
     """
 
     acceleration: Floats = field(default_factory=lambda: np.zeros(2))
     step: float = 1.0
 
     SLOWEST = 2e-3
-    """Rebound speed below which a chatter begins, which is not followed."""
+    """Rebound speed below which the integration fails, because chatter begins."""
 
     @cached_property
     def sampled(self) -> tuple[Floats, Floats]:
@@ -216,7 +219,7 @@ class UnderRecord(RubbingParticle):
         return np.concatenate(([0.0], np.cumsum(h * (rate[:-1] + h * (2 * a[:-1] + a[1:]) / 6)))), rate
 
     def base(self, t: float) -> tuple[float, float, float]:
-        """Give displacement, velocity and acceleration of the base."""
+        """Return displacement, velocity and acceleration of the base."""
         k = min(int(t / self.step + 1e-9), self.acceleration.size - 2)
         h, a, (place, rate) = t - k * self.step, self.acceleration[k], self.sampled
         jerk = (self.acceleration[k + 1] - a) / self.step

@@ -1,8 +1,8 @@
-"""Responses to a piecewise linear base acceleration, by methods other than those of the solver.
+"""Computes responses to a piecewise linear base acceleration independently of the solver.
 
-It works in SI units with the textbook closed form of a damped oscillator under a linear force (homogeneous plus
-particular solution). It brackets roots on a dense scan. For linear systems it uses SciPy's matrix exponential. No code
-is shared with the solver, which is dimensionless, uses power series, and proves its roots.
+All values are in SI units. The motion is the closed form of a damped oscillator under a linear force, and roots are
+bracketed on a dense scan. For linear systems, SciPy's matrix exponential is used. The solver shares no code with this
+module; it uses dimensionless values and power series, and proves that no root is missed.
 """
 
 import itertools
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
-_SCAN = 24  # parts of a sample interval
-_JOIN = 1e-7  # m/s: slower rebounds end a chatter; the error is proportional to its square
+_SCAN = 24  # number of parts of a sample interval
+_JOIN = 1e-7  # rebound speed below which a chatter ends [m/s]; the error is proportional to its square
 
 
 @dataclass
 class End:
-    """The result of an oracle, in SI units."""
+    """Final state and measures of a run, in SI units."""
 
     relative_displacement: float
     relative_velocity: float
@@ -37,10 +37,11 @@ def linear_end(
     step: float,
     absorber: tuple[float, float, float] | None = None,
 ) -> dict[str, float]:
-    """End state, peaks and mean squares of the structure, alone or with an absorber (mass ratio, frequency, damping).
+    """Return final displacement and velocity, peak displacement and peak acceleration of a linear structure.
 
-    The state is (x, x', y, y') relative to the base, with y of the absorber. The force is linear in an interval, so the
-    exponential of the system with force and rate among its unknowns is exact.
+    `absorber` is (mass ratio, frequency, damping). Displacements x of the structure and y of the absorber are relative
+    to the base. The state also contains the base acceleration and its constant rate of change, so that the matrix
+    exponential is exact over an interval.
     """
     mu, omega_a, zeta_a = absorber or (0.0, omega, 0.0)
     k, c = omega**2, 2 * zeta * omega
@@ -84,11 +85,11 @@ class Shaken:
     Parameters
     ----------
     omega, zeta : float
-        ω_n [rad/s] and ζ.
+        Natural angular frequency ω_n [rad/s] and damping ratio ζ.
     friction : float
-        F_f/M [m/s²]; 0 for none.
+        Friction F_f/M [m/s²]; 0 without friction.
     particle : (float, float, float) or None
-        d [m], e, m/M.
+        Clearance d [m], restitution e and mass ratio m/M; None without a particle.
     """
 
     def __init__(
@@ -101,17 +102,17 @@ class Shaken:
         self.out = End(0.0, 0.0, 0.0)
 
     def run(self, samples: NDArray[np.float64], step: float) -> End:
-        """Shake the structure with a record [m/s²]."""
+        """Integrate over a record [m/s²]."""
         self.decide(samples[0])
         for a, b in itertools.pairwise(samples):
             self.interval(a, (b - a) / step, step)
         self.out.relative_displacement, self.out.relative_velocity = self.v, self.w
         return self.out
 
-    # the closed form of one regime
+    # the closed form between events
 
     def motion(self, a: float, j: float, h: float) -> tuple[float, float, float]:
-        """v, v' and the absolute acceleration a time h later in the present regime."""
+        """Return v, v' and the absolute acceleration after a time h, if no event occurs."""
         if self.held:
             return self.v, 0.0, a + j * h
         mass = 1.0 + (self.particle[2] if self.wall and self.particle else 0.0)
@@ -134,15 +135,16 @@ class Shaken:
         return self.friction > 0 and self.slip == 0
 
     def room(self, sign: int, a: float, j: float, h: float) -> float:
-        """Distance from a wall a time h later, computed from the present one, which is exactly 0 after an impact there."""
+        """Return the distance of the particle from a wall after a time h, computed from the present distance."""
         assert self.particle is not None
         now = self.particle[0] - sign * self.gap
         moved = self.motion(a, j, h)[0] - self.v + (self.z_rate - self.p_rate + a * h / 2 + j * h * h / 6) * h
         return now - sign * moved
 
     def closes(self, name: str, a: float, j: float, h: float) -> bool:
-        """Whether mass and particle approach each other at a wall. They do not at a spurious root, which rounding causes at
-        a wall just left.
+        """Return whether mass and particle approach each other at a wall.
+
+        At a wall that the particle has just left, rounding may cause a root without such an approach.
         """
         relative = self.motion(a, j, h)[1] + self.z_rate + a * h + j * h * h / 2 - self.p_rate
         return (relative > 0) == (name == "wall+")
@@ -152,7 +154,7 @@ class Shaken:
         return -mass * acceleration - self.omega**2 * self.v
 
     def decide(self, acceleration: float) -> None:
-        """Decide whether the mass slips or sticks at v' = 0, and whether a particle in contact stays."""
+        """Decide whether the mass slips or sticks at v' = 0, and whether the particle remains in contact."""
         if self.friction > 0:
             force = self.hold(acceleration)
             self.slip = 0 if abs(force) <= self.friction else (1 if force > 0 else -1)
@@ -186,7 +188,7 @@ class Shaken:
         return found
 
     def interval(self, a: float, j: float, step: float) -> None:
-        """Integrate through one sample interval, from event to event."""
+        """Integrate over one sample interval, from event to event."""
         left = step
         while left > 0:
             w0, a0 = self.motion(a, j, 0.0)[1:]

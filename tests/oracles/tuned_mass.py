@@ -1,7 +1,7 @@
-"""Tuned mass damper: transfer function (13), Den Hartog's and the exact H-infinity optimum.
+"""Transfer function (13), Den Hartog's optimum and the exact H-infinity optimum of a tuned mass damper.
 
-Mass ratio mu = m/M, tuning = omega_a/omega_n, damper damping ratio zeta = c/(2 sqrt(m k_1)). The primary mass is
-base-excited, x/z, and undamped unless a structural damping ratio is given.
+The mass ratio is mu = m/M, the tuning omega_a/omega_n, and the damping ratio zeta = c/(2 sqrt(m k_1)). The base excites
+the primary mass, which is undamped unless a structural damping ratio is given.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from scipy.optimize import minimize, minimize_scalar  # type: ignore[import-unty
 def amplitude_ratio(
     r: np.ndarray | float, mu: float, tuning: float, zeta: float, structural: float = 0.0
 ) -> np.ndarray:
-    """Return X/Z at frequency ratio r from the two equations of motion, solved as complex numbers.
+    """Return X/Z at frequency ratio r, the complex solution of the two equations of motion.
 
-    (1 - r^2 + 2i zs r) x - r^2 mu y = (1 + 2i zs r) z, with y the damper's absolute motion,
-    y = x (g^2 + 2i zeta g r)/(g^2 - r^2 + 2i zeta g r). For zs = 0 this is equation (13) of the paper.
+    (1 - r^2 + 2i zs r) x - r^2 mu y = (1 + 2i zs r) z, with the structural damping ratio zs, the tuning g and the
+    damper's motion y = x (g^2 + 2i zeta g r)/(g^2 - r^2 + 2i zeta g r). Equation (13) of the paper is the case zs = 0.
     """
     lam = np.asarray(r, dtype=float)
     link = tuning**2 + 2j * zeta * tuning * lam
@@ -27,7 +27,7 @@ def amplitude_ratio(
 
 
 def equation_13(r: np.ndarray | float, mu: float, tuning: float, zeta: float) -> np.ndarray:
-    """Return X/Z of an undamped primary mass as the paper prints it, equation (13)."""
+    """Return X/Z of an undamped primary mass as in equation (13) of the paper."""
     lam = np.asarray(r, dtype=float)
     spring, dash = tuning**2 - lam**2, 2 * tuning * lam * zeta
     top = spring**2 + dash**2
@@ -36,7 +36,7 @@ def equation_13(r: np.ndarray | float, mu: float, tuning: float, zeta: float) ->
 
 
 def den_hartog(mu: float) -> tuple[float, float]:
-    """Return tuning and damping of the fixed-point optimum, (14) and (15)."""
+    """Return tuning and damping of the fixed-point optimum from equations (14) and (15)."""
     return 1 / (1 + mu), math.sqrt(3 * mu / (8 * (1 + mu)))
 
 
@@ -60,7 +60,7 @@ def exact_optimum(mu: float) -> tuple[float, float, float]:
 
 
 def peak(mu: float, tuning: float, zeta: float, structural: float = 0.0) -> float:
-    """Return max X/Z over r in (0, 2.5], by a dense scan whose every maximum is refined by golden section."""
+    """Return max X/Z over r in (0, 2.5]: every maximum of a dense scan is refined by golden section."""
 
     def height(r: np.ndarray | float) -> np.ndarray:
         return amplitude_ratio(r, mu, tuning, zeta, structural)
@@ -78,7 +78,7 @@ def peak(mu: float, tuning: float, zeta: float, structural: float = 0.0) -> floa
 
 
 def minimax(mu: float, structural: float = 0.0) -> tuple[float, float, float]:
-    """Return tuning, damping and peak X/Z that minimise the peak (Nelder-Mead from Den Hartog's)."""
+    """Return the tuning and damping with the smallest peak X/Z, and this peak (Nelder-Mead from `den_hartog`)."""
     found = minimize(
         lambda x: peak(mu, x[0], abs(x[1]), structural),
         den_hartog(mu),

@@ -1,1 +1,1 @@
-"""Accuracy and stability of the solver: error against run time, extreme cases. Imported only on demand."""
+"""Accuracy and stability of the solver: error against run time, and extreme cases. Imported only on demand."""

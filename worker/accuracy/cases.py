@@ -1,4 +1,4 @@
-"""The scenes for comparing methods, and their end states in extended precision."""
+"""Scenes on which methods are compared, and the final states of these scenes in extended precision."""
 
 import json
 from dataclasses import dataclass
@@ -10,21 +10,21 @@ from damperlab.worker.point import Design
 from damperlab.worker.solver.particle import Particle, Wall
 
 State = tuple[float, float, float, float]
-"""u, u', p, p' in absolute coordinates, over Z and Z·ω_n; p = p' = 0 without a particle."""
+"""u, u', p, p' in absolute coordinates, relative to Z and Z·ω_n. Without a particle, p = p' = 0."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A design point integrated from rest for a number of excitation cycles.
+    """A design point that is integrated from rest over a number of excitation cycles.
 
     Parameters
     ----------
     name, title : str
         Short name, and title in the report.
     design : Design
-        The point.
+        The design point.
     cycles : int
-        Cycles until its end state is compared.
+        Number of cycles after which the final state is compared.
     """
 
     name: str
@@ -34,7 +34,7 @@ class Scene:
 
     @property
     def gives_way(self) -> bool:
-        """Whether its walls are compliant."""
+        """Whether the walls of the cavity are compliant."""
         return self.design.particle is not None and self.design.particle.wall is not None
 
 
@@ -63,15 +63,15 @@ SCENES: tuple[Scene, ...] = (
 
 @dataclass(frozen=True)
 class Reference:
-    """The end state of a scene to 25 digits, rounded to doubles.
+    """The final state of a scene, stored with 25 digits and rounded to doubles.
 
     Parameters
     ----------
     state : tuple of float
-        u, u', p, p'.
+        Final values of u, u', p, p'.
     amplification : float
-        Change of the end state over the change of the start that causes it. An error of the end state below 1e-16 times
-        this ratio comes from the rounding of the inputs.
+        Ratio of a change of the final state to a small change of the initial state. Rounding of the inputs explains an
+        error of the final state below 1e-16 times this ratio.
     """
 
     state: State
@@ -80,7 +80,7 @@ class Reference:
 
 @cache
 def references() -> dict[str, Reference]:
-    """References by the name of their scene, from `references.json` (whose `how` documents their origin)."""
+    """Read the reference of each scene from `references.json`, whose entry `how` documents the origin."""
     document = json.loads(
         (files("damperlab.worker.accuracy") / "references.json").read_text(encoding="utf-8")
     )

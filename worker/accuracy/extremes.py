@@ -1,4 +1,4 @@
-"""Extreme cases: designs at the ends of the allowed ranges, and ties constructed to the last bit."""
+"""Extreme cases: designs at the ends of the allowed ranges, and events that coincide to the last bit."""
 
 from dataclasses import dataclass
 from math import pi
@@ -20,16 +20,16 @@ _BISECTIONS = 80
 
 @dataclass(frozen=True)
 class Extreme:
-    """An extreme case: a design and the number of cycles from rest.
+    """An extreme case: a design, and the length of an integration from rest.
 
     Parameters
     ----------
     name : str
-        Its extreme property.
+        Text that describes the design.
     design : Design
-        The point.
+        The design point.
     cycles : int
-        Excitation cycles.
+        Number of excitation cycles from rest.
     residual_limit : float
         Largest allowed energy residual.
     """
@@ -41,12 +41,12 @@ class Extreme:
 
 
 def extreme_cases(long_run_cycles: int = LONG_RUN_CYCLES) -> list[Extreme]:
-    """Every case of the stability report.
+    """Return all cases of the stability report.
 
     Parameters
     ----------
     long_run_cycles : int
-        Length of the long runs; shorter for a quick test.
+        Number of cycles of the long runs, which a quick test may reduce.
     """
     hybrid = Particle(2.0, 0.47, 0.1)
     quarter = pi / 4.0
@@ -98,7 +98,7 @@ def extreme_cases(long_run_cycles: int = LONG_RUN_CYCLES) -> list[Extreme]:
 
 
 def _contact_times() -> list[Extreme]:
-    """Contact times from almost 0 to longer than a cycle; cases with chatter, without rebound, and without loss."""
+    """Return cases with contact times from almost 0 to longer than a cycle, some with chatter, e = 0 or e = 1."""
     times = (1e-3, 1e-6, 1e-9, 7.0, 1e3)
     hybrid = Particle(2.0, 0.47, 0.1)
     cases = [
@@ -112,9 +112,7 @@ def _contact_times() -> list[Extreme]:
 
 
 def _stiffnesses() -> list[Extreme]:
-    """Compliant walls from soft to stiff, and with contact times near 0; cases with chatter, almost without rebound,
-    and without loss.
-    """
+    """Return cases with compliant walls from soft to stiff, some with chatter, e near 0 or e = 1."""
 
     def walled(clearance: float, restitution: float, contact_time: float) -> Particle:
         wall = Wall(*wall_constants(restitution, contact_time, 0.1))
@@ -140,7 +138,7 @@ def _stiffnesses() -> list[Extreme]:
 
 
 def _grazing() -> list[Extreme]:
-    """The clearance equals the largest displacement of the mass within ten cycles, or differs slightly from it."""
+    """Return cases of grazing impacts, in which the clearance is almost the largest displacement within ten cycles."""
     cycles = 10
     peak = simulate(Design(ZETA, 1.0, 0.6), cycles).metrics["amplitude_ratio_max"]
     return [
@@ -159,11 +157,11 @@ def _grazing() -> list[Extreme]:
 
 
 def _chatter_until_release() -> list[Extreme]:
-    """A locked mass, in whose cavity a chatter ends just before or just after the detachment.
+    """Return two cases of a locked mass, in which a chatter ends just before and just after the particle is released.
 
-    The locked mass is a shaken box. The particle meets its wall at the same instant for every e. With larger e the
-    chatter lasts longer, until it no longer ends before the detachment; then the number of attachments in the first
-    half cycle changes. Bisection finds the two neighbouring e on either side of this change. Both are cases.
+    The locked mass moves with its base. The larger e, the longer the chatter. From a certain e on, the particle is
+    released before the chatter ends, which changes the number of attachments in the first half cycle. Bisection finds
+    the neighbouring values of e on either side of this change.
     """
 
     def attachments(restitution: float) -> int:
@@ -194,12 +192,15 @@ def _chatter_until_release() -> list[Extreme]:
 
 
 def _turn_with_impact() -> list[Extreme]:
-    """The clearance is the position of an early velocity reversal: reversal and impact coincide, up to rounding."""
+    """Return cases in which a velocity reversal and an impact coincide up to rounding.
+
+    The clearance is the displacement of the mass at a reversal.
+    """
     history = simulate(Design(ZETA, 1.0, 0.6), 2, history=2).history
     turns = np.flatnonzero((history["v_rate"] == 0.0) & (history["time"] > 0.0))
     if turns.size == 0:
         return []
-    # A reversal at the largest displacement so far, so that no impact comes earlier.
+    # The displacement at the reversal is the largest so far, so that no impact comes earlier.
     u = np.abs(history["u"])
     first = next((int(i) for i in turns if u[i] >= 0.999 * u[: i + 1].max() and u[i] > 0.1), int(turns[0]))
     clearance = float(u[first])

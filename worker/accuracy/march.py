@@ -1,4 +1,4 @@
-"""Complete cycles from rest in one kernel call, so that measured times exclude the interpreter."""
+"""Integrates many cycles in one kernel call, so that measured run times do not include the Python interpreter."""
 
 import numpy as np
 
@@ -23,22 +23,22 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     Parameters
     ----------
     damping_ratio, frequency_ratio, friction, particle
-        As in `damperlab.worker.steady.settle.settle`.
+        Arguments as in `damperlab.worker.steady.settle.settle`.
     cycles : int
-        Excitation cycles.
+        Number of excitation cycles.
     meter : Meter or None
-        A meter of zeros, to which the motion is added; None removes energies and peaks from the kernel.
+        Meter filled with zeros, which records energies and peaks; with None, the kernel computes no energies or peaks.
 
     Returns
     -------
     state : tuple of float
         u, u', p, p' at the end; p = p' = 0 without a particle.
     outcome : int
-        As of `damperlab.worker.solver.integrate.half_cycle`.
+        Outcome as in `damperlab.worker.solver.integrate.half_cycle`.
     counts : int64 array, shape (COUNTS,)
-        Number of events.
+        Number of events of each kind.
     measures : tuple of float
-        Energy residual over all cycles, largest |u| and mean peak |u| of a cycle; zeros if not measured.
+        Energy residual over all cycles, largest |u|, and mean over all cycles of the peak |u|; zeros without a meter.
     """
     energies = None
     if meter is not None:
@@ -82,23 +82,23 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
 
 @kernel
 def march_halves(damping_ratio, frequency_ratio, friction, particle, state, silent, halves):
-    """Integrate from a state at phase 0: `silent` half cycles, then one for each row of `halves`.
+    """Integrate `silent` half cycles from a state at phase 0, then record one half cycle for each row of `halves`.
 
     Parameters
     ----------
     damping_ratio, frequency_ratio, friction, particle, state
-        As in `damperlab.worker.steady.settle.settle`.
+        Arguments as in `damperlab.worker.steady.settle.settle`.
     silent : int
-        Half cycles before recording starts.
+        Number of half cycles before the recorded half cycles.
     halves : array, shape (half cycles, 3)
-        Filled with the largest |u| and |v| of each half cycle, and its impacts.
+        Output array for the largest |u|, the largest |v| and the number of impacts of each recorded half cycle.
 
     Returns
     -------
     state : State
-        At the end.
+        State at the end.
     outcome : int
-        ARRIVED, or the reason of an early end, including too many events.
+        ARRIVED, or the reason why the integration ended early, such as too many events.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, None)
     counts = scene.counts

@@ -1,4 +1,4 @@
-"""Methods that integrate a scene, with a common interface: the event-driven solver, and the paper's Runge–Kutta."""
+"""Methods that integrate a scene: the event-driven solver and the paper's Runge–Kutta method."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,25 +13,26 @@ from damperlab.worker.solver.events import ARRIVED, COUNTS
 from damperlab.worker.solver.observe.meter import METERS, Meter
 
 March = Callable[[Design, int, float], State | None]
-"""Function from a design, a number of excitation cycles and the value of a setting to the end state; None if the method
-fails.
+"""Function that integrates a design from rest over a number of cycles with one value of the method's setting.
+
+The function returns the final state, or None if the method fails.
 """
 
 
 @dataclass(frozen=True)
 class Method:
-    """One way to integrate a scene from rest.
+    """A method that integrates a scene from rest.
 
     Parameters
     ----------
     name : str
-        Its name in a legend.
+        Name of the method in a legend.
     setting : str
-        The varied setting, for example steps per cycle; empty if there is none.
+        Name of the setting that is varied, for example steps per cycle; empty if the method has no setting.
     values : sequence of float
-        Values of the setting, coarse to fine.
+        Values of the setting, from coarse to fine.
     march : callable
-        See `March`.
+        Function that integrates a scene; see `March`.
     """
 
     name: str
@@ -64,7 +65,7 @@ def _event_all(design: Design, cycles: int, _: float) -> State | None:
 
 
 def paper_march(design: Design, cycles: int, steps: float) -> State | None:
-    """Integrate by the paper's fixed-step method (`damperlab.worker.rk4`); None if its state is no longer finite."""
+    """Integrate by the paper's fixed-step method (`damperlab.worker.rk4`). Return None if the state is not finite."""
     start = (
         design.damping_ratio,
         design.frequency_ratio,
@@ -93,6 +94,4 @@ METHODS: tuple[Method, ...] = (
         paper_march,
     ),
 )
-"""The methods that the command compares. The event-driven solver has no step and is exact up to rounding, so it has one
-point instead of a curve.
-"""
+"""Methods in the accuracy report. The event-driven solver has no step size, so its curve is a single point."""

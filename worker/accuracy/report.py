@@ -1,4 +1,4 @@
-"""The accuracy report: measured, as one document, and in words."""
+"""Measures the data of the accuracy report, and writes the report in Markdown."""
 
 import os
 import platform
@@ -18,8 +18,8 @@ from damperlab.worker.provenance import code_version
 
 FIGURE = "work-precision.png"
 STEADY_POINTS, STEADY_CYCLES, STEADY_SEED, EXTREME_CYCLES = 160, 4000, 7, 1000
-"""For the table of steady answers: number of points, cycles before and during the measured part, and seed; for the
-extreme cases, the number of cycles.
+"""Settings for checking steady responses: number of random points, length of the integrations in cycles, seed of the
+points, and length of the integrations for extreme cases in cycles.
 """
 
 
@@ -31,15 +31,15 @@ def make_report(
     Parameters
     ----------
     on_step : callable
-        Called with the present step.
+        Function called with the name of each step before it begins.
     long_run_cycles : int
-        Excitation cycles of the long runs.
+        Number of excitation cycles of the long runs.
 
     Returns
     -------
     dict
-        JSON-able: `created`, `version`, `kernels`, `machine`, `diagrams`, `advantages`, `stability`, `steady` (a `table` of
-        random points, and `extremes`), `passed`.
+        JSON-able report with `created`, `version`, `kernels`, `machine`, `diagrams`, `advantages`, `stability`,
+        `steady` (a `table` of random points, and `extremes`) and `passed`.
     """
     diagrams = draw_diagrams(METHODS, SCENES, lambda name: on_step(f"work-precision: {name}"))
     cases = extreme_cases(long_run_cycles)
@@ -61,14 +61,14 @@ def make_report(
 
 
 def advantages(diagram: Diagram) -> dict[str, dict[str, float | None]]:
-    """Compare each other method, at its smallest error, with the event-driven solver.
+    """Compare the run time of the event-driven solver with the run time of every other method at the smallest error.
 
     Returns
     -------
     dict
-        By method: `error` and `microseconds` of its most accurate run, and `times_slower`, its run time over that of
-        the slowest event-driven run. `times_slower` is None if the method was more accurate than the event-driven
-        solver. Methods without a result are left out.
+        For each method, `error` and `microseconds` of its most accurate run, and `times_slower`, the ratio of this run
+        time to the longest run time of the event-driven solver. `times_slower` is None if the method was more accurate
+        than the event-driven solver. Methods without a result are left out.
     """
     ours = [curve for curve in diagram.curves if not curve.setting]
     slowest = max(point.microseconds for curve in ours for point in curve.points)
@@ -89,14 +89,14 @@ def advantages(diagram: Diagram) -> dict[str, dict[str, float | None]]:
 
 
 def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
-    """Write a report as text.
+    """Return a report as Markdown.
 
     Parameters
     ----------
     report : dict
-        Of `make_report`.
+        Report from `make_report`.
     figure : str
-        Name of the image next to it.
+        Path of the image, relative to the text.
     """
     lines = [
         "# Accuracy and stability",
@@ -109,8 +109,8 @@ def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
         f"![Error of the end state against run time, one panel per scene]({figure})",
         "",
         "Error: largest difference of u, u', p, p' from a reference in 40 digits after the given number of cycles from "
-        "rest, over the largest of them. Run time: the smallest of several runs, one core, kernels compiled. The "
-        "event-driven integration has no step to vary, so it has one point. The order p is that of error ∝ setting⁻ᵖ: "
+        "rest, relative to the largest of the four. Run time: the smallest of several runs, one core, kernels compiled. The "
+        "event-driven integration has no step to vary, so it has one point. The order p in error ∝ setting⁻ᵖ is "
         "the median slope over all pairs of settings.",
         "",
     ]
@@ -144,14 +144,14 @@ def _steady_lines(steady: dict[str, Any]) -> list[str]:
         "## Steady answers",
         "",
         f"{STEADY_POINTS} random points of the whole cube, of every contact model, solved as in a study and "
-        f"compared with a plain integration of {2 * STEADY_CYCLES} cycles from rest. If a point has several "
-        "responses, the two may reach different ones.",
+        f"compared with a plain integration of {2 * STEADY_CYCLES} half cycles from rest. If a point has several "
+        "responses, the solver and the integration may reach different ones.",
         "",
         "| | |",
         "|---|---:|",
         *(f"| {name} | {value:.6g} |" for name, value in steady["table"].items()),
         "",
-        f"The extreme cases, solved in the same way and compared with integrations over {2 * EXTREME_CYCLES} cycles. "
+        f"The extreme cases, solved in the same way and compared with integrations over {2 * EXTREME_CYCLES} half cycles. "
         "Without damping, or with very little, neither the search nor the integration has settled by then.",
         "",
         "| case | class | period | X/Z | error | cycles | status | compared with the integration |",

@@ -1,4 +1,4 @@
-"""The results of the solver, and of the paper's method, for each extreme case."""
+"""Integrates each extreme case with the solver and with the paper's method, and checks the results."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
@@ -18,37 +18,37 @@ from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, IMPACTS, TURNS
 from damperlab.worker.solver.observe.meter import METERS, Meter
 
 STEPS = 400
-"""Steps per cycle of the paper's method."""
+"""Number of steps per cycle in the paper's method."""
 SAMPLED_CYCLES = 10
-"""Cycles from rest whose time history is checked for penetration and for momentum lost at impacts."""
+"""Number of first cycles whose time history is checked for penetration, and for loss of momentum at impacts."""
 _SLOWEST_SAMPLED = 0.01
-"""Frequency ratio below which a cycle has too many natural periods for samples, so that only one cycle is sampled."""
+"""Frequency ratio below which only one cycle is checked, because such a cycle contains very many natural periods."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the stability report.
+    """A row of the stability report.
 
     Parameters
     ----------
     name : str
-        The case.
+        Name of the case.
     cycles : int
-        Excitation cycles from rest.
+        Number of excitation cycles from rest.
     status : str
-        "arrived", or the sentence of a failure.
+        "arrived", or a sentence that describes the failure.
     impacts, turns, attachments : int
-        Numbers of these events.
+        Numbers of impacts, velocity reversals and attachments.
     energy_residual, residual_limit : float
-        |work in − losses − stored| over the largest of them, and its limit.
+        |work in − losses − change of stored energy| relative to the largest energy, and the limit on this residual.
     penetration : float or None
-        Largest |u − p| beyond d/Z in the sampled cycles. It includes the rounding of d/Z, of the largest |u| and of the
-        base's amplitude, 1, so it is relative to the sum of the three. None without a particle.
+        Largest excess of |u − p| over d/Z in the checked cycles, relative to d/Z + max |u| + 1, where 1 is the
+        amplitude of the base. Each of these terms contributes rounding errors to the excess. None without a particle.
     momentum_error : float or None
-        Largest change of u' + β p' across an impact, relative to |u'| + β |p'| before it plus (1 + β) r; None without
-        an impact.
+        Largest change of u' + β p' across an impact, relative to |u'| + β |p'| + (1 + β) r before the impact; None
+        without an impact.
     microseconds : float
-        Per cycle, including energies and peaks.
+        Run time per cycle [µs], including energies and peaks.
     paper : str
         Outcome of the paper's method with 400 steps per cycle.
     passed : bool
@@ -71,14 +71,14 @@ class Row:
     passed: bool
 
     def document(self) -> dict[str, Any]:
-        """JSON-able."""
+        """Return the row as JSON-able data."""
         return asdict(self)
 
 
 def stability_table(
     cases: Iterable[Extreme], on_case: Callable[[str], None] = lambda name: None
 ) -> list[Row]:
-    """Run every case."""
+    """Integrate and check every case."""
     rows = []
     for case in cases:
         on_case(case.name)
@@ -119,7 +119,7 @@ def run_case(case: Extreme) -> Row:
 
 
 def _sampled(design: Design, cycles: int) -> tuple[float | None, float | None]:
-    """Penetration and momentum error, from the time history of the first cycles."""
+    """Return penetration and momentum error, computed from the time history of the first cycles."""
     if design.particle is None:
         return None, None
     sampled = 1 if design.frequency_ratio < _SLOWEST_SAMPLED else min(cycles, SAMPLED_CYCLES)
@@ -130,10 +130,9 @@ def _sampled(design: Design, cycles: int) -> tuple[float | None, float | None]:
     beyond = np.abs(history["u"] - history["p"]) - clearance
     penetration = float(np.max(beyond, initial=0.0) / (1.0 + clearance + np.abs(history["u"]).max()))
     if design.particle.wall is not None:
-        penetration = 0.0  # penetration of a compliant wall is not an error; instead it is checked that nothing jumps there
+        penetration = 0.0  # penetrating a compliant wall is no error
     before = np.flatnonzero(history["impact"][:-1] == 1.0)
-    # The segment after an impact starts at the same time; at the end of a half cycle there is no further row for that
-    # time.
+    # A row with the time of the impact follows, unless the impact is at the end of a half cycle.
     before = before[history["time"][before + 1] - history["time"][before] <= 1e-9]
     if before.size == 0:
         return penetration, None
@@ -144,7 +143,7 @@ def _sampled(design: Design, cycles: int) -> tuple[float | None, float | None]:
 
 
 def _paper(design: Design, cycles: int, state: tuple[float, ...] | None) -> str:
-    """The outcome of the paper's method, in a few words."""
+    """Describe the outcome of the paper's method in a few words."""
     if design.particle is not None and design.particle.contact_time is not None:
         return "supports no contact time"
     found = paper_march(design, min(cycles, 10_000), STEPS)

@@ -1,9 +1,10 @@
-"""Steady answers compared with plain integration: random design points of the whole cube, and extreme cases.
+"""Compares steady responses from the solver with plain integrations, for random points and extreme cases.
 
-Each answer is compared with an integration from the same start: in its class, period, amplitude, impacts and, if
-periodic, the stability given by its multiplier. If they differ, the integration continues from the end of the answer's
-own run. If it then agrees with the answer, the verdict is `several responses`: rounding decides which of them a run
-reaches. (A transient longer than the integration looks the same.)
+In this module, a response that the solver finds is called an answer. Each answer is compared with an integration from
+the same start in class, period, amplitude and impacts, and a periodic answer must have a stable Floquet multiplier. If
+the answer differs from the integration, a second integration starts from the final state of the solver. If the answer
+agrees with the second integration, the verdict is `several responses`: rounding decides which response is reached, or
+the transient is longer than the first integration.
 """
 
 from collections import Counter
@@ -28,28 +29,28 @@ from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest
 
 SETTINGS = Settings(4000, 0.02, 1e-9)
-"""The defaults of a study."""
+"""Criteria for a steady response, equal to the defaults of a study."""
 MODELS = ("instant", "instant", "instant", "dwell", "instant", "instant", "instant", "compliant")
-"""Contact models of successive points."""
+"""Contact models of successive random points. After the last model, the sequence starts again."""
 SIGMA = 4.0
-"""Allowed difference, in stated errors; a normally distributed error exceeds it once in 16,000 times."""
+"""Largest allowed difference in stated errors, which a normally distributed error exceeds in 1 of 16,000 cases."""
 HALF_WIDTH = 1.96
-"""Half width of a 95 % interval, in stated errors."""
+"""Half width of a 95 % interval, as a multiple of the stated error."""
 
-_LONGEST_REPEAT = 128  # half cycles
-_SAME = 1e-7  # relative difference of the peaks of an integration that counts as repeating
+_LONGEST_REPEAT = 128  # longest period that is searched, in half cycles
+_SAME = 1e-7  # relative difference of peaks below which a motion is periodic
 TRANSIENT = "a transient longer than the run"
-"""The verdict if an answer does not repeat, but the integration repeats after the answer's run has ended."""
+"""Verdict on an irregular answer if the integration becomes periodic only after more cycles than the solver ran."""
 WARNED = "a transient that the answer warns of"
-"""The same, if the answer's status reports a stable orbit nearby."""
-_REMEMBERED = 1024  # half cycles in which a period is searched
-_EXACT = 1e-6  # relative difference of amplitudes on one orbit, including the remaining transient of the integration
+"""Verdict instead of `TRANSIENT` if the status of the answer reports a stable orbit nearby."""
+_REMEMBERED = 1024  # number of last half cycles in which a period is searched
+_EXACT = 1e-6  # allowed relative difference of amplitudes on the same orbit, because a transient remains
 
 Halves = NDArray[np.float64]
 
 
 class Point(NamedTuple):
-    """One design point, in the form of `settle`."""
+    """One design point: the first arguments of `settle`."""
 
     damping_ratio: float
     frequency_ratio: float
@@ -57,22 +58,22 @@ class Point(NamedTuple):
     particle: Particle | None
 
     def rest(self) -> State:
-        """Everything at rest."""
+        """Return the state at rest."""
         start: State = at_rest(self.frequency_ratio, self.friction, self.particle)
         return start
 
 
 class Truth(NamedTuple):
-    """The result of a plain integration.
+    """Result of a plain integration.
 
     Attributes
     ----------
     period_halves : int
-        Half cycles after which its peaks repeat; 0 if they do not.
+        Number of half cycles after which the peaks repeat; 0 if the peaks do not repeat.
     amplitude, error : float
-        Mean peak of |u| over cycles beginning at every half cycle, and its uncertainty.
+        Mean peak of |u| over all windows of one cycle, and the uncertainty of this mean.
     impacts, impacts_error : float
-        Per cycle.
+        Mean number of impacts per cycle, and the uncertainty of this mean.
     """
 
     period_halves: int
@@ -83,19 +84,19 @@ class Truth(NamedTuple):
 
     @property
     def period(self) -> int:
-        """Period in excitation cycles; 0 if it does not repeat."""
+        """Period in excitation cycles; 0 if the peaks do not repeat."""
         return self.period_halves if self.period_halves % 2 == 1 else self.period_halves // 2
 
 
 class Compared(NamedTuple):
-    """One answer and its truth.
+    """An answer, the result of the integration, and the verdict.
 
     Attributes
     ----------
     verdict : str
-        "agrees", or the difference.
+        "agrees", or a description of the difference.
     deviation : float
-        Distance of the amplitude from the truth in standard errors, if neither repeats; else NaN.
+        Difference of the mean amplitudes in standard errors if neither response is periodic; otherwise NaN.
     """
 
     point: Point
@@ -106,7 +107,7 @@ class Compared(NamedTuple):
 
 
 def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
-    """Endless points of the whole cube, with successive contact models; the same for the same seed."""
+    """Yield an endless sequence of random points from the whole cube, with contact models in the order of `models`."""
     random = np.random.default_rng(seed)
     turn = 0
     while True:
@@ -132,7 +133,10 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
 
 
 def truth_of(halves: Halves) -> Truth:
-    """Evaluate the measured half cycles of an integration: the last `_REMEMBERED` for a period, else all."""
+    """Evaluate the recorded half cycles of an integration.
+
+    A period is searched in the last `_REMEMBERED` half cycles. Without a period, means over all half cycles are taken.
+    """
     windows = np.maximum(halves[:-1, 0], halves[1:, 0])
     period_halves = _repeat(halves[-_REMEMBERED:])
     if period_halves > 0:
@@ -157,24 +161,24 @@ def _repeat(halves: Halves) -> int:
 
 
 def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
-    """Whether an answer agrees with an integration over a number of cycles, and the distance of its mean in standard
-    errors.
+    """Return the verdict on an answer, and the difference of the mean amplitudes in standard errors.
+
+    `cycles` is the length of the integration in half cycles.
     """
     steady = response.period > 0
     if steady and truth.period_halves > 0:
         allowed = truth.error + SIGMA * response.amplitude_error
         if response.response_class == ResponseClass.LOCKED:
-            # the integration approaches its locked state only as 1/N, and the answer is the limit
+            # the integration approaches the locked state only as 1/N after N half cycles, and the answer is the limit
             allowed += 4.0 / cycles
         if abs(response.amplitude_ratio - truth.amplitude) > allowed:
             return "another orbit", np.nan
         if response.response_class == ResponseClass.LOCKED:
             return "agrees", np.nan
-        # the period of the peaks may be half that of the states
+        # the period of the peaks may be half the period of the states
         other_impacts = abs(response.impacts_per_cycle - truth.impacts) > 1e-6
         if other_impacts and abs(response.amplitude_ratio - truth.amplitude) <= 1e-9 * truth.amplitude:
-            # a chatter is completed when its remainder is too short to matter, so one impact more or less is not a
-            # different motion
+            # the solver ends a chatter when its remainder is negligible, so the numbers of impacts may differ by one
             return "agrees but for an impact in a chatter", np.nan
         if truth.period not in (response.period, 0.5 * response.period):
             return "another period", np.nan
@@ -188,7 +192,7 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         return "agrees", np.nan
     if steady:
         slow = response.floquet_multiplier > 0.99
-        # the integration has not settled; if the particle is still slowing down, the answer has not settled either
+        # the integration has not settled; if the motion decays slowly, the answer may not have settled either
         unknown = SIGMA * truth.error + response.amplitude_error
         if slow and abs(response.amplitude_ratio - truth.amplitude) <= unknown:
             return "agrees", np.nan
@@ -206,15 +210,16 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
 
 
 def compared(point: Point, cycles: int) -> Compared | None:
-    """Compare one answer with an integration over `cycles` from rest, whose second half is measured; None if either
-    failed.
+    """Compare the answer for a point with the second half of an integration over 2 · `cycles` half cycles from rest.
+
+    The result is None if the solver or the integration failed.
     """
     response, end = settle(*point, SETTINGS, point.rest())
     return _held(point, response, end, cycles)
 
 
 def _held(point: Point, response: Response, end: State, cycles: int) -> Compared | None:
-    """Compare an answer, whose run ended in a state, with an integration; see `compared`."""
+    """Compare an answer as `compared` does. `end` is the state in which the solver stopped."""
     if response.status > Status.MAX_CYCLES:
         return None
     halves = np.empty((cycles, 3))
@@ -231,7 +236,7 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
         if verdict_there == "agrees":
             verdict, deviation = f"several responses ({verdict})", there
         elif verdict == "not periodic, but the integration is":
-            # irregular until the answer's run ended; if the integration settles only later, no run could predict it
+            # if the motion is irregular when the solver stops, the solver cannot find an orbit that is reached later
             halves = np.empty((_REMEMBERED, 3))
             before = max(0, 2 * int(response.cycles) - _REMEMBERED)
             _, outcome = march_halves(*point, point.rest(), before, halves)
@@ -241,7 +246,7 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
 
 
 def every(found: Iterable[Point], cycles: int) -> Iterator[Compared]:
-    """Points with their comparison; failed ones are left out."""
+    """Yield the comparison for each point. Points at which the solver or the integration failed are left out."""
     for point in found:
         one = compared(point, cycles)
         if one is not None:
@@ -249,7 +254,7 @@ def every(found: Iterable[Point], cycles: int) -> Iterator[Compared]:
 
 
 def table(answers: list[Compared]) -> dict[str, Any]:
-    """Number of answers by class and by verdict, and how often the stated interval contains a mean."""
+    """Return the number of answers by class and by verdict, and the share of intervals that contain the mean."""
     verdicts = Counter(one.verdict for one in answers)
     classes = Counter(ResponseClass(int(one.response.response_class)).name.lower() for one in answers)
     means = [one.deviation for one in answers if one.deviation == one.deviation]
@@ -264,10 +269,10 @@ def table(answers: list[Compared]) -> dict[str, Any]:
 
 
 def extreme_answers(cases: Iterable[Extreme], cycles: int) -> list[dict[str, Any]]:
-    """Results of the steady search for extreme cases, JSON-able: its answer, and whether integration agrees.
+    """Compare the answers for extreme cases with integrations, and return JSON-able rows.
 
-    Cases without friction and without a particle have a closed form and are left out. "not compared" means that the
-    integration ends early, or that the search reports a failure.
+    Cases without friction and particle have a closed form and are left out. The verdict "not compared" means
+    that the solver or the integration failed.
     """
     rows = []
     for case in cases:

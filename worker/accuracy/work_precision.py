@@ -1,4 +1,4 @@
-"""Error against run time of every method on every scene, and its order of convergence."""
+"""Measures error, run time and order of convergence of every method on every scene."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -14,17 +14,15 @@ from damperlab.worker.accuracy.methods import METHODS, Method
 
 REPEATS = 5
 SHORTEST_SECONDS = 0.02
-"""A call is repeated until this time has been measured: clocks resolve microseconds, and the fastest scene takes
-one.
-"""
+"""Time for which a short call is repeated [s], because the fastest scene takes only about a microsecond."""
 SLOW_SECONDS = 0.3
-"""A call as long as this is not repeated."""
+"""Time above which a call is not repeated [s]."""
 ROUNDING = 1e-16
-"""Share of the state below which errors are not shown, because the reference is rounded to doubles."""
+"""Smallest relative error in the report, because the reference is rounded to doubles."""
 FLOOR = 1e-11
-"""Relative errors below this are accumulated rounding and are not used for an order."""
+"""Relative error below which an error is attributed to rounding, and is left out of the order of convergence."""
 LARGEST = 0.3
-"""Relative errors above this mean a different motion, and are not used either."""
+"""Relative error above which the motion is different, and the error is left out of the order of convergence."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +34,10 @@ class Measurement:
     setting : float
         Value of the method's setting.
     error : float or None
-        Largest difference of u, u', p, p' from the reference over the reference's largest; None if the method
-        failed.
+        Largest difference of u, u', p, p' from the reference, relative to the largest of the four reference values.
+        None if the method failed.
     microseconds : float
-        Per excitation cycle, the smallest of the repeats.
+        Shortest run time per excitation cycle [µs].
     """
 
     setting: float
@@ -49,7 +47,10 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Curve:
-    """A method on a scene; `order` is p in error ∝ setting⁻ᵖ, None with fewer than three usable errors."""
+    """Measurements of a method on a scene.
+
+    `order` is p in error ∝ setting⁻ᵖ, or None if fewer than three errors are usable.
+    """
 
     method: str
     setting: str
@@ -67,7 +68,7 @@ class Diagram:
     curves: tuple[Curve, ...]
 
     def document(self) -> dict[str, Any]:
-        """JSON-able."""
+        """Return the diagram as JSON-able data."""
         return asdict(self)
 
 
@@ -81,9 +82,9 @@ def draw_diagrams(
     Parameters
     ----------
     methods, scenes : sequence
-        The methods, and the scenes.
+        Methods to measure, and scenes on which each method is measured.
     on_scene : callable
-        Called with the name of each scene before its methods run.
+        Function called with the name of each scene before the methods run on the scene.
     """
     diagrams = []
     for scene in scenes:
@@ -97,7 +98,7 @@ def draw_diagrams(
 
 
 def measure_method(method: Method, scene: Scene) -> Curve:
-    """Run a method on a scene with each value of its setting."""
+    """Measure a method on a scene with each value of its setting."""
     truth = np.array(references()[scene.name].state)
     scale = float(np.abs(truth).max())
     points = []
@@ -115,7 +116,7 @@ def measure_method(method: Method, scene: Scene) -> Curve:
 
 
 def _shortest(call: Callable[[], object]) -> float:
-    """Smallest time of a call [s], over at least `REPEATS` calls unless a single one is long."""
+    """Return the shortest run time of a call [s] over at least `REPEATS` calls. A slow call is not repeated."""
     times: list[float] = []
     while len(times) < REPEATS or sum(times) < SHORTEST_SECONDS:
         began = perf_counter()
@@ -127,10 +128,10 @@ def _shortest(call: Callable[[], object]) -> float:
 
 
 def observed_order(points: Sequence[Measurement]) -> float | None:
-    """Order p of error ∝ setting⁻ᵖ: the median slope over all pairs of settings (Theil 1950, Sen 1968).
+    """Return the order p of error ∝ setting⁻ᵖ, the median slope over all pairs of settings (Theil 1950, Sen 1968).
 
-    If an event is detected up to a step late, the error varies irregularly with the step; a median of slopes is
-    insensitive to a lucky run. Errors at the level of rounding, and those of a different motion, are left out.
+    If events are detected up to one step late, the error varies irregularly with the step. The median of the slopes is
+    insensitive to single errors that are small by chance. Errors below `FLOOR` or above `LARGEST` are left out.
     """
     usable = [(p.setting, p.error) for p in points if p.error is not None and FLOOR < p.error < LARGEST]
     if len(usable) < 3:

@@ -1,1 +1,1 @@
-"""Clusters: our own processes, jobs of a batch system, or an existing scheduler."""
+"""Dask clusters whose workers are local processes, jobs of a batch system, or workers of an existing scheduler."""

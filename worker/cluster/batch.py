@@ -1,4 +1,4 @@
-"""Batch systems: the script of a job that runs a worker, its submission, and its cancellation."""
+"""Writes, submits and cancels jobs of a batch system. Each job runs one worker."""
 
 import math
 import re
@@ -13,37 +13,35 @@ from damperlab.studies.vocabulary import BatchSystem
 from damperlab.worker.outcomes import ClusterUnusable
 
 COMMAND_SECONDS = 120.0
-"""Longest time for an answer of a batch system; a busy one takes a while."""
+"""Longest wait for a command of a batch system [s]. A busy batch system answers slowly."""
 MARGIN_SECONDS = 60.0
-"""Time from the start of a job until Python starts to count a worker's lifetime, with a margin because a shared folder
-loads slowly.
-"""
+"""Difference between the wall time of a job and the lifetime of its worker [s], because Python may start slowly."""
 LEAVE_SECONDS = 25.0
-"""Longest time from the request to leave until a worker is gone."""
+"""Longest time from the request to leave until a worker has ended [s]."""
 IDLE_SECONDS = 300.0
-"""Time without a block, or without a scheduler, after which a worker exits."""
+"""Time without a block, or without a scheduler, after which a worker exits [s]."""
 SHORTEST_SECONDS = MARGIN_SECONDS + LEAVE_SECONDS + 5.0
-"""Shortest wall time in which a worker could compute anything."""
+"""Shortest permitted wall time of a job [s]."""
 
 
 @dataclass(frozen=True)
 class Jobs:
-    """Requests to a batch system.
+    """Settings of the jobs that are submitted to a batch system.
 
     Parameters
     ----------
     system : str
-        The batch system.
+        Name of the batch system.
     most : int
-        Largest number of jobs that wait or run together; each is one worker on one core.
+        Largest number of jobs that wait or run at the same time. Each job runs one worker on one core.
     fewest : int
         Smallest number of jobs, even if fewer blocks are left.
     wall_seconds : float
-        Wall time of a job; its worker exits before.
+        Wall time of a job [s]. The worker exits before this time.
     memory_bytes : int
         Memory of a job.
     options : str
-        Further options of the batch system, as in "--partition=short --account=lab".
+        Further options of the batch system, for example "--partition=short --account=lab".
     """
 
     system: BatchSystem
@@ -56,18 +54,18 @@ class Jobs:
 
 @dataclass(frozen=True)
 class _Dialect:
-    """Interface of one batch system; its commands read the script from standard input."""
+    """Commands and directives of one batch system. The command `submit` reads the script from standard input."""
 
     submit: tuple[str, ...]
     cancel: str
     directive: str
     lines: tuple[str, ...]
     array: str
-    """The directive for jobs 1 to {count}."""
+    """Directive for an array of jobs with numbers 1 to {count}."""
     task: str
-    """The environment variable with the number of a job."""
+    """Environment variable that contains the number of a job in the array."""
     job: str
-    """Pattern of the output of `submit`; its group is the identifier to which `cancel` is applied."""
+    """Regular expression for the output of `submit`. The group of the expression is the identifier for `cancel`."""
 
 
 _DIALECTS: dict[BatchSystem, _Dialect] = {
@@ -106,14 +104,14 @@ _DIALECTS: dict[BatchSystem, _Dialect] = {
 
 @dataclass(frozen=True)
 class Place:
-    """Where the workers of jobs find their cluster.
+    """Data that the worker of a job needs to join its cluster.
 
     Parameters
     ----------
     scheduler : str
-        Its address.
+        Address of the scheduler.
     tls : Path
-        Folder with the certificates; the jobs' output is written beside it.
+        Folder with the certificates. The jobs' output is written to the parent folder.
     """
 
     scheduler: str
@@ -121,31 +119,31 @@ class Place:
 
 
 def worker_name(submission: int, task: int) -> str:
-    """Name the worker of one job.
+    """Return the name of the worker of a job.
 
     Parameters
     ----------
     submission : int
         Number of the submission.
     task : int
-        Number of the job within it, from 1.
+        Number of the job in this submission, from 1.
     """
     return f"job-{submission}-{task}"
 
 
 def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) -> str:
-    """Write the script of some jobs.
+    """Return the batch script of one submission.
 
     Parameters
     ----------
     jobs : Jobs
-        The requests.
+        Settings of the jobs.
     place : Place
-        Where the workers find their cluster.
+        Address of the scheduler, and folder of the certificates.
     submission : int
-        Number of the submission, a part of the workers' names.
+        Number of the submission, which becomes part of the workers' names.
     count : int
-        Number of jobs.
+        Number of jobs in the submission.
     idle : bool
         Whether the workers stay even if no blocks are left.
     """
@@ -160,7 +158,7 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
         "count": count,
     }
     lines = [line.format(**numbers) for line in dialect.lines]
-    # PBS has no array of one job
+    # PBS does not accept an array of a single job
     if count > 1 or jobs.system != "pbs":
         lines.append(dialect.array.format(**numbers))
     if jobs.options:
@@ -180,17 +178,24 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
 
 
 def submit(system: BatchSystem, text: str) -> str:
-    """Submit a script.
+    """Submit a batch script.
+
+    Parameters
+    ----------
+    system : str
+        Name of the batch system.
+    text : str
+        The script.
 
     Returns
     -------
     str
-        The batch system's identifiers of the jobs.
+        Identifier that the batch system gives to the submitted jobs.
 
     Raises
     ------
     ClusterUnusable
-        The batch system is missing, or refuses.
+        If the command of the batch system is missing or fails.
     """
     dialect = _DIALECTS[system]
     answer = _call(system, dialect.submit, text)
@@ -201,12 +206,19 @@ def submit(system: BatchSystem, text: str) -> str:
 
 
 def cancel(system: BatchSystem, job: str) -> None:
-    """Cancel jobs, waiting and running ones.
+    """Cancel all waiting and running jobs of a submission.
+
+    Parameters
+    ----------
+    system : str
+        Name of the batch system.
+    job : str
+        Identifier of the jobs, from `submit`.
 
     Raises
     ------
     ClusterUnusable
-        The batch system refuses, for example because they have ended.
+        If the command fails, for example because the jobs have ended.
     """
     _call(system, (_DIALECTS[system].cancel, job), "")
 
@@ -220,7 +232,7 @@ def _call(system: BatchSystem, command: tuple[str, ...], text: str) -> str:
             text=True,
             timeout=COMMAND_SECONDS,
             check=False,
-            # the coordinator handles Ctrl-C in a terminal, and cancels the jobs
+            # Ctrl-C in a terminal must not reach the command; the coordinator handles it and cancels the jobs
             start_new_session=True,
         )
     except FileNotFoundError:

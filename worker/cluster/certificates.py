@@ -1,4 +1,4 @@
-"""Certificates that give access to a cluster: a private certificate authority and its files."""
+"""Makes and checks the TLS certificates of a cluster, which has a private certificate authority."""
 
 import os
 import ssl
@@ -13,29 +13,28 @@ from damperlab.studies.faults import Fault
 from damperlab.worker.outcomes import ClusterUnusable
 
 CA, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
-"""Files in a folder of certificates: the trusted authority, and the certificate and key to show. They are the same on
-every machine of a cluster.
-"""
+"""Files in a folder of certificates: certificate of the authority, and certificate and key of all cluster members."""
 VARIABLE = "DAMPERLAB_CLUSTER_TLS"
-"""Environment variable that names the folder."""
+"""Environment variable with the path of the folder of certificates."""
 ROLES = ("client", "scheduler", "worker")
 DAYS = 3650
 
 
 def security(folder: Path | None = None, address: str = "") -> Security:
-    """Give the TLS settings of a client, worker or scheduler: its own certificate, and which ones it accepts.
+    """Return the TLS settings of a client, worker or scheduler.
 
     Parameters
     ----------
     folder : Path, optional
-        From `make_certificates`; by default the folder in DAMPERLAB_CLUSTER_TLS, else Dask's own settings.
+        Folder with certificates, made by `make_certificates`. By default, the environment variable
+        DAMPERLAB_CLUSTER_TLS names the folder. If the variable is not set, Dask's own settings are used.
     address : str
-        Address of the scheduler.
+        Address of the scheduler. If the address begins with tls:, certificates are required.
 
     Raises
     ------
     ClusterUnusable
-        A file is missing or not a valid certificate, or there is no certificate for an address that begins with tls:.
+        If a file is missing or is no valid certificate, or the address begins with tls: and no certificate is found.
     """
     if folder is None:
         named = os.environ.get(VARIABLE)
@@ -79,7 +78,7 @@ def _encrypts(shown: Security) -> bool:
 
 
 def _require_valid(file: Path) -> None:
-    """Refuse an expired certificate here, because the other side would only see a closed connection."""
+    """Raise `ClusterUnusable` if a file contains no certificate, or a certificate that is not valid now."""
     if find_spec("cryptography") is None:
         return
     from cryptography import x509
@@ -121,17 +120,17 @@ def _require_valid(file: Path) -> None:
 
 
 def refusal(error: BaseException) -> str:
-    """Give the reason why two sides cannot connect; empty if nobody answered at all.
+    """Return the reason why a server refused a connection.
 
     Parameters
     ----------
     error : BaseException
-        The error of the connection.
+        Error of the attempt to connect.
 
     Returns
     -------
     str
-        A clause for the middle of a sentence.
+        A clause without capital letter and full stop; empty if the server did not answer.
     """
     closed = False
     seen: BaseException | None = error
@@ -148,22 +147,21 @@ def refusal(error: BaseException) -> str:
 
 
 def make_certificates(folder: Path, days: int = DAYS) -> None:
-    """Make a certificate authority for one cluster, and the certificate that its members show.
+    """Make a certificate authority for one cluster, and the certificate that all members of the cluster use.
 
-    The authority's own key is discarded, so nobody can add a member later; a new authority must be made for all
-    members.
+    The authority's key is not stored, so the certificate can be replaced only together with the authority.
 
     Parameters
     ----------
     folder : Path
-        The folder, created if it is missing.
+        Folder for the files, created if it is missing.
     days : int
-        Days for which the certificates are valid.
+        Number of days for which the certificates are valid.
 
     Raises
     ------
     FileExistsError
-        There is a certificate already.
+        If the folder already contains one of the files.
     """
     from cryptography import x509
     from cryptography.hazmat.primitives import hashes, serialization
@@ -186,7 +184,7 @@ def make_certificates(folder: Path, days: int = DAYS) -> None:
             .issuer_name(name("damperlab cluster authority"))
             .public_key(key.public_key())
             .serial_number(x509.random_serial_number())
-            # clocks of machines differ
+            # a machine's clock may be slow
             .not_valid_before(now - timedelta(days=1))
             .not_valid_after(now + timedelta(days=days))
             .add_extension(

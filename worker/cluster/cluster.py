@@ -1,4 +1,4 @@
-"""A Dask cluster to compute on: our own worker processes, or an existing scheduler."""
+"""Connects to a Dask cluster: a new cluster of local worker processes, or an existing scheduler."""
 
 import asyncio
 import logging
@@ -20,11 +20,11 @@ from damperlab.worker.niceness import stand_back
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
 
 SCHEDULER_TIMEOUT_SECONDS = 10.0
-"""Longest time until a scheduler, and the first of its workers, must answer."""
+"""Longest wait for an answer of an existing scheduler [s]."""
 GOODBYE_TIMEOUT = "1s"
-"""Time for the end of a dead scheduler, in Dask's notation."""
+"""Longest wait for a connection to a scheduler that has died, in Dask's notation."""
 START_TIMEOUT_SECONDS = 120.0
-"""Longest start of our own worker processes; a loaded machine imports numba slowly."""
+"""Longest wait for the start of local worker processes [s]. A loaded machine imports numba slowly."""
 
 _log = logging.getLogger(__name__)
 
@@ -39,16 +39,15 @@ ONE_THREAD = dict.fromkeys(
     ),
     "1",
 )
-"""Environment of a worker. A kernel keeps one core busy, so libraries must not start further threads."""
+"""Environment variables of a worker. A kernel keeps one core busy, so libraries must not start further threads."""
 
 SCHEDULER_CONFIG = {
-    # Dask suspects a block after one death of its worker; the runner, not the scheduler, decides how often to try
-    # again.
+    # a block fails when its worker dies once; the runner decides whether to try the block again
     "distributed.scheduler.allowed-failures": 0,
 }
-"""Dask's settings in the process of our own scheduler."""
+"""Dask's settings in the process of a scheduler that damperlab starts."""
 _LOCAL_CONFIG = {
-    # The profiler samples every worker thread 100 times a second for a dashboard that is off.
+    # only the dashboard, which is off, would use the profiler
     "distributed.worker.profile.enabled": False,
     "distributed.nanny.pre-spawn-environ": {"MALLOC_TRIM_THRESHOLD_": "65536", **ONE_THREAD},
 }
@@ -56,26 +55,26 @@ _LOCAL_CONFIG = {
 
 @contextmanager
 def connect(workers: int | None = None, scheduler: str | None = None) -> Iterator[Client]:
-    """Connect to a cluster; each study checks which of the workers can compute for it.
+    """Connect to an existing Dask cluster, or start a local cluster for the duration of the context.
 
     Parameters
     ----------
     workers : int, optional
-        Worker processes of our own cluster on the loopback interface, one thread each; by default one per core that
-        this process may use. They end with the context in any case, and with this process.
+        Number of worker processes of the local cluster, with one thread each; by default one per core that this process
+        may use. The processes listen only on the loopback interface, and end with the context or with this process.
     scheduler : str, optional
-        Address of a Dask scheduler to use instead, as in "tcp://host:8786". The scheduler and its workers are left
-        running.
+        Address of an existing Dask scheduler to use instead of a local cluster, for example "tcp://host:8786". The
+        scheduler and its workers continue to run after the context.
 
     Yields
     ------
     Client
-        Not the process's default client, so nothing outside the context uses it.
+        Client of the cluster. The client is not Dask's default client, so other code does not use it by accident.
 
     Raises
     ------
     ClusterUnusable
-        Both `workers` and `scheduler` were given, the number of workers is impossible, or no scheduler answers.
+        If both `workers` and `scheduler` are given, the number of workers is below 1, or the scheduler does not answer.
     """
     if scheduler is not None:
         if workers is not None:
@@ -99,12 +98,13 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
 
 
 def secret() -> Security:
-    """Certificates for the cluster of one run, in memory: no process can join or call it without them.
+    """Return temporary certificates for a local cluster, which exist only in memory.
 
     Returns
     -------
     Security
-        Without the package cryptography nothing is encrypted, and a warning is logged.
+        TLS settings with the certificates. If the package cryptography is missing, a warning is logged and the settings
+        contain no encryption.
     """
     if find_spec("cryptography") is None:
         _log.warning(
@@ -116,12 +116,11 @@ def secret() -> Security:
 
 
 def dask_setup(worker: object) -> None:
-    """Set up a worker of our own; Dask calls this when it starts. It runs at lower priority than the answering
-    process, and leaves Ctrl-C to the coordinator.
+    """Set up a worker of a local cluster: lower its priority, and let it ignore SIGINT.
 
-    Scheduler, coordinator and service need little time, but without delay. A terminal sends SIGINT to the whole process
-    group. The coordinator then lets running blocks finish; workers that handled it too would drop them, each with a
-    traceback.
+    Dask calls this function when the worker starts. The lower priority prevents delays of the scheduler, the
+    coordinator and the service. A terminal sends SIGINT to all processes. The coordinator then lets running blocks
+    finish, but a worker that handled the signal would drop its block.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     stand_back()
@@ -142,8 +141,7 @@ def _local(count: int) -> Iterator[Client]:
     }
     with (
         dask.config.set(_LOCAL_CONFIG),
-        # The cluster starts empty, so that an interrupt while its processes start finds a cluster that the context
-        # closes.
+        # the cluster starts without workers, so that an interrupt during their start closes the cluster
         SpecCluster(
             workers={},
             worker={"cls": Nanny, "options": worker},
@@ -165,13 +163,13 @@ def _local(count: int) -> Iterator[Client]:
 
 
 async def _watched(cluster: SpecCluster) -> None:
-    """Wait until every worker's watcher has registered it, since a worker that ends before is never restarted."""
+    """Wait until each worker is registered at its nanny, so that a nanny restarts any worker that ends."""
     await cluster
 
 
 @contextmanager
 def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
-    """Close a cluster whose scheduler has died; the library would first ask the scheduler, and stop half-way."""
+    """Close the cluster after the context if its scheduler has died. Dask would fail before it closes the workers."""
     try:
         yield
     finally:
@@ -183,10 +181,7 @@ def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
 
 @contextmanager
 def _told_where_lost(cluster: SpecCluster) -> Iterator[None]:
-    """Raise `SchedulerLost` if the scheduler has died, whatever error the library raises.
-
-    For example, a connection that ends before it is encrypted is a ValueError.
-    """
+    """Raise `SchedulerLost` instead of one of Dask's various errors if the scheduler has died."""
     try:
         yield
     except (OSError, TimeoutError, ValueError) as error:
@@ -201,7 +196,7 @@ def _remote(address: str) -> Iterator[Client]:
     try:
         shown = security(address=address)
         asyncio.run(_probe(address, shown))
-    # Dask raises various exceptions for an invalid address and for a server that is no scheduler.
+    # For an invalid address, and for a server that is no scheduler, Dask raises exceptions of various classes.
     except ClusterUnusable:
         raise
     except Exception as error:
@@ -216,7 +211,7 @@ def _remote(address: str) -> Iterator[Client]:
                 f"No Dask scheduler can be used at {address}: {why}.",
             )
         ) from error
-    # the library would log a traceback for a lost connection, which an exception reports
+    # Dask would log a traceback for a lost connection, although an exception reports the loss
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     try:
         opened = Client(address, security=shown, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False)
@@ -224,7 +219,7 @@ def _remote(address: str) -> Iterator[Client]:
         OSError,
         TimeoutError,
         ValueError,
-    ) as error:  # the last of these is raised if a connection ends before it is encrypted
+    ) as error:  # ValueError is raised if a connection ends before it is encrypted
         raise _lost(error) from error
     with opened as client:
         yield client
@@ -243,7 +238,7 @@ def _lost(error: Exception) -> ClusterUnusable:
 
 
 async def _probe(address: str, shown: Security) -> None:
-    # A Client that finds no scheduler leaves threads behind, so the address is checked first.
+    # The address is checked before a Client is made, because a Client without a scheduler leaves threads behind.
     arguments = shown.get_connection_args("client")
     async with rpc(address, timeout=SCHEDULER_TIMEOUT_SECONDS, connection_args=arguments) as remote:
         answer = await asyncio.wait_for(remote.identity(), SCHEDULER_TIMEOUT_SECONDS)

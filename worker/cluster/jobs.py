@@ -1,4 +1,4 @@
-"""A cluster whose workers are jobs of a batch system. Their number follows the work, between two limits."""
+"""A cluster whose workers are jobs of a batch system. The number of jobs depends on the remaining work."""
 
 import logging
 import shutil
@@ -20,25 +20,24 @@ from damperlab.worker.cluster.scheduler import SchedulerProcess
 from damperlab.worker.outcomes import ClusterUnusable
 
 LOOK_SECONDS = 2.0
-"""Interval between checks for arrived and departed workers."""
+"""Interval between checks of the present workers [s]."""
 AGAIN_SECONDS = 10.0
-"""Interval between submissions, so that jobs which end immediately do not flood a batch system."""
+"""Shortest interval between submissions [s], which matters if all jobs end immediately."""
 
 _log = logging.getLogger(__name__)
 
 
 class Hired:
-    """The jobs of one cluster.
+    """The submitted jobs of one cluster.
 
-    A job waits, works or has ended. A job has ended once its worker has come and gone, so the batch system need not be
-    queried often.
+    A job counts as ended when its worker has left the cluster, so the batch system is not queried.
 
     Parameters
     ----------
     jobs : Jobs
-        The requests to the batch system.
+        Settings of the jobs.
     place : Place
-        Where the workers find their cluster.
+        Address of the scheduler, and folder of the certificates.
     """
 
     def __init__(self, jobs: Jobs, place: Place) -> None:
@@ -51,21 +50,21 @@ class Hired:
         self._again = 0.0
 
     def look(self, wanted: int, present: set[str], now: float) -> None:
-        """Submit missing jobs.
+        """Submit the missing jobs if `AGAIN_SECONDS` have passed since the last submission.
 
         Parameters
         ----------
         wanted : int
-            Number of workers that could be busy.
+            Number of workers for which there is work.
         present : set of str
             Names of the present workers.
         now : float
-            Time by the caller's clock [s].
+            Time of the caller's clock [s].
 
         Raises
         ------
         ClusterUnusable
-            The batch system is missing, or refuses.
+            If the command of the batch system is missing or fails.
         """
         names = set().union(*self._submitted.values())
         self._came |= present & names
@@ -84,10 +83,10 @@ class Hired:
                 self._submit(count, idle)
 
     def dismiss(self) -> None:
-        """Cancel all jobs that may still wait or run."""
+        """Cancel all jobs that have not ended."""
         for job, names in self._submitted.items():
             if names - self._gone:
-                # jobs that have ended meanwhile cannot be cancelled
+                # the command fails if the jobs have ended in the meantime
                 with suppress(ClusterUnusable):
                     cancel(self._jobs.system, job)
 
@@ -103,29 +102,31 @@ class Hired:
 
 @contextmanager
 def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) -> Iterator[Client]:
-    """Client of a cluster with a scheduler on this machine and jobs of a batch system as workers; all end with the
-    context.
+    """Start a cluster whose workers are jobs of a batch system. The scheduler runs on this machine.
+
+    At the end of the context, the scheduler is closed and the jobs are cancelled.
 
     Parameters
     ----------
     jobs : Jobs
-        The requests to the batch system.
+        Settings of the jobs.
     host : str, optional
-        Name or address of this machine for the jobs; by default its host name.
+        Name or address at which the jobs reach this machine; by default its host name.
     folder : Path
-        A folder shared with the jobs' machines, for certificates and the jobs' output.
+        Folder that this machine shares with the machines of the jobs. The certificates and the jobs' output are written
+        to this folder.
     wanted : callable
-        Gives how many workers could be busy; called from another thread.
+        Returns the number of workers for which there is work. The function is also called from another thread.
 
     Yields
     ------
     Client
-        Not the process's default client. Its workers join as the batch system starts jobs.
+        Client of the cluster. Workers join the cluster when the batch system starts their jobs.
 
     Raises
     ------
     ClusterUnusable
-        The first jobs cannot be submitted, or the requested jobs could not work.
+        If the first jobs cannot be submitted, or the settings of the jobs are not usable.
     """
     _check(jobs, folder)
     place = folder / f"{time.strftime('%Y%m%dT%H%M%S')}-{uuid.uuid4().hex[:8]}"
@@ -159,7 +160,7 @@ def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) 
                     thread.join()
                 hired.dismiss()
     finally:
-        # jobs that start later find no scheduler; the output of the jobs is kept
+        # the certificates are no longer needed; the folder remains if it contains output of jobs
         shutil.rmtree(tls, ignore_errors=True)
         with suppress(OSError):
             place.rmdir()
@@ -170,7 +171,7 @@ def _keep(client: Client, hired: Hired, wanted: Callable[[], int], stop: threadi
         try:
             known = client.sync(client.scheduler.identity, n_workers=-1)["workers"].values()
             hired.look(wanted(), {str(one["name"]) for one in known}, time.monotonic())
-        # a missing scheduler, catalogue or batch system may be back at the next check
+        # the scheduler, the catalogue or the batch system may answer at the next check
         except Exception as error:
             _log.warning("no jobs can be submitted now: %s", error)
 

@@ -1,7 +1,7 @@
-"""The scheduler of our own cluster, in a process that has no addresses or keys of database and store.
+"""A Dask scheduler in a separate process that does not get the addresses and keys of the database and the store.
 
-A client of a Dask scheduler can run any code in its process. So this process holds only names of blocks, and accepts only the
-certificate of this run.
+Any client of a Dask scheduler can run code in the scheduler's process. Therefore this process contains no secrets
+except its certificate, and accepts only connections with the certificate of this run.
 """
 
 import asyncio
@@ -29,21 +29,21 @@ _KEPT = (
     "LD_LIBRARY_PATH",
     "DAMPERLAB_CACHE_DIR",
 )
-"""The environment of the process: no address of a database, no key of a store."""
+"""Environment variables that the process gets, without addresses of databases and keys of stores."""
 _TLS = ("tls_ca_file", "tls_scheduler_cert", "tls_scheduler_key")
 
 
 class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
-    """A scheduler in a separate process, as Dask's clusters start one; it ends with this process.
+    """A Dask scheduler in a separate process, which ends with this process. `SpecCluster` starts and closes it.
 
     Parameters
     ----------
     security : Security
-        Certificates of this cluster; without them nothing is encrypted.
+        Certificates of the cluster. Without certificates, connections are not encrypted.
     config : dict
-        Dask's settings in that process.
+        Dask's settings in the process of the scheduler.
     host : str
-        Name or address at which it listens; by default only this machine can reach it.
+        Name or address at which the scheduler listens; by default only this machine can connect.
     """
 
     def __init__(self, security: Security, config: dict[str, Any], host: str = "127.0.0.1") -> None:
@@ -55,11 +55,15 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
 
     @property
     def lost(self) -> bool:
-        """Whether the process has ended without being closed here."""
+        """Whether the process has ended although `close` was not called."""
         return self._process is not None and self._process.poll() is not None
 
     def is_lost_within(self, seconds: float) -> bool:
-        """Whether the process has ended, or ends within a time; its connections close before the process ends."""
+        """Return whether the process has ended, or ends within the given time.
+
+        The connections of a dying process close before the process ends, so a caller that has lost the connection
+        should wait for a short time.
+        """
         if self._process is None:
             return False
         with suppress(subprocess.TimeoutExpired):
@@ -67,12 +71,12 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         return self.lost
 
     async def start(self) -> None:
-        """Start the process and read its address.
+        """Start the process and read the address of the scheduler.
 
         Raises
         ------
         RuntimeError
-            The process ended before it listened.
+            If the process ended before it printed its address.
         """
         environment = {name: value for name, value in os.environ.items() if name in _KEPT}
         environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
@@ -81,7 +85,7 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
         assert self._process.stdout is not None
         told = {name: getattr(self.security, name) for name in _TLS}
         said = {"tls": told, "config": self._config, "host": self._host}
-        # a command line and an environment are readable by others, so no secret is in them
+        # other users can read a process's command line and environment, so secrets are sent through standard input
         self._process.stdin.write(json.dumps(said).encode() + b"\n")
         self._process.stdin.flush()
         line = await asyncio.to_thread(self._process.stdout.readline)
@@ -103,13 +107,12 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
 
 
 def _started(environment: dict[str, str]) -> "subprocess.Popen[bytes]":
-    """Start the process with a separate environment."""
     return subprocess.Popen(
         [sys.executable, "-m", "damperlab.worker.cluster.scheduler"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env=environment,
-        # the coordinator handles Ctrl-C in a terminal, and ends this process when it is done
+        # Ctrl-C in a terminal must not reach the scheduler; the coordinator handles it and then ends the scheduler
         start_new_session=True,
     )
 
@@ -136,7 +139,7 @@ def _end_with_parent() -> None:
 
 
 def main() -> None:
-    """Read settings from standard input, write the address to standard output, and serve until the input is closed."""
+    """Read settings from standard input, print the address of a new scheduler, and run until the input is closed."""
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     told = json.loads(sys.stdin.buffer.readline())
     threading.Thread(target=_end_with_parent, daemon=True).start()

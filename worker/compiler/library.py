@@ -1,4 +1,4 @@
-"""Output of the compiler: IR that waits for its callers, or machine code with all called functions."""
+"""Output of the compiler: LLVM IR of a function that other kernels call, or machine code of a complete kernel."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,13 +10,13 @@ _ENVIRONMENT = "_ZN08NumbaEnv"
 
 
 class Part(JITCodeLibrary):  # type: ignore[misc]
-    """A function that other kernels call: IR that waits for its callers."""
+    """A function that other kernels call, kept as LLVM IR, which is linked into each of these kernels."""
 
     function: Callable[..., Any]
-    """Its plain Python form."""
+    """Python function from which this code is compiled."""
 
     def finalize(self) -> None:
-        """Mark the part complete; it is neither optimised nor emitted separately."""
+        """Mark the part complete without optimising or emitting it."""
         self._raise_if_finalized()
         self._finalized = True
 
@@ -25,35 +25,36 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
     """A function that Python calls, with its own copy of all called functions."""
 
     function: Callable[..., Any]
-    """Its plain Python form."""
+    """Python function from which this code is compiled."""
 
     @property
     def functions(self) -> list[Callable[..., Any]]:
-        """The plain forms of all its sources: its own and those of its parts."""
+        """The Python functions of the kernel and of all its parts."""
         parts = (library for library in self._linking_libraries if isinstance(library, Part))
         return [self.function, *(part.function for part in parts)]
 
     def finalize(self) -> None:
-        """Link every part once, optimise, emit."""
+        """Link every part once, then optimise the module and emit machine code."""
         self._own = {variable.name for variable in self._final_module.global_variables}
         self._linking_libraries = _needed(self)
         super().finalize()
 
     def _optimize_final_module(self) -> None:
         for variable in self._final_module.global_variables:
-            # numba's environment of a function serves its Python wrapper, which a part lacks
+            # only a Python wrapper uses numba's environment of a function, and a part has no Python wrapper
             if variable.name.startswith(_ENVIRONMENT) and variable.name not in self._own:
                 variable.linkage = binding.Linkage.internal
         super()._optimize_final_module()
         for function in self._final_module.functions:
-            # made private, so that the loader does not use another kernel's copy; only at this point, so that inlining
-            # is unaffected
+            # The functions become private, so that the loader does not use another kernel's copy. This follows the
+            # optimisation, so that inlining is unaffected.
             if not function.is_declaration and function.linkage == binding.Linkage.linkonce_odr:
                 function.linkage = binding.Linkage.internal
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """Serialise in numba's storage format, with the names that it defines instead of its IR, which is not linked
-        again.
+        """Serialise the machine code in numba's storage format.
+
+        A stub with only the defined names replaces the IR, which is not linked again.
         """
         self._ensure_finalized()
         names = [
@@ -68,9 +69,10 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
 
 
 def _needed(library: JITCodeLibrary) -> list[JITCodeLibrary]:
-    """Every library that a library needs, directly or through a part: each once, and after all that need it.
+    """List each library that `library` needs, directly or through a part, once and after all libraries that use it.
 
-    The order matters: LLVM links a function that may be dropped only if something linked earlier needs it.
+    The order matters: LLVM links a discardable (linkonce) function only if a library linked earlier needs this
+    function.
     """
     seen = set()
     callees_first = []

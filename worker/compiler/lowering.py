@@ -1,4 +1,4 @@
-"""From typed IR to LLVM IR: for functions called by kernels, and for those called from Python."""
+"""Lowering of typed IR to LLVM IR, for functions called by kernels and for functions called from Python."""
 
 import operator
 from collections import Counter
@@ -16,17 +16,16 @@ _DOUBLE = llvm.DoubleType()
 
 
 class FromTyped(lowering.Lower):  # type: ignore[misc]
-    """From typed IR to LLVM IR, with two differences from numba.
+    """Lowers typed IR to LLVM IR, with two differences from numba.
 
-    An argument that is never reassigned is used as a value. numba would store an argument that several blocks use in
-    memory, and load all of it at each use. For a scene with a hundred fields, LLVM would have to remove most of this
-    again.
+    An argument that is never reassigned stays a value. If several blocks used an argument, numba would store it in
+    memory and load all of it at each use. LLVM would have to remove most of these loads again.
 
     A product and a sum in one expression are rounded once, as in C (FP_CONTRACT ON).
 
-    LLVM would fuse them wherever the optimiser brings the two together (`contract`), so the last bits would depend on
-    inlining and on the scene. Here they depend only on each expression: a kernel gives the same bits if it is split
-    into functions or receives other arguments.
+    With LLVM's flag `contract`, the optimiser would fuse a product and a sum wherever it brings them together. The last
+    bits would then depend on inlining and on the scene. Here the last bits depend only on the expressions of the
+    source, not on how a kernel is split into functions or which arguments it receives.
     """
 
     def _find_singly_assigned_variable(self) -> None:
@@ -45,17 +44,23 @@ class FromTyped(lowering.Lower):  # type: ignore[misc]
         return _holds_references(self.context, self.typeof(name))
 
     def incref(self, typ: Any, value: Any) -> None:
-        """Increment a reference count; a value without references, for example a scene, is not unpacked for this."""
+        """Increment the reference counts of a value.
+
+        A value without counted references, for example a scene, is skipped, because numba would unpack all its fields.
+        """
         if _holds_references(self.context, typ):
             super().incref(typ, value)
 
     def decref(self, typ: Any, value: Any) -> None:
-        """Decrement a reference count."""
+        """Decrement the reference counts of a value."""
         if _holds_references(self.context, typ):
             super().decref(typ, value)
 
     def lower_binop(self, result_type: Any, expression: Any, operation: Any) -> Any:
-        """Emit the code of an operation. A sum whose operand is a product in the same expression is one operation."""
+        """Emit the code of an operation.
+
+        A sum of a number and a product in the same expression becomes one fused multiply-add.
+        """
         both = self.fndesc.calltypes[expression].args == (types.float64, types.float64)
         if both and operation in (operator.add, operator.sub):
             left, right = self._number(expression.lhs), self._number(expression.rhs)
@@ -72,7 +77,7 @@ class FromTyped(lowering.Lower):  # type: ignore[misc]
         return self.context.cast(self.builder, self.loadvar(name.name), self.typeof(name.name), types.float64)
 
     def _fused(self, one: Any, other: Any, added: Any) -> Any:
-        """`one` times `other`, plus `added`; two roundings if the target has no such instruction."""
+        """Emit `one` · `other` + `added`, rounded once, or twice if the target has no fused multiply-add."""
         form = llvm.FunctionType(_DOUBLE, [_DOUBLE] * 3)
         function = self.builder.module.declare_intrinsic("llvm.fmuladd", [_DOUBLE], form)
         return self.builder.call(function, [one, other, added])
@@ -85,12 +90,12 @@ def _holds_references(context: Any, typ: Any) -> bool:
 
 
 def _is_product(name: Any, value: Any) -> bool:
-    """Whether an operand is a product in the same expression, without a name of its own."""
+    """Whether an operand is a product in the same expression, and not a named variable."""
     return name.name.startswith("$") and getattr(value, "opname", "") == "fmul"
 
 
 class Lowering(typed_passes.NativeLowering):  # type: ignore[misc]
-    """From typed IR to LLVM IR, in a library of the wanted class."""
+    """Lowers typed IR to LLVM IR in a library of the class `_library`."""
 
     _library: type[Part | Whole]
     lowering_class = FromTyped
@@ -119,7 +124,7 @@ class LowerPart(Lowering):
     _library = Part
 
     def run_pass(self, state: Any) -> bool:
-        """Lower the function as one without an address; its callers get a placeholder that is never called."""
+        """Lower a function without an address, and give its callers a placeholder that is never called."""
         super().run_pass(state)
         lowered = state["cr"]
         name = lowered.fndesc.qualname

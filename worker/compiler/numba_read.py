@@ -1,8 +1,8 @@
-"""Whether this version of numba is the one for which the compiler was written.
+"""Test whether the compiler was written for the installed version of numba.
 
-The compiler overrides and calls methods outside numba's public interface. Their sources were reviewed in the version
-that pyproject.toml allows. If one of them differs, kernels are compiled by numba alone (`ALONE`): more slowly, again
-in every process, and with other last digits.
+The compiler overrides and calls methods outside numba's public interface. The sources of these methods were reviewed in
+the version that pyproject.toml allows. If a source differs, numba compiles kernels without this compiler (`ALONE`):
+more slowly, again in every process, and with other last digits of results.
 """
 
 import hashlib
@@ -33,11 +33,11 @@ READ: dict[str, str] = {
     "numba.core.types:Dispatcher.get_call_type": "ae1ef289d128",
     "numba.core.base:BaseContext.insert_user_function": "f7ed5d870e5a",
 }
-"""Location of each method, and the beginning of the SHA-256 of its source."""
+"""First 12 hexadecimal digits of the SHA-256 hash of each method's source, by the location of the method."""
 
 
 def differing() -> list[str]:
-    """The methods of `READ` that this numba lacks, or that differ."""
+    """List the methods of `READ` that the installed numba lacks or defines differently."""
     return [where for where, read in READ.items() if _hash(where) != read]
 
 
@@ -55,7 +55,7 @@ def _hash(where: str) -> str:
 
 _DIFFERING = differing()
 ALONE = bool(_DIFFERING)
-"""Whether kernels are compiled by numba alone."""
+"""Whether numba compiles kernels without this compiler."""
 if ALONE:
     warnings.warn(
         f"numba {numba.__version__} differs in {', '.join(_DIFFERING)} from the version that the compiler was written for. "

@@ -16,12 +16,13 @@ from damperlab.worker.compiler.type_branches import FoldTypeTests
 class _Flags(compiler.Flags):  # type: ignore[misc]
     """numba's flags, compared by the options that were set.
 
-    They are part of the key under which numba stores the types of each call. numba's own class compares all forty
+    The flags are part of the key under which numba stores the types of each call. numba's own class compares all forty
     options.
     """
 
     __slots__ = ()
-    _ANY = hash(compiler.Flags())  # numba's version compares only the names of its options
+    # numba's hash depends only on the names of the options, so it is equal for all flags
+    _ANY = hash(compiler.Flags())
 
     def __hash__(self) -> int:
         return self._ANY
@@ -33,7 +34,7 @@ class _Flags(compiler.Flags):  # type: ignore[misc]
 
 
 class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
-    """The passes that kernels need: no closures, no literal loops, no rewritten array expressions."""
+    """A compiler without numba's passes for closures, literal loops and array expressions, which kernels do not use."""
 
     _lower: type[Lowering]
 
@@ -96,7 +97,8 @@ class WholeCompiler(_Compiler):
 def _no_collection() -> Iterator[None]:
     """Pause the garbage collector.
 
-    Afterwards all new objects count as old (freeze, unfreeze), so that collections of young objects skip them.
+    Afterwards all objects are moved to the oldest generation (freeze, unfreeze), so that collections of young objects
+    skip them.
     """
     collecting = gc.isenabled()
     gc.disable()

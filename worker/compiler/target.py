@@ -6,11 +6,11 @@ from llvmlite import binding
 from numba.core import config
 
 _V3 = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt")
-"""Features of a processor of level x86-64-v3, as LLVM names them."""
+"""Features of a processor of level x86-64-v3, by their names in LLVM."""
 
 
 def target_of(triple: str, features: dict[str, bool], wanted: str = "") -> tuple[str, str]:
-    """Processor and features of the target: the same on every machine with AVX2.
+    """Return processor and features of the target, which are the same on every machine with AVX2.
 
     Parameters
     ----------
@@ -19,15 +19,15 @@ def target_of(triple: str, features: dict[str, bool], wanted: str = "") -> tuple
     features : dict of bool
         Features of the machine's processor.
     wanted : str
-        `generic` for the baseline of the architecture, on any processor: equal bits in a cluster that includes
-        machines without AVX2.
+        `generic` selects the baseline of the architecture on any processor. Results then have equal bits on all
+        machines of a cluster, with and without AVX2.
 
     Returns
     -------
     processor, features : str
-        In LLVM's notation. Older x86-64 processors get the baseline of their architecture, other architectures
-        `generic`. This is portable and slower, and gives different last bits, since a product and a sum are then
-        rounded twice.
+        Processor and features in LLVM's notation. An x86-64 processor without AVX2 gets the baseline `x86-64`. Code for
+        this baseline is slower and gives different last bits, since a product and a sum are rounded twice. Other
+        architectures get `generic`.
     """
     if not triple.startswith("x86_64"):
         return "generic", ""
@@ -40,4 +40,5 @@ TRIPLE: str = binding.get_process_triple()
 PROCESSOR, FEATURES = target_of(
     TRIPLE, dict(binding.get_host_cpu_features()), os.environ.get("DAMPERLAB_TARGET", "")
 )
-config.CPU_NAME, config.CPU_FEATURES = PROCESSOR, FEATURES  # read when numba compiles for the first time
+# Read by numba when it compiles for the first time.
+config.CPU_NAME, config.CPU_FEATURES = PROCESSOR, FEATURES

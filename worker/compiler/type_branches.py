@@ -10,12 +10,11 @@ from numba.core.compiler_machinery import FunctionPass, register_pass
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class FoldTypeTests(FunctionPass):  # type: ignore[misc]
-    """Evaluate tests that the types of the arguments decide, so that the branches not taken are dropped before type
-    inference.
+    """Replaces type tests by their results, so that numba drops the branches that are not taken.
 
-    numba drops a branch on `x is None` where x is an argument. Here the same is done for the fields of its named
-    tuples, at any depth, and for `isinstance(x, C)` with a class of named tuples C. So a kernel reads as plain
-    Python, receives complete scenes, and contains nothing for elements that its scene lacks.
+    numba drops a branch on `x is None` if x is an argument. This pass does the same for fields of named tuples in an
+    argument, at any depth, and for `isinstance(x, C)`, where C is a class of named tuples. So a kernel can be written
+    in plain Python for complete scenes. The compiled kernel contains no code for elements that a scene lacks.
     """
 
     _name = "damperlab_fold_type_tests"
@@ -24,7 +23,7 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:
-        """Insert the results of the tests into the code of `state`."""
+        """Replace each type test in the function of `state` by its result."""
         code = state.func_ir
         for block in code.blocks.values():
             for statement in block.find_insts(ir.Assign):
@@ -36,7 +35,7 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
         return True
 
     def _answer(self, value: Any, code: Any, arguments: Any) -> Any:
-        """The constant value of an expression for these types; None if there is none."""
+        """Return the constant value of an expression; None if the types of the arguments do not determine the value."""
         if not isinstance(value, ir.Expr):
             return None
         if value.op in ("getattr", "static_getitem"):
@@ -61,7 +60,7 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
 
 
 def _definition(name: ir.Var, code: Any) -> Any:
-    """The value assigned to a variable; None if it depends on the branch."""
+    """Return the value assigned to a variable; None if several branches assign the variable."""
     try:
         return code.get_definition(name)
     except KeyError:
@@ -69,7 +68,7 @@ def _definition(name: ir.Var, code: Any) -> Any:
 
 
 def _type_of(value: Any, code: Any, arguments: Any) -> Any:
-    """Type of a variable or expression, if it is an argument, a field of an argument, or None; otherwise None."""
+    """Return the type of an argument, of a field of an argument, or of the constant None; None for other values."""
     if isinstance(value, ir.Var):
         value = _definition(value, code)
     if isinstance(value, ir.Arg):

@@ -1,1 +1,1 @@
-"""Assignment of blocks to workers, also after a worker leaves or fails."""
+"""Distributes the blocks of a study to workers, and reassigns the blocks of workers that leave or fail."""

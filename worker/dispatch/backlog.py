@@ -1,4 +1,4 @@
-"""The unassigned blocks of a study, the longest first, and the attempts at them."""
+"""The unassigned blocks of a study, and attempts to compute blocks."""
 
 from collections import deque
 from dataclasses import dataclass, replace
@@ -8,14 +8,14 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class Backlog:
-    """Blocks that wait.
+    """Queue of the blocks that have not been assigned to a worker yet.
 
     Parameters
     ----------
     indices : array of int
-        The blocks, in the order in which they are taken.
+        Indices of the blocks, in the order in which they are assigned.
     seconds : array of float, optional
-        Expected time of each block of the study [s]; by default all are equal.
+        Expected time of each block of the study [s]; by default 1 s for every block.
     """
 
     def __init__(self, indices: ArrayLike, seconds: NDArray[np.float64] | None = None) -> None:
@@ -24,37 +24,37 @@ class Backlog:
 
     @property
     def left(self) -> int:
-        """Number of waiting blocks."""
+        """Number of blocks in the queue."""
         return len(self._waiting)
 
     def take(self) -> int | None:
-        """Give the next block; None if none waits."""
+        """Remove the first block from the queue and return its index; None if the queue is empty."""
         return self._waiting.popleft() if self._waiting else None
 
     def expected(self, index: int) -> float:
-        """Give the expected time of a block [s]."""
+        """Return the expected time of a block [s]."""
         return 1.0 if self._seconds is None else float(self._seconds[index])
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """An attempt at a block.
+    """An attempt to compute a block.
 
     Parameters
     ----------
     index : int
         Index of the block.
     errors, crashes : int
-        Number of exceptions that it raised, and number of processes that it certainly ended.
+        Number of exceptions that the block has raised, and number of processes that crashed while computing the block.
     apart : bool
-        Whether to compute it in a separate process, because a worker vanished during it. If the block was the cause,
-        only that process is lost.
+        Whether a separate process computes the block, because a worker was lost while computing the block. If the
+        separate process crashes, the worker survives.
     avoid : frozenset of str
-        Workers at which it failed.
+        Addresses of workers at which the block failed.
     tries : int
         Number of earlier attempts.
     moved : bool
-        Whether it was taken from a worker at which it did not end. An attempt at a moved block has no time limit.
+        Whether the block ran far too long at another worker. The attempt then has no time limit.
     """
 
     index: int
@@ -66,9 +66,9 @@ class Attempt:
     moved: bool = False
 
     def begun(self, apart: bool = False) -> "Attempt":
-        """Give the next attempt after one that ended without the block's fault; on request, in a separate process."""
+        """Return the next attempt at the block; if `apart` is true, the attempt runs in a separate process."""
         return replace(self, tries=self.tries + 1, apart=self.apart or apart)
 
     def elsewhere(self, address: str) -> "Attempt":
-        """Give the same attempt, to be made at another worker if there is one."""
+        """Return a copy of this attempt that avoids the given worker."""
         return replace(self, avoid=self.avoid | {address})

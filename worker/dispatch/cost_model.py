@@ -1,10 +1,13 @@
-"""Expected cost of a design point, so that blocks take about equal time and the longest start first.
+"""Expected computing time of design points. Blocks are planned to take about equal times, and the longest start first.
 
-A rough model is sufficient: it affects the sizes and order of blocks, never a result, and a factor from earlier studies
-of the family corrects it. The cost is the number of cycles until the response is known to be steady, times the seconds
-per cycle of the scene's kernel. Its constants were fitted to measured run times over eight grids of particle and hybrid
-scenes (ζ 0.001 … 0.1, β 0.02 … 0.3, d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over other grids mostly agree within a
-factor of four; single points scatter by a factor of ten, especially between periodic and modulated neighbours.
+A rough model is sufficient, because the expected times affect only the sizes and the order of blocks, not the results.
+`family_factor` corrects the model by measured times of earlier studies. The time of a point is the number of cycles
+until the response counts as steady, times the kernel's time per cycle.
+
+The constants were fitted to measured run times on eight grids of particle and hybrid scenes (ζ 0.001 … 0.1, β 0.02 …
+0.3, d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). On other grids, expected and measured total times mostly agree within a factor
+of four. The times of single points scatter by a factor of ten, especially where periodic and modulated responses are
+neighbours.
 """
 
 import math
@@ -23,56 +26,53 @@ from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_sto
 from damperlab.studies.store.record import Record
 
 LINEAR_SECONDS = 2e-6
-"""Time of a point in closed form, including storing [s]."""
+"""Time to compute a point from the closed-form solution and to store it [s]."""
 FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.8e-6, 1.4e-6, 2.0e-6
-"""Time of one excitation cycle with its events, for a wide clearance [s]."""
+"""Time to compute an excitation cycle with friction, with a particle, and with both, if the clearance is wide [s]."""
 COMPLIANT_TIMES = 4.5
-"""Factor of the time of a cycle if the walls are compliant."""
+"""Factor by which compliant walls increase the time per cycle."""
 RUN_SECONDS, RECORD_WINDOW_SECONDS = 5e-5, 0.15e-6
-"""Time of one run under a record: a fixed part, and a part for each panel [s]. Measured on built-in records, at natural
-frequencies from 1 to 50 Hz.
+"""Fixed part of the time of a run under a ground-motion record, and the additional time for each panel [s]. Both were
+measured on built-in records, at natural frequencies from 1 to 50 Hz.
 """
 STEP_SECONDS = 0.04e-6
-"""Time of one step of the fixed-step method, for any scene [s]."""
+"""Time of one step of the fixed-step method in every scene [s]."""
 MOST_RIDING, RIDING_CLEARANCE = 9.1, 1.8
-"""In a short cavity the particle chatters and stays on a wall, and a cycle takes up to 1 + `MOST_RIDING` times as long.
-The excess falls as exp(−clearance_ratio/`RIDING_CLEARANCE`).
+"""In a short cavity, a cycle takes longer to compute, because the particle chatters and rests on a wall. The factor is
+1 + `MOST_RIDING` exp(−clearance_ratio/`RIDING_CLEARANCE`).
 """
 FEWEST_CYCLES = 40.0
-"""Average number of cycles until a response counts as steady, far from resonance."""
+"""Average number of cycles until a response far from resonance counts as steady."""
 TRANSIENT = 0.073
-"""Cycles of a transient, in units of r/ζ: it decays as exp(−ζτ), and a cycle lasts 2π/r."""
+"""Number of cycles of a transient, divided by r/ζ. A transient decays as exp(−ζτ), and a cycle lasts 2π/r."""
 RESTLESS_CYCLES, RESTLESS_TOLERANCE, FEWEST_RESTLESS = 1050.0, 0.02, 768.0
-"""Mean number of cycles near resonance, where impacts never cease and only statistics converge; the tolerance for which
-it applies; and the least number. The relative error of a mean falls as the inverse root of its cycles
-(`steady/response/standard_errors.py`).
+"""Mean number of cycles near resonance, where only statistics converge, the tolerance of this mean, and the least
+number of cycles. The relative error of a mean is proportional to 1/√(cycles) (`steady/response/standard_errors.py`).
 """
 RESTLESS_WIDTH, RESTLESS_POWER = 0.0104, 0.55
-"""Distance from resonance, in ln r, up to which only statistics converge: the width at β = ζ, and the power of β/ζ with
-which it scales.
+"""Two constants for the range around resonance in which only statistics converge: the half-width of the range in ln r
+at β = ζ, and the exponent of β/ζ with which the half-width grows.
 """
 NARROWEST = 0.004
-"""Smallest width of the range around resonance in which only statistics converge."""
+"""Smallest half-width in ln r of the range around resonance in which only statistics converge."""
 BREAKAWAY = 0.785
-"""Friction ratio at which friction suppresses a resonance: from π/4 on it dissipates more energy than the base
-supplies.
-"""
+"""Friction ratio π/4, from which on friction dissipates more energy at resonance than the base supplies."""
 
 
 def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
-    """Kernel seconds that design points are expected to take.
+    """Return the expected kernel time of each design point.
 
     Parameters
     ----------
-    study : Study
-        Only the scene, the starts, the records, `steady.max_cycles` and `steady.tolerance` matter.
+    study : Study or Suite
+        The study. Its scene, solver, starts, records, `steady.max_cycles` and `steady.tolerance` are used.
     coordinates : dict of ndarray
-        The dimensions by name, N values each.
+        Coordinates of the N points by dimension, N values each.
 
     Returns
     -------
     ndarray
-        N values [s], all above 0.
+        N expected times [s], all above 0.
     """
     if isinstance(study, Suite):
         return _suite(study, coordinates)
@@ -82,21 +82,26 @@ def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> 
 
 
 def family_factor(earlier: Iterable[Record]) -> float | None:
-    """Give the ratio of measured to expected time of studies of a family; None if no point has been computed.
+    """Return the ratio of measured to expected kernel time over earlier studies of a family.
 
     Parameters
     ----------
     earlier : iterable of Record
-        From `damperlab.studies.store.reuse.family.done_of_family`.
+        Records of the studies, see `damperlab.studies.store.reuse.family.done_of_family`.
+
+    Returns
+    -------
+    float or None
+        Ratio of the sums over the studies. None if the studies have no computed point.
     """
     taken = expected = 0.0
     for record in earlier:
         try:
             study = parse_stored(record.definition, record.digest)
         except (DefinitionDamaged, ValueError):
-            # errors of other studies are reported by their own queries
+            # a study with a damaged definition is skipped here; a query for the study reports the error
             continue
-        # reused points took no time
+        # reused points took no kernel time
         share = (record.points_done - record.points_reused) / record.points_total
         taken += record.kernel_seconds
         expected += share * plan_with_chunk(study, record.chunk, seconds_per_point).seconds
@@ -119,13 +124,13 @@ def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDAr
     ratio = coordinates["frequency_ratio"]
     rubs = coordinates["friction_ratio"] > 0.0
     rattles = (coordinates["mass_ratio"] > 0.0) & study.particle
-    # Without damping, a transient lasts until the limit.
+    # The bound prevents a division by zero. Without damping, a transient lasts until the limit of cycles.
     damping = np.maximum(coordinates["damping_ratio"], 1e-4)
     moving = np.clip(1.0 - (coordinates["friction_ratio"] / BREAKAWAY) ** 2, 0.0, 1.0)
     width = RESTLESS_WIDTH * moving * (coordinates["mass_ratio"] / damping) ** RESTLESS_POWER
     restless = np.exp(-((np.log(ratio) / np.maximum(width, NARROWEST)) ** 2)) * rattles * (moving > 0.0)
     settling = max(FEWEST_RESTLESS, RESTLESS_CYCLES * (RESTLESS_TOLERANCE / study.steady.tolerance) ** 2)
-    # an average over points that settle and points that continue; the limit applies to either kind
+    # mean over steady and unsteady points, to which the same limit of cycles applies
     cycles = np.minimum(most, FEWEST_CYCLES + TRANSIENT * ratio / damping + min(most, settling) * restless)
     per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
     riding = 1.0 + MOST_RIDING * np.exp(-coordinates["clearance_ratio"] / RIDING_CLEARANCE)

@@ -1,4 +1,4 @@
-"""Tests of workers before their first block: their software, and the bits of a few points."""
+"""Tests workers before their first block. The test compares the software, and the bits of a few computed points."""
 
 import time
 from collections.abc import Callable, Collection, Mapping
@@ -13,20 +13,18 @@ from damperlab.worker.provenance import WrongCode
 from damperlab.worker.worker_process.examination import Answer, examine, majority
 
 LATE_SECONDS = 10.0
-"""Longest wait for further workers once a first one has answered; the others join later. An answer that exists but
-cannot be fetched for this time counts as lost.
-"""
+"""Longest wait for answers of other workers after the first answer, and longest time to fetch an answer [s]."""
 
 
 class Examiner:
-    """Tests the workers of a study, and selects those that compute.
+    """Tests the workers of a study, and accepts or excludes each worker.
 
     Parameters
     ----------
     workers : Workers
-        The workers; without `prepare` all are accepted.
+        The workers. If `prepare` is never called, all workers are accepted without a test.
     tasks : Tasks
-        The connection to them.
+        Object that sends tasks to the workers.
     """
 
     def __init__(self, workers: Workers, tasks: Tasks) -> None:
@@ -36,24 +34,30 @@ class Examiner:
         self._truth = ""
         self._identity = ""
         self._asked: dict[str, tuple[Future, str]] = {}
-        # times since which an existing answer could not be fetched
+        # time of the first failure to fetch an answer, by task key
         self._late: dict[str, float] = {}
 
     def prepare(self, cube_path: str, digest: str, code: str, canary: Block | None) -> None:
-        """Set the questions that are sent to workers; the parameters are those of
-        `damperlab.worker.worker_process.examination.examine`.
+        """Set the test that workers must pass.
+
+        Parameters
+        ----------
+        cube_path, digest, code : str
+            Arguments of `damperlab.worker.worker_process.examination.examine`.
+        canary : Block, optional
+            Points that every worker computes in the test.
         """
         self._examination = examine, cube_path, digest, code, canary
 
     @property
     def compiles(self) -> bool:
-        """Whether a worker computes points for the first time, so that it may have to compile."""
+        """Whether a worker under test computes points for the first time, and so may have to compile kernels."""
         asked = {address for _, address in self._asked.values()}
         new = any(one.address in asked and not one.compiled for one in self._workers.states.values())
         return self._asks_for_points and new
 
     def ask(self, now: float) -> None:
-        """Test the workers that are due and not being tested."""
+        """Send the test to each worker that is due for a test and is not being tested."""
         asked = {address for _, address in self._asked.values()}
         for worker in list(self._workers.due(now)):
             if self._examination is None:
@@ -63,21 +67,21 @@ class Examiner:
                 self._asked[key] = self._tasks.send(key, worker.address, self._examination), worker.address
 
     def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
-        """Test every worker, without judging yet.
+        """Test all present workers and return their answers. No worker is accepted or excluded for its answer yet.
 
-        The call waits for all present workers, but only briefly after the first answer.
+        The function waits for all present workers, but for at most `LATE_SECONDS` after the first answer.
 
         Parameters
         ----------
         look : callable
-            Called repeatedly; it updates the present workers and calls `ask`.
+            Called repeatedly. It must update the present workers and call `ask`.
         look_on : callable
-            Called each time after `look`; False ends the wait.
+            Called before each call of `look`. If it returns False, the wait ends.
 
         Returns
         -------
         dict of Answer or None
-            Answers by address, at least one; None if `look_on` ended the wait.
+            At least one answer, by the address of the worker. None if `look_on` ended the wait.
         """
         self._workers.examine_again()
         answers: dict[str, Answer] = {}
@@ -95,21 +99,21 @@ class Examiner:
         return None
 
     def settle(self, answers: Mapping[str, Answer], identity: str, truth: str) -> dict[str, str] | None:
-        """Decide which answer is right, and judge present and later workers by it.
+        """Decide which answer is right, and accept or exclude the workers by their answers.
 
         Parameters
         ----------
         answers : dict of Answer
-            By address.
+            Answers by the address of the worker.
         identity : str
-            Solver of the study; empty to use the most frequent one.
+            Identity of the study's solver. If empty, the most frequent identity is used.
         truth : str
-            Bits of the points; empty to use the answer of a majority of the workers.
+            Right hash of the points' results. If empty, the hash of the majority of the workers is used.
 
         Returns
         -------
         dict of str or None
-            `computing()` of the accepted workers; None if there are none.
+            Result of `computing()` at the accepted workers. None if no worker is accepted.
         """
         self._identity = identity or _commonest({a: one.facts["identity"] for a, one in answers.items()})
         alike = {a: one for a, one in answers.items() if one.facts["identity"] == self._identity}
@@ -125,8 +129,17 @@ class Examiner:
         return next(one.facts for one in alike.values()) if self._workers.usable else None
 
     def heard(self, key: str) -> tuple[str, Answer] | None:
-        """Give the address and the answer of the worker whose test has ended under this key; None if the worker
-        did not answer, or the key is not of a test.
+        """Return the address and the answer of a tested worker.
+
+        Parameters
+        ----------
+        key : str
+            Key of a task that has ended.
+
+        Returns
+        -------
+        tuple of (str, Answer) or None
+            None if the task was not a test, or if no answer can be fetched.
         """
         if key not in self._asked:
             return None
@@ -135,13 +148,13 @@ class Examiner:
             answer: Answer = future.result(timeout=FETCH_SECONDS)
         except WrongCode as error:
             self._workers.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
-        # for example a worker that lacks this package, cannot reach the data, or is lost
+        # for example, the worker lacks this package, cannot reach the data, or is lost
         except (Exception, CancelledError) as error:
             self._tasks.require_scheduler()
             now = time.monotonic()
             fetched = isinstance(error, TimeoutError) and future.status == "finished"
             if fetched and now - self._late.setdefault(key, now) < LATE_SECONDS:
-                # it has answered, but the answer cannot be fetched: it is asked again while other answers are processed
+                # the worker has answered, but the answer cannot be fetched now; a later call tries again
                 self._asked[key] = future, address
                 self._tasks.again(key)
                 return None
@@ -152,7 +165,7 @@ class Examiner:
         return None
 
     def judge(self, address: str, answer: Answer) -> None:
-        """Accept a worker, or exclude it, by its answer."""
+        """Accept or exclude a worker, depending on its answer."""
         now = time.monotonic()
         if self._identity and answer.facts["identity"] != self._identity:
             self._workers.leave_out(
@@ -172,12 +185,18 @@ class Examiner:
                 self._workers.states[address].compiled = True
 
     def forget(self, there: Collection[str]) -> None:
-        """Remove workers that have left."""
+        """Drop the tests of workers that have left.
+
+        Parameters
+        ----------
+        there : collection of str
+            Addresses of the present workers.
+        """
         gone = [key for key, (_, address) in self._asked.items() if address not in there]
         self._tasks.drop([self._asked.pop(key)[0] for key in gone], "the worker has left")
 
     def close(self) -> None:
-        """Send no further questions."""
+        """Drop all running tests."""
         asked, self._asked = self._asked, {}
         self._tasks.drop([future for future, _ in asked.values()], "the study was stopped")
 
@@ -187,7 +206,7 @@ class Examiner:
 
 
 def _commonest(identities: Mapping[str, str]) -> str:
-    """Give the most frequent answer; among equally frequent ones that of the first address."""
+    """Return the most frequent identity. If there is a tie, return the identity at the first address."""
     values = [identities[address] for address in sorted(identities)]
     return max(values, key=values.count)
 

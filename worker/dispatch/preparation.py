@@ -1,6 +1,4 @@
-"""Compiles missing kernels at the workers of a cluster before the blocks of a study: in parallel, each once per
-machine.
-"""
+"""Compiles missing kernels at the workers of a cluster before the first block, once on each machine."""
 
 import time
 from collections.abc import Callable, Collection, Sequence
@@ -14,7 +12,7 @@ from damperlab.worker.scenes import Scene
 from damperlab.worker.warm import missing, warm
 
 LOOK_SECONDS = 0.2
-"""Interval between checks of the progress, and so the delay of a stop."""
+"""Interval between checks of the progress [s]. A request to stop is noticed after this time at the latest."""
 
 
 def compile_at_workers(
@@ -24,35 +22,36 @@ def compile_at_workers(
     stopping: Callable[[], bool],
     workers: Collection[str],
 ) -> None:
-    """Compile every kernel of some scenes at each machine of a cluster.
+    """Compile the missing kernels of the given scenes on each machine of a cluster.
 
-    Failures here are left to the blocks: they compile missing kernels themselves, and report errors.
+    Compilation errors are ignored here, because the first block compiles the kernel again and reports the error.
 
     Parameters
     ----------
     client : Client
-        Of the cluster.
+        Client of the cluster.
     wanted : sequence of Scene
-        The scenes of the study.
+        Scenes of the study.
     on_progress : callable
-        Called with the number of compiled scenes, and their total; not called if none is missing.
+        Called with the number of compiled scenes and the number of scenes to compile. It is not called if no kernel is
+        missing.
     stopping : callable
-        Returns whether to stop waiting; running compilations continue at their workers.
+        Returns whether to stop the wait. Running compilations then continue at their workers.
     workers : collection of str
-        Addresses of the workers to ask.
+        Addresses of the workers that compile.
     """
     if not wanted:
         return
     places: dict[tuple[str, str], tuple[list[Scene], list[str]]] = {}
     asked = client.run(_lacking, list(wanted), workers=list(workers), on_error="ignore")
     for address, answer in asked.items():
-        # the worker has left meanwhile
+        # the worker has left in the meantime
         if answer is None:
             continue
         host, folder, lacking = answer
         places.setdefault((host, folder), (lacking, []))[1].append(address)
     tasks = [
-        # if a worker dies, another may continue, even on another machine: this costs less than waiting
+        # if the worker is lost, any other worker may compile the scene, because waiting would take longer
         client.submit(
             *sealed(_warm, scene), pure=False, workers=[there[i % len(there)]], allow_other_workers=True
         )
@@ -60,7 +59,7 @@ def compile_at_workers(
         for i, scene in enumerate(lacking)
     ]
     while tasks:
-        done = sum(task.done() for task in tasks)  # failed or lost compilations count as done too
+        done = sum(task.done() for task in tasks)  # includes failed and lost compilations
         on_progress(done, len(tasks))
         if done == len(tasks) or stopping():
             return
@@ -68,7 +67,7 @@ def compile_at_workers(
 
 
 def all_ready(client: Client, wanted: Sequence[Scene]) -> bool:
-    """Whether every worker of a cluster has the kernels of some scenes."""
+    """Return whether every worker of a cluster has all kernels of the given scenes."""
     if not wanted:
         return True
     answers = client.run(_lacking, list(wanted), on_error="ignore").values()
@@ -76,7 +75,7 @@ def all_ready(client: Client, wanted: Sequence[Scene]) -> bool:
 
 
 def _lacking(wanted: list[Scene]) -> tuple[str, str, list[Scene]]:
-    """Give the name of this machine with its kernels' folder, and the missing kernels."""
+    """Return the name of this machine, the folder of its kernels, and the scenes whose kernels are missing."""
     return identity()["host"], str(CACHE_FOLDER), missing(wanted)
 
 

@@ -1,4 +1,4 @@
-"""Sends tasks to named workers of a cluster, and observes their end. Only this module uses Dask's client."""
+"""Sends tasks to particular workers of a Dask cluster, and reports which tasks have ended."""
 
 import pickle
 import queue
@@ -14,24 +14,23 @@ from distributed.protocol.pickle import dumps
 from damperlab.worker.outcomes import Outage, SchedulerLost, asking_the_cluster
 
 ANSWER_SECONDS = 30.0
-"""Longest time for an answer of an existing scheduler."""
+"""Longest wait for an answer of a connected scheduler [s]."""
 FETCH_SECONDS = 1.0
-"""Longest time to fetch an answer of a few bytes from its worker, before it is checked whether the answer still exists.
-"""
+"""Longest wait for a result of a few bytes from a worker [s]. A worker that takes longer may have left."""
 
 Call = tuple[Any, ...]
 """A function and its arguments."""
 
 
 class Tasks:
-    """Tasks at the workers of a cluster.
+    """Sends tasks to the workers of a cluster, and collects the keys of ended tasks.
 
     Parameters
     ----------
     client : Client
-        Of the cluster.
+        Client of the cluster.
     priority : int
-        Of two tasks that wait at a worker, the one with the higher priority starts first.
+        Priority of the tasks. If several tasks wait at a worker, the task with the highest priority starts first.
     """
 
     def __init__(self, client: Client, priority: int) -> None:
@@ -42,27 +41,27 @@ class Tasks:
         self._sent = 0
 
     def key(self, what: str) -> str:
-        """Give a key that no task has had, because for a used key the scheduler would return the earlier result."""
+        """Return a new, unique key for a task. For a used key, the scheduler would return the earlier result."""
         key = f"{what}-{self._run}-{self._sent}"
         self._sent += 1
         return key
 
     def send(self, key: str, address: str, call: Call) -> Future:
-        """Send a call to one particular worker.
+        """Send a function call to one worker.
 
         Parameters
         ----------
         key : str
             Key of the task.
         address : str
-            The worker.
+            Address of the worker.
         call : tuple
-            The function, and its arguments.
+            The function and its arguments.
 
         Raises
         ------
         SchedulerLost
-            The scheduler is lost.
+            If the connection to the scheduler is lost.
         """
         with asking_the_cluster(self._client):
             future = self._client.submit(
@@ -78,12 +77,12 @@ class Tasks:
         return future
 
     def ended(self, wait_seconds: float) -> Iterator[str]:
-        """Give the keys of tasks that have ended since the last call, in the order of their end.
+        """Yield the keys of tasks that have ended since the last call, in the order in which they ended.
 
         Parameters
         ----------
         wait_seconds : float
-            Longest wait for the first key, and for the call as a whole [s]. Further keys are left to the next call.
+            Longest wait for the first key [s]. After this time, the remaining keys are left to the next call.
         """
         block = True
         deadline = time.monotonic() + wait_seconds
@@ -95,22 +94,27 @@ class Tasks:
             block = False
 
     def again(self, key: str) -> None:
-        """Give a key again in a later call."""
+        """Let a later call of `ended` yield a key again."""
         self._ended.put(key)
 
     def drop(self, futures: list[Future], reason: str) -> None:
-        """Remove tasks from the cluster; a lost scheduler has none."""
+        """Cancel tasks. Errors of a lost scheduler are ignored, because its tasks are lost too."""
         if futures:
             with suppress(Outage), asking_the_cluster(self._client):
                 self._client.cancel(futures, reason=reason)
 
     def workers(self) -> tuple[dict[str, int], Collection[str]]:
-        """Give the present workers, by address with their threads, and those that accept tasks.
+        """Return the present workers of the cluster.
+
+        Returns
+        -------
+        dict, collection of str
+            Number of threads of each present worker by address, and the addresses of the workers that accept tasks.
 
         Raises
         ------
         SchedulerLost
-            The scheduler is lost, or does not answer.
+            If the connection to the scheduler is lost, or the scheduler does not answer.
         """
         self.require_scheduler()
         with asking_the_cluster(self._client):
@@ -120,13 +124,13 @@ class Tasks:
         return threads, running
 
     def require_scheduler(self) -> None:
-        """Raise `SchedulerLost` if it is lost."""
+        """Raise `SchedulerLost` if the connection to the scheduler is lost."""
         if self._client.status != "running":
             raise SchedulerLost
 
 
 class _Call:
-    """A pickled call: unpickling it makes the call and gives its value."""
+    """A function call that can be pickled. Unpickling executes the call and returns its result."""
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         self._what = function, arguments
@@ -136,17 +140,22 @@ class _Call:
 
 
 def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[bytes], Any], bytes]:
-    """Pack a function and its arguments so that only the executing worker unpickles them.
+    """Pack a function and its arguments so that only the worker that executes the call unpickles them.
 
-    A Dask scheduler unpickles tasks, and so loads the modules of their functions and arguments. Loading the
-    solver and the stores would double the time that the scheduler needs to start. Of a sealed call, it sees only bytes.
-    Workers need nothing from this module, so a worker with another version of damperlab can still report its version.
+    A Dask scheduler unpickles tasks, and so imports the modules of their functions and arguments. Importing the solver
+    and the stores would double the time that the scheduler needs to start. A worker unpacks a call with the standard
+    library alone, so a worker with another version of damperlab can still report its version.
 
     Parameters
     ----------
     function : callable
-        The function. It is sent by name if it can be imported; otherwise it is pickled as Dask pickles its own calls.
+        The function. If it can be imported, it is sent by name; otherwise it is pickled by value.
     *arguments
-        Its arguments.
+        Arguments of the function.
+
+    Returns
+    -------
+    callable, bytes
+        Function that unpacks and executes the call, and the argument of this function.
     """
     return pickle.loads, dumps(_Call(function, arguments))

@@ -1,4 +1,4 @@
-"""A bounded number of blocks at the workers of a cluster, each tested before its first block."""
+"""Keeps a limited number of blocks at the workers of a cluster. Each worker is tested before its first block."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -17,29 +17,30 @@ from damperlab.worker.outcomes import Failure, Outage
 from damperlab.worker.worker_process.block_process import call_apart
 
 LOOK_SECONDS = 1.0
-"""Interval between checks of the present workers."""
+"""Interval between checks of the present workers [s]."""
 WAIT_SECONDS = 120.0
-"""Default wait of a study while no worker can compute."""
+"""Default longest wait while no worker can compute [s]."""
 
 Ended = BlockOutcome | Failure
-"""The end of a block."""
+"""Result of a block that will not be tried again."""
 
 
 class Window:
-    """Sends blocks to workers of a cluster that have room, and returns the results.
+    """Sends blocks to the workers of a cluster, and collects the results. Each worker gets only a few blocks at a time.
 
     Parameters
     ----------
     client : Client
-        Of the cluster.
+        Client of the cluster.
     task : callable
-        Gives the call that computes the block of the given index under the given task key.
+        Called with the index of a block and a task key. It returns a tuple of the function that computes the block, and
+        the arguments of this function.
     backlog : Backlog
-        The blocks.
+        Blocks to compute.
     wait_seconds : float
         Longest wait while no worker can compute [s].
     priority : int
-        Of two blocks that wait at a worker, the one with the higher priority starts first.
+        Priority of the blocks. If several blocks wait at a worker, the block with the highest priority starts first.
     """
 
     def __init__(
@@ -62,22 +63,22 @@ class Window:
 
     @property
     def empty(self) -> bool:
-        """Whether no block is at the cluster and none waits."""
+        """Whether no block is at a worker or waits for a worker."""
         return not self._flying and not self.workers.waiting
 
     @property
     def idle(self) -> bool:
-        """Whether no block is at the cluster."""
+        """Whether no block is at a worker."""
         return not self._flying
 
     @property
     def stranded(self) -> str | None:
-        """Reason why no block is computed, if workers are missing; None while a block is computed."""
+        """Reason why no worker can compute; None if a block is at a worker or a worker can take blocks."""
         return None if self._flying or self.workers.usable else self.workers.words()
 
     @property
     def gives_up_at(self) -> float:
-        """End of the wait for workers while none can compute, by the monotonic clock [s]."""
+        """Time of the monotonic clock at which the wait for a usable worker ends [s]."""
         return self._able + self._wait_seconds
 
     def assemble(
@@ -90,35 +91,37 @@ class Window:
         truth: str,
         look_on: Callable[[], bool],
     ) -> dict[str, str] | None:
-        """Test the present workers, and use those that agree. Later workers are tested in the same way.
+        """Test the present workers, and accept those that have the study's solver and compute the same bits.
+
+        Workers that join later are tested in the same way.
 
         Parameters
         ----------
         cube_path, digest, code : str
-            As for `damperlab.worker.worker_process.tasks.run_block`.
+            Arguments of `damperlab.worker.worker_process.tasks.run_block`.
         identity : str
-            Solver of the study; empty if the study has not started, to use the most frequent one.
+            Identity of the study's solver. If empty, the most frequent identity of the workers is used.
         canary : Block, optional
-            Points that every worker computes; None the first time, when kernels are still to be compiled.
+            Points that every worker computes. None for a first test, before kernels are compiled.
         truth : str
-            Their stored bits; empty if they are not stored, to use the answer of a majority of the workers.
+            Hash of the stored results of the points. If empty, the result of the majority of the workers is used.
         look_on : callable
-            Called between checks; False ends the wait.
+            Called between checks. If it returns False, the wait ends.
 
         Returns
         -------
         dict of str or None
-            `computing()` of the workers; None if `look_on` ended the wait.
+            Result of `computing()` at the accepted workers. None if `look_on` ended the wait.
 
         Raises
         ------
         Outage
-            No worker could compute for the given time.
+            If no worker could compute for `wait_seconds`.
         """
         self._examiner.prepare(cube_path, digest, code, canary)
-        # compiling does not count as waiting: the first check after it comes minutes after the previous one
+        # the wait starts anew, so that minutes of compilation since the last check do not count as waiting
         self._able = time.monotonic()
-        # present workers are tested immediately, even if the previous check was just now
+        # the present workers are checked immediately, even if the previous check was just now
         self._looked = -inf
         while True:
             answers = self._examiner.gather(self._look, look_on)
@@ -127,12 +130,12 @@ class Window:
                 return facts
 
     def fill(self) -> None:
-        """Send blocks until every thread has enough.
+        """Send blocks to all workers that can take more blocks.
 
         Raises
         ------
         Outage
-            The scheduler does not answer, or no worker could compute for the given time.
+            If the scheduler does not answer, or no worker could compute for `wait_seconds`.
         """
         self._look()
         for address, attempt in self.workers.assignments():
@@ -142,23 +145,22 @@ class Window:
             self.workers.sent(key, address, attempt)
 
     def collect(self, wait_seconds: float) -> Iterator[Ended]:
-        """Return the blocks that have ended since the last call.
+        """Yield the results of the blocks that have ended since the last call.
 
         Parameters
         ----------
         wait_seconds : float
-            Longest wait for the first block, and for the call as a whole [s]. Further blocks are left to the next call,
-            so that a large cluster receives new blocks meanwhile.
+            Longest wait for the first result [s]. After this time, the remaining results are left to the next call.
 
         Yields
         ------
         BlockOutcome or Failure
-            In the order of their end. A block that will be tried again is not included.
+            Results in the order in which the blocks ended. A block that will be tried again is not included.
 
         Raises
         ------
         Outage
-            The scheduler is lost, or there is no room for the study's data.
+            If the connection to the scheduler is lost, or there is no space for the study's data.
         """
         for key in self._tasks.ended(wait_seconds):
             if key in self._flying:
@@ -171,17 +173,17 @@ class Window:
                 self._examiner.judge(*heard)
 
     def drain(self, grace_seconds: float) -> Iterator[Ended]:
-        """Send no more blocks, drop those that have not started, and return those that end within a time.
+        """Cancel the blocks that have not started, and yield the results of running blocks that end in time.
 
         Parameters
         ----------
         grace_seconds : float
-            Longest time for running blocks [s].
+            Longest wait for the running blocks [s]. Blocks that have not ended by then are cancelled.
 
         Yields
         ------
         BlockOutcome or Failure
-            As `collect` does.
+            Results in the order in which the blocks ended.
         """
         deadline = time.monotonic() + grace_seconds
         waiting = [key for one in self.workers.states.values() for key in list(one.held)[one.threads :]]
@@ -193,7 +195,7 @@ class Window:
         self.close()
 
     def close(self) -> None:
-        """Drop every block still at the cluster."""
+        """Cancel all blocks and tests that are still at workers."""
         self._drop(list(self._flying))
         self._examiner.close()
 
@@ -219,14 +221,13 @@ class Window:
         try:
             outcome: BlockOutcome = future.result(timeout=FETCH_SECONDS)
         except TimeoutError:
-            # the worker may be gone, so the present workers are checked; if it is present, the result is fetched again
+            # the worker may be gone, so the next step checks which workers are present, then fetches the result again
             self._tasks.require_scheduler()
             self._flying[key] = future
             self._tasks.again(key)
             self._looked = -inf
             return None
-        # whatever the library reports, the result was lost with its worker before it was fetched, or the block never
-        # started
+        # for any other exception, the worker was lost before its result was fetched, or the block never started
         except (Exception, CancelledError):
             self._tasks.require_scheduler()
             self.workers.give_back(key)
@@ -235,7 +236,7 @@ class Window:
         return outcome
 
     def _drop_lost(self, keys: list[str]) -> None:
-        """Drop tasks whose blocks were given to others."""
+        """Cancel tasks whose blocks were given to other workers."""
         self._tasks.drop([self._flying.pop(key) for key in keys if key in self._flying], "others compute it")
 
     def _look(self, examine: bool = True) -> None:
@@ -249,7 +250,7 @@ class Window:
         self._examiner.forget(threads)
         if examine:
             self._examiner.ask(now)
-        # a worker that compiles before it answers does not count as missing
+        # while a worker compiles kernels for its test, the study does not count as waiting
         if self.workers.able or self._examiner.compiles:
             self._able = now
         elif now - self._able > self._wait_seconds:

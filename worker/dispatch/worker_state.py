@@ -1,4 +1,4 @@
-"""The workers of a study: the standing of each, and its failures."""
+"""Standing and failures of each worker of a study."""
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -11,14 +11,14 @@ from damperlab.worker.outcomes import RETRIES
 
 _NEVER = math.inf
 AGAIN_SECONDS = 15.0
-"""Time after which an excluded worker is tested again: a store or a link may have recovered."""
+"""Time after which an excluded worker is tested again [s], since a store or a connection may have recovered."""
 
 STUCK_SECONDS, STUCK_TIMES = 600.0, 100.0
-"""A block that runs longer than this time and this multiple of its expected time is given to another worker too."""
+"""A block is moved to another worker after the longer of `STUCK_SECONDS` and `STUCK_TIMES` times its expected time."""
 
 Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
-"""The standings of a worker: being tested; computing; computing again after an exclusion, before its first block has
-ended; finishing its last blocks; excluded, with a reason.
+"""Standing of a worker. A joining worker is being tested, and a usable worker computes blocks. After an exclusion, a
+worker is on trial until it has completed a block. A leaving worker takes no more blocks. An excluded worker is out.
 """
 TOLD: dict[Standing, str] = {
     "joining": "joining",
@@ -27,7 +27,7 @@ TOLD: dict[Standing, str] = {
     "leaving": "leaving",
     "out": "out",
 }
-"""How each standing is reported."""
+"""Name under which each standing is reported."""
 STANDINGS = tuple(dict.fromkeys(TOLD.values()))
 
 
@@ -38,13 +38,13 @@ class Suspicion:
     Parameters
     ----------
     unreadable : int
-        Consecutive failures to read or write the study's data.
+        Number of consecutive failures to read or write the study's data.
     blamed : set of int
-        Blocks that failed there for an unknown reason.
+        Indices of blocks that failed at this worker for an unknown reason.
     confirmed : int
-        Number of blocks that failed there and that another worker has since computed.
+        Number of blocks that failed at this worker and that another worker has computed since.
     last_error : str
-        Error of the last such block at this worker.
+        Error of the last block that failed at this worker for an unknown reason.
     """
 
     unreadable: int = 0
@@ -54,32 +54,32 @@ class Suspicion:
 
     @property
     def doubtful(self) -> bool:
-        """Whether the worker has so many failures that it gets no blocks until their cause is known."""
+        """Whether so many blocks failed at the worker that other workers get the next blocks."""
         return len(self.blamed) > RETRIES
 
 
 @dataclass
 class WorkerState:
-    """One worker.
+    """State of one worker.
 
     Parameters
     ----------
     address : str
-        Where it is.
+        Address of the worker.
     threads : int
-        Number of blocks that it computes in parallel.
+        Number of blocks that the worker computes in parallel.
     standing : str
-        One of `Standing`.
+        Standing of the worker, one of `Standing`.
     reason : str
-        Reason for its present or earlier exclusion, or for its leaving.
+        Reason why the worker was excluded or leaves; empty for a usable worker.
     again_at : float
-        Time of its next test, by the caller's clock.
+        Time of the worker's next test by the caller's clock [s].
     held : dict of Attempt
-        Its blocks by task key, in the order of sending. A worker computes them in this order.
+        Blocks sent to the worker by task key, in the order of their computation.
     against : Suspicion
-        Its failures.
+        Failures of the worker.
     compiled : bool
-        Whether it has computed points, so that its kernels are compiled.
+        Whether the worker has computed points, so that its kernels are compiled.
     """
 
     address: str
@@ -93,12 +93,12 @@ class WorkerState:
 
     @property
     def usable(self) -> bool:
-        """Whether it computes."""
+        """Whether the worker can get blocks."""
         return self.standing in ("usable", "on trial")
 
 
 class Standings:
-    """The present workers, by address, and events about them."""
+    """The present workers of a study, and messages about events such as an exclusion."""
 
     def __init__(self) -> None:
         self.states: dict[str, WorkerState] = {}
@@ -107,52 +107,52 @@ class Standings:
 
     @property
     def usable(self) -> list[WorkerState]:
-        """The workers that compute."""
+        """Workers that can get blocks."""
         return [worker for worker in self.states.values() if worker.usable]
 
     @property
     def able(self) -> bool:
-        """Whether any worker computes; one that must prove itself after an exclusion does not count."""
+        """Whether a worker can compute. Workers on trial after an exclusion are ignored."""
         return any(
             one.standing == "usable" or (one.held and one.standing in ("joining", "leaving"))
             for one in self.states.values()
         )
 
     def due(self, now: float) -> Iterator[WorkerState]:
-        """Give the workers that are due for a test."""
+        """Yield the workers whose next test is due at the time `now`."""
         for worker in self.states.values():
             if worker.standing in ("joining", "out") and worker.again_at <= now:
                 yield worker
 
     def admit(self, address: str) -> None:
-        """Let a worker compute."""
+        """Accept a worker that has passed its test. The worker can then get blocks."""
         worker = self.states.get(address)
         if worker is None or worker.standing not in ("joining", "out"):
             return
         if worker.standing == "out":
             self.news.append(f"worker {address} is used again")
         if worker.standing == "out":
-            worker.standing = "on trial"  # it keeps the reason of its exclusion, which may still apply
+            worker.standing = "on trial"  # the reason of the exclusion is kept, since it may still apply
         else:
             self.trust(worker)
         worker.against.unreadable = 0
         self._threads += worker.threads
 
     def trust(self, worker: WorkerState) -> None:
-        """Accept a worker as computing."""
+        """Set the standing of a worker to usable."""
         worker.standing, worker.reason = "usable", ""
 
     def leave_out(self, address: str, reason: str, again_at: float = _NEVER) -> None:
-        """Exclude a worker; it may still finish its blocks.
+        """Exclude a worker from new blocks. The worker may still finish the blocks that it has received.
 
         Parameters
         ----------
         address : str
-            The worker.
+            Address of the worker.
         reason : str
-            Reason, a sentence without its full stop.
+            Reason for the exclusion, a sentence without a full stop.
         again_at : float
-            Time of the next test.
+            Time of the worker's next test by the caller's clock [s]; by default the worker is not tested again.
         """
         worker = self.states.get(address)
         if worker is None or worker.standing == "leaving":
@@ -163,13 +163,13 @@ class Standings:
         self._count()
 
     def examine_again(self) -> None:
-        """Let no usable worker compute before it has been tested again."""
+        """Require a new test of every usable worker before it gets more blocks."""
         for worker in self.usable:
             worker.standing, worker.again_at = "joining", 0.0
         self._count()
 
     def words(self) -> str:
-        """Describe the present workers to the user of a waiting study."""
+        """Return a message for users that explains why no present worker can compute."""
         if not self.states:
             return "the cluster has no worker"
         told = [
@@ -188,32 +188,32 @@ class Standings:
         return f"none of the {len(self.states)} workers can compute: {_some(told)}"
 
     def standings(self) -> tuple[tuple[str, int], ...]:
-        """Count the workers by their standing, as reported."""
+        """Return the number of workers of each reported standing."""
         found = [TOLD[worker.standing] for worker in self.states.values()]
         return tuple((standing, found.count(standing)) for standing in STANDINGS)
 
     def take_news(self) -> list[str]:
-        """Give the events about workers since the last call, a sentence each without its full stop."""
+        """Return messages about events since the last call. Each message is a sentence without a full stop."""
         news, self.news = self.news, []
         return news
 
     def left_out(self) -> list[WorkerState]:
-        """Give the excluded workers."""
+        """Return the excluded workers."""
         return [worker for worker in self.states.values() if worker.standing == "out"]
 
     def reasons(self) -> str:
-        """Name the excluded workers with the reasons; empty if there is none."""
+        """Return the addresses of excluded workers and the reasons; empty if no worker is excluded."""
         return _some([f"{worker.address}: {worker.reason}" for worker in self.left_out()])
 
     def _cannot_read(self, worker: WorkerState, text: str, now: float, at_once: bool) -> None:
         worker.against.unreadable += 1
-        # the worker has already retried for a while if the store was absent
+        # if the store was unreachable, the worker has already retried for a while
         if at_once or worker.against.unreadable > RETRIES:
             reason = f"it cannot read or write the study's data ({text})"
             self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
 
     def _confirm(self, worker: WorkerState, index: int) -> None:
-        """Count a block that failed at a worker and that another worker has since computed."""
+        """Count a block that failed only at this worker. Exclude the worker after more than `RETRIES` such blocks."""
         against = worker.against
         against.blamed.discard(index)
         against.confirmed += 1
@@ -224,7 +224,7 @@ class Standings:
             )
 
     def _meet(self, threads: Mapping[str, int], running: Collection[str]) -> list[WorkerState]:
-        """Update the present workers; give those that take no more blocks."""
+        """Update the states of the present workers, and return the workers that have begun to leave."""
         ending: list[WorkerState] = []
         for address, count in threads.items():
             worker = self.states.setdefault(address, WorkerState(address, count))
@@ -244,13 +244,13 @@ class Standings:
 
 
 def _some(told: list[str]) -> str:
-    """Join messages about workers; of many, only a few are given."""
+    """Join the first three messages about workers, and count the other messages."""
     more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
     return "; ".join(told[:3]) + more
 
 
 class Patience:
-    """Records since when each task has been at the head of its worker's queue."""
+    """Records when each block began to run, in order to find blocks that run for too long."""
 
     def __init__(self) -> None:
         self._since: dict[str, float] = {}
@@ -258,21 +258,21 @@ class Patience:
     def overdue(
         self, states: Iterable[WorkerState], expected: Callable[[int], float], now: float
     ) -> Iterator[tuple[WorkerState, str, float]]:
-        """Give the tasks that have run for too long.
+        """Yield the tasks that have run for too long.
 
         Parameters
         ----------
         states : iterable of WorkerState
-            The workers; those that are leaving are ignored, since they will soon be gone.
+            Workers. Leaving workers are ignored.
         expected : callable
-            Gives the expected time of a block [s].
+            Returns the expected time of the block with the given index [s].
         now : float
-            By a monotonic clock [s].
+            Time of a monotonic clock [s].
 
         Yields
         ------
         worker, key, seconds : WorkerState, str, float
-            The worker, the task, and the time for which it has been there [s].
+            The worker, the key of its task, and the time for which the task has run [s].
         """
         running = {key: worker for worker in states for key in list(worker.held)[: worker.threads]}
         self._since = {key: self._since.get(key, now) for key in running}

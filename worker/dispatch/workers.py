@@ -1,8 +1,7 @@
-"""The workers of a study: each is judged separately, and the blocks of a lost worker go to the others.
+"""Policy of the distribution of blocks to workers. Blocks of a lost worker are given to other workers.
 
-This is only the policy: which worker gets which block, what happens after a failed block, and what follows for its
-worker. `damperlab.worker.dispatch.window` applies it to a cluster, and tests apply it to a model of a cluster of any
-size.
+This module decides which worker gets which block, whether a failed block is tried again, and whether a worker is
+excluded. `damperlab.worker.dispatch.window` applies the decisions to a cluster.
 """
 
 from collections import deque
@@ -16,28 +15,28 @@ from damperlab.worker.outcomes import RETRIES, Crashed, Failure, Leaving, Outage
 from damperlab.worker.provenance import WrongCode
 
 BLOCKS_PER_THREAD = 2
-"""Blocks at a worker per thread: one runs and one waits, so that no thread is idle while a result is sent."""
+"""Number of blocks that a worker has per thread. A second block starts as soon as the first block has ended."""
 
 
 class Workers(Standings):
-    """The workers of one study, and their blocks.
+    """The workers of one study, and the blocks assigned to them.
 
     Parameters
     ----------
     backlog : Backlog
-        The unassigned blocks.
+        Queue of the unassigned blocks.
     """
 
     def __init__(self, backlog: Backlog) -> None:
         super().__init__()
         self.retries = 0
-        """Number of blocks that were started again."""
+        """Number of attempts that repeated a block."""
         self.incidents: list[str] = []
-        """Events of blocks, a sentence each without its full stop; the reader empties the list."""
+        """Unreported messages about failed or lost blocks. The messages end without a full stop."""
         self._backlog = backlog
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
-        # workers that have room, by the number of blocks per thread that they lack: few of thousands have room
+        # The n-th dict contains the addresses of workers with fewer than n blocks per thread, which saves a search.
         self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
         self._patience = Patience()
 
@@ -48,27 +47,28 @@ class Workers(Standings):
 
     @property
     def in_flight(self) -> int:
-        """Blocks at workers."""
+        """Number of blocks at workers."""
         return len(self._where)
 
     def see(self, threads: Mapping[str, int], running: Collection[str]) -> list[str]:
-        """Update the present workers.
+        """Update the present workers, and take blocks back from workers that are lost or leave.
 
         Parameters
         ----------
         threads : mapping
             Number of threads of each present worker, by address.
         running : collection of str
-            Workers that accept blocks; the others were asked to leave, or lack memory.
+            Addresses of the present workers that accept blocks. The other present workers were asked to leave, or lack
+            memory.
 
         Returns
         -------
         list of str
-            Keys of tasks that will not be computed at their worker; their blocks are given to others.
+            Keys of the tasks whose blocks were taken back. The blocks will be given to other workers.
         """
         lost = [key for address in self.states.keys() - threads.keys() for key in self.vanish(address)]
         for worker in self._meet(threads, running):
-            # it completes its running blocks
+            # the leaving worker completes its running blocks
             not_begun = list(worker.held)[worker.threads :]
             for key in not_begun:
                 self._again.append(self._take(key))
@@ -76,18 +76,19 @@ class Workers(Standings):
         return lost
 
     def take_away(self, now: float) -> list[str]:
-        """Give each block that runs far too long to another worker, once. Its present worker is excluded until it
-        passes a test.
+        """Take blocks back from workers at which a block runs far too long, and exclude these workers.
+
+        A worker is tested again after `AGAIN_SECONDS`. A block is taken back only once for running too long.
 
         Parameters
         ----------
         now : float
-            Time by the caller's clock [s].
+            Time of the caller's clock [s].
 
         Returns
         -------
         list of str
-            Keys of tasks whose results are no longer wanted.
+            Keys of the tasks whose blocks were taken back, and whose results are not wanted.
         """
         lost: list[str] = []
         for worker, key, seconds in self._patience.overdue(self.states.values(), self._backlog.expected, now):
@@ -103,7 +104,7 @@ class Workers(Standings):
         return lost
 
     def vanish(self, address: str) -> list[str]:
-        """Remove a lost worker; give the keys of its tasks."""
+        """Remove a lost worker, take its blocks back, and return the keys of its tasks."""
         worker = self.states.pop(address, None)
         if worker is None:
             return []
@@ -114,25 +115,28 @@ class Workers(Standings):
                 f"worker {address} is gone; its {len(worker.held)} blocks are computed by others"
             )
         for place, attempt in enumerate(worker.held.values()):
-            # the blocks that waited behind it were lost too, but did not cause this
+            # only a running block may have caused the loss of the worker
             began = place < worker.threads and not known
             self._again.append(attempt.begun(apart=True) if began else attempt)
             if began:
                 self.incidents.append(
-                    f"block {attempt.index} was computed by worker {address}, which is gone"
+                    f"block {attempt.index} was not completed by worker {address}, which is gone"
                 )
         for key in worker.held:
             del self._where[key]
         return list(worker.held)
 
     def admit(self, address: str) -> None:
-        """Let a worker compute."""
+        """Accept a worker that has passed its test. The worker can then get blocks."""
         super().admit(address)
         for hungry in self._hungry:
             hungry[address] = None
 
     def assignments(self) -> Iterator[tuple[str, Attempt]]:
-        """Give the blocks to send now, each with its worker. Call `sent` for each before the next."""
+        """Yield pairs of a worker's address and a block to send to the worker.
+
+        The caller must call `sent` for each block before it requests the next block.
+        """
         trusted = any(one.usable and not one.against.doubtful for one in self.states.values())
         for depth, hungry in enumerate(self._hungry, 1):
             if not self.waiting or (depth > 1 and self._nears_end):
@@ -161,12 +165,13 @@ class Workers(Standings):
         self._where[key] = address
 
     def at(self, key: str) -> str | None:
-        """Give the worker of a task; None if it is lost."""
+        """Return the address of the worker that has a task; None if the task was taken back or its worker is lost."""
         return self._where.get(key)
 
     def ended(self, key: str) -> None:
-        """Record that a block was computed, by its key. Earlier failures of it are then the fault of the workers at
-        which it failed.
+        """Record that the block of a task was computed.
+
+        If the block failed at other workers before, those workers are considered the cause of the failures.
         """
         worker = self.states[self._where[key]]
         attempt = self._take(key)
@@ -180,11 +185,21 @@ class Workers(Standings):
                 self._confirm(other, attempt.index)
 
     def give_back(self, key: str, apart: bool = False) -> None:
-        """Record that a block was not computed, for a reason that is not its fault."""
+        """Take back a block that has no result, without counting a failure of the block.
+
+        Parameters
+        ----------
+        key : str
+            Key of the task.
+        apart : bool
+            Whether to compute the block in a separate process from now on.
+        """
         self._again.append(self._take(key).begun(apart))
 
     def failed(self, key: str, error: BaseException, now: float) -> Failure | None:
-        """Decide what caused an exception: the worker, the block, or the study's data.
+        """Decide how to continue after the task of a block has raised an exception.
+
+        Depending on the exception, the worker is excluded, and the block is tried again or given up.
 
         Parameters
         ----------
@@ -193,17 +208,17 @@ class Workers(Standings):
         error : BaseException
             The exception.
         now : float
-            Time by the caller's clock [s].
+            Time of the caller's clock [s].
 
         Returns
         -------
         Failure or None
-            None if the block is tried again.
+            The failure if the block is given up; None if the block will be tried again.
 
         Raises
         ------
         Outage
-            There is no room for the study's data at any worker.
+            If no worker has space for the study's data.
         """
         worker = self.states[self._where[key]]
         attempt = self._take(key).begun()
@@ -221,7 +236,7 @@ class Workers(Standings):
                 if self._is_alone(worker):
                     self._again.append(again)
                     raise Outage(reason) from error
-                # it may be a quota or a separate disk; the other workers show whether all are affected
+                # the cause may be a quota or a disk of this worker, so the block is tried at other workers
                 self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
             else:
                 self._cannot_read(worker, text, now, at_once=isinstance(error, ShelfAway))
@@ -239,19 +254,19 @@ class Workers(Standings):
         return None
 
     def _give_up(self, index: int, message: str) -> Failure:
-        """Give up a block."""
+        """Record that a block is given up, and return its failure."""
         self.incidents.append(f"block {index} is given up: {message}")
         for each in self.states.values():
             each.against.blamed.discard(index)
         return Failure(index, message)
 
     def _is_alone(self, worker: WorkerState) -> bool:
-        """Whether no other worker could take over this worker's blocks."""
+        """Return whether no other worker can take over this worker's blocks."""
         return all(one is worker for one in self.usable)
 
     @property
     def _nears_end(self) -> bool:
-        """Whether so few blocks wait that a block queued behind another may be the last to end."""
+        """Whether so few blocks are left that a second block per thread might delay the end of the study."""
         return self._backlog.left <= self._threads
 
     def _take(self, key: str) -> Attempt:
@@ -264,8 +279,10 @@ class Workers(Standings):
         return attempt
 
     def _next_for(self, worker: WorkerState) -> Attempt | None:
-        """Choose a block for a worker: returned blocks first, but no block that failed there if another worker can
-        compute it.
+        """Return the next block for a worker; None if there is no block for this worker.
+
+        Blocks that were taken back come first. A block that failed at this worker is chosen only if it has failed at
+        all other usable workers too.
         """
         for place, attempt in enumerate(self._again):
             if worker.address not in attempt.avoid or attempt.avoid.issuperset(

@@ -1,1 +1,1 @@
-"""Parameters of a prototype estimated from its measured response."""
+"""Estimation of the parameters of a prototype from its measured response."""

@@ -1,4 +1,4 @@
-"""All sets of parameters that a fit has computed, and their responses."""
+"""Archive of all parameter sets for which a fit has computed responses."""
 
 from collections.abc import Callable
 
@@ -13,33 +13,34 @@ Matrix = NDArray[np.float64]
 Progress = Callable[[int], None]
 
 COARSE = 0.1
-"""Relative difference of amplitudes below which a coarse point counts as near the measurement."""
+"""Relative difference of computed and measured amplitudes that counts as 1 in the coarse misfit."""
 
 
 class Archive:
-    """Parameter sets, as fractions of the ranges, and their computed values, which are compared with the measurement.
+    """Parameter sets of a fit, and the responses that were computed with them.
 
     Parameters
     ----------
     question : FitQuestion
-        The question.
+        Measurement, known values and ranges of the fit.
     progress : callable, optional
-        Called with the number of computed places.
+        Function called with the number of computed parameter sets.
 
     Attributes
     ----------
     places : ndarray, shape (n, parameters)
+        Parameter sets, as fractions of the ranges.
     amplitude, error : ndarray, shape (n, rows)
-        Amplitude and its error. If deviations are relative, the logarithm of the amplitude and the error of that
-        logarithm.
+        Computed amplitudes and errors. If the question states relative deviations, log amplitudes and their errors.
     measured : ndarray, shape (rows,)
-        The measured values in the same form.
+        Measured amplitudes, or their logarithms if the question states relative deviations.
     responses : list of Responses
+        Response of each parameter set.
     """
 
     def __init__(self, question: FitQuestion, progress: Progress | None) -> None:
         self.question = question
-        # if deviations are relative to the amplitudes, differences must be relative too, so logarithms are compared
+        # if deviations are relative to the amplitudes, logarithms of amplitudes are compared
         self.logarithmic = question.in_shares
         self.measured = self._compared(question.measured.amplitude)
         self.count = len(question.free)
@@ -50,7 +51,7 @@ class Archive:
         self._progress = progress
 
     def add(self, places: Matrix) -> None:
-        """Compute the responses at places of shape (n, parameters)."""
+        """Compute and store the responses of parameter sets, shape (n, parameters)."""
         found = []
         for place in places:
             found.append(responses_at(self.question, self.question.values(place)))
@@ -66,7 +67,7 @@ class Archive:
         return log(amplitude) if self.logarithmic else amplitude
 
     def coarse_misfit(self) -> Matrix:
-        """Distance of each place from the measurement: rows that are far off have little weight (Cauchy)."""
+        """Return the misfit of each parameter set. Rows with large differences have little weight (Cauchy)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             off = self.amplitude - self.measured
             if not self.logarithmic:

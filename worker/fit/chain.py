@@ -1,4 +1,4 @@
-"""Draws from a distribution that is known up to a factor."""
+"""Draws samples from a distribution whose density is known up to a factor."""
 
 from collections.abc import Callable
 
@@ -9,28 +9,29 @@ from damperlab.studies.portable import log
 
 Matrix = NDArray[np.float64]
 STRETCH = 2.0
-"""Largest factor of a move, as its authors chose it."""
+"""Largest factor by which a move stretches a distance, the value of Goodman and Weare (2010)."""
 
 
 def draw(log_density: Callable[[Matrix], Matrix], walkers: Matrix, steps: int, seed: int) -> Matrix:
-    """Draw by the affine-invariant stretch move of Goodman and Weare (2010).
+    """Draw samples by the affine-invariant stretch move of Goodman and Weare (2010).
 
-    Strongly correlated parameters cost no more than independent ones.
+    The number of moves that are needed does not grow with the correlation of the parameters.
 
     Parameters
     ----------
     log_density : callable
-        From places, shape (n, parameters), to the logarithm of their density, -inf where it is 0.
+        Function from points, shape (n, parameters), to the logarithm of the density; -inf where the density is 0.
     walkers : ndarray, shape (even number, parameters)
-        Initial places of the walkers, each with a positive density.
+        Initial points of the walkers, each with a positive density.
     steps : int
-        Moves of each walker; the first half is discarded.
+        Number of moves of each walker. The first half of the moves is discarded.
     seed : int
-        Of the random numbers.
+        Seed of the random numbers.
 
     Returns
     -------
     ndarray, shape (draws, parameters)
+        Points of all walkers after each move of the second half.
     """
     generator = np.random.default_rng(seed)
     walkers = walkers.copy()

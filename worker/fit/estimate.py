@@ -1,9 +1,9 @@
-"""Estimates the parameters of a prototype from its measured response, by weighted least squares that include the
-model's own errors.
+"""Estimates the parameters of a prototype from its measured response by weighted least squares.
 
-First, points that coarsely fill the ranges are computed. The best of them are refined, each within a region that
-narrows. Finally the responses within about three standard deviations of the best point are approximated by polynomials
-of the parameters (see `surface.py`). The intervals come from the posterior density over the region (see `chain.py`).
+The weights include the errors of the model. First, responses are computed at points that coarsely fill the ranges. Then
+the search continues around each of the best points, in regions that narrow. Finally, polynomials of the parameters
+approximate the responses within about three standard deviations of the best point (see `surface.py`). The intervals
+come from the posterior density over this region (see `chain.py`).
 """
 
 from collections.abc import Callable
@@ -26,27 +26,25 @@ from damperlab.worker.warm import warm
 
 Matrix = NDArray[np.float64]
 START = {1: 64, 2: 160, 3: 320, 4: 480, 5: 640}
-"""Points of the coarse set, by the number of parameters."""
+"""Number of points that coarsely fill the ranges, for each number of parameters."""
 FOLLOWED = 3
-"""Number of the best points that are refined."""
+"""Number of points around which the search continues."""
 CLOSER_ROUNDS, CLOSER = 3, 0.6
-"""Rounds in which a region narrows around its best point, and the factor on its size in each round."""
+"""Number of rounds in which a region narrows, and factor on the size of the region per round."""
 LEAST_ROUNDS, MOST_ROUNDS, SETTLED = 3, 12, 0.5
-"""Smallest and largest number of rounds for the region of the polynomials, and the limit below which the region counts
-as settled. Two changes of a round must be below the limit: the region's motion, in standard deviations, and the
-logarithm of the factor by which its size changes.
+"""Smallest and largest number of rounds for the final region, and limit on changes of the region per round.
+
+The rounds end when the motion of the region, in standard deviations, and |log size ratio| are below the limit.
 """
 LINEAR = 3.0
-"""Residual, in standard deviations, above which the misfit grows only linearly (Huber 1964), so that one wrong row does
-not decide.
-"""
+"""Residual in standard deviations above which the misfit grows linearly, to limit outliers (Huber 1964)."""
 LEAST_SHARE = 1e-6
-"""Smallest relative standard deviation, because computed data agree to rounding."""
+"""Smallest relative standard deviation, because data computed by the model itself agree to rounding."""
 AS_GOOD = 6.0
-"""Difference of −2 ln L up to which another set of parameters agrees as well."""
+"""Difference of −2 ln L up to which two parameter sets are equally good."""
 WALKERS, STEPS, LAST_STEPS = 48, 240, 1200
 TRIED = 8
-"""Number of parameter sets from the end of the chain whose responses are computed, to choose the best of them."""
+"""Number of likely draws whose responses are computed. The best of these draws is the estimate."""
 
 
 def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fitted:
@@ -55,14 +53,14 @@ def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fit
     Parameters
     ----------
     question : FitQuestion
-        Of `damperlab.studies.fit.asking.make_question`.
+        Result of `damperlab.studies.fit.asking.make_question`.
     progress : callable, optional
-        Called with the number of computed sets of parameters.
+        Function called with the number of computed parameter sets.
 
     Returns
     -------
     Fitted
-        The same for the same question and seed, bit for bit.
+        Estimates, which are bitwise equal for equal questions and seeds.
     """
     for scene in scenes_of(question):
         warm(scene)
@@ -75,7 +73,7 @@ def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fit
 
 @dataclass(frozen=True)
 class _End:
-    """A final region: the polynomials, the draws, and the best computed set of parameters."""
+    """A final region with its polynomials, draws from the posterior density, and the best computed parameter set."""
 
     surface: Surface
     draws: Matrix
@@ -87,12 +85,12 @@ class _End:
 
 
 def _begin(archive: Archive) -> list[Region]:
-    """Fill the ranges, and choose the best places that lie apart from each other."""
-    # imported here: a service that fits nothing starts sooner
+    """Compute points that fill the ranges, and return regions around the best points, which must be far apart."""
+    # imported here, because the import is slow
     from scipy.stats.qmc import Halton
 
     number = START[archive.count]
-    # without the corner of the ranges with which the sequence begins
+    # the first point of the sequence, a corner of the ranges, is left out
     archive.add(Halton(archive.count, scramble=False).random(number + 1)[1:])
     spacing = float(number ** (-1.0 / archive.count))
     chosen: list[Matrix] = []
@@ -106,7 +104,7 @@ def _begin(archive: Archive) -> list[Region]:
 
 
 def _closer(archive: Archive, region: Region) -> Region:
-    """Move to the best point nearby, in decreasing steps."""
+    """Move a region to the best computed point inside, and narrow the region, `CLOSER_ROUNDS` times."""
     for _ in range(CLOSER_ROUNDS):
         before = len(archive.places)
         archive.add(region.draw(8 * (archive.count + 1), archive.generator))
@@ -118,7 +116,7 @@ def _closer(archive: Archive, region: Region) -> Region:
 
 
 def _best_regions(archive: Archive, regions: list[Region]) -> list[Region]:
-    """Keep the best region, and a second one if it is about as good."""
+    """Return the best region, and the second best if it is about as good and far enough away."""
     misfit = archive.coarse_misfit()
     at = [misfit[int(np.argmin(np.abs(archive.places - one.centre).max(axis=1)))] for one in regions]
     order = np.argsort(at, kind="stable")
@@ -131,7 +129,7 @@ def _best_regions(archive: Archive, regions: list[Region]) -> list[Region]:
 
 
 def _settled(archive: Archive, region: Region) -> _End:
-    """Fit polynomials within a region; move and resize the region until it matches the uncertainty of the parameters."""
+    """Move and resize a region until it matches the uncertainty of the parameters, and fit polynomials in it."""
     batch = max(20, 3 * terms(archive.count))
     for round_ in range(MOST_ROUNDS):
         archive.add(region.draw(batch, archive.generator))
@@ -156,7 +154,7 @@ def _settled(archive: Archive, region: Region) -> _End:
 
 
 def _laid(archive: Archive, region: Region, newest: int) -> tuple[Surface, Matrix, float]:
-    """Fit polynomials to all responses of a region, and give the combined variance of measurement and model."""
+    """Fit polynomials to all responses in a region. Also return the variance of measurement plus model."""
     near = region.holds(archive.places)
     near[-newest:] = True
     surface = fit_surface(region, archive.places[near], archive.amplitude[near])
@@ -171,7 +169,7 @@ def _laid(archive: Archive, region: Region, newest: int) -> tuple[Surface, Matri
 
 
 def _share(archive: Archive, amplitude: Matrix, scatter: Matrix) -> float:
-    """Find the relative deviation for which the residuals have their expected size."""
+    """Return the relative deviation of the measurement at which chi-square equals the degrees of freedom."""
     off = (archive.measured - amplitude)[np.isfinite(scatter)]
     scatter = scatter[np.isfinite(scatter)]
     freedom = max(1, off.size - archive.count)
@@ -186,7 +184,7 @@ def _share(archive: Archive, amplitude: Matrix, scatter: Matrix) -> float:
 
 
 def _weighed(off: Matrix, variance: Matrix) -> Matrix:
-    """Sum the squared residuals, which grow linearly beyond `LINEAR`; a failed response counts as far off."""
+    """Return the sum of squared residuals. Residuals above `LINEAR` count linearly; the residual of a failure is 10."""
     z = np.abs(off) / np.sqrt(variance)
     z = np.where(np.isfinite(z), z, 10.0)
     z[..., ~np.isfinite(variance)] = 0.0
@@ -196,7 +194,7 @@ def _weighed(off: Matrix, variance: Matrix) -> Matrix:
 def _log_density(
     archive: Archive, region: Region, surface: Surface, variance: Matrix
 ) -> Callable[[Matrix], Matrix]:
-    """Give the logarithm of the posterior density within the region and the ranges, for a uniform prior."""
+    """Return a function for the logarithm of the posterior density in a region, with a uniform prior."""
 
     def density(places: Matrix) -> Matrix:
         inside = ((places >= 0.0) & (places <= 1.0)).all(axis=1)
@@ -216,15 +214,14 @@ def _drawn(archive: Archive, region: Region, surface: Surface, variance: Matrix,
 
 
 def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
-    """Convert the best result into the question's names and units."""
+    """Convert the best final region into a result with the names and units of the question."""
     question, end = archive.question, ends[0]
     tail = 0.5 * (1.0 - question.confidence)
     widening = _widening(archive, end)
     middle = end.draws.mean(axis=0)
     draws = np.clip(middle + widening * (end.draws - middle), 0.0, 1.0)
     low, high = np.quantile(draws, [tail, 1.0 - tail], axis=0)
-    # the best set is one of the draws, but may be an extreme one; and jumps may leave equally good sets beyond the
-    # draws
+    # the best set may lie outside the quantiles, and because of jumps of the response, good sets outside all draws
     good = archive.places[_as_good(archive, end, widening)]
     low, high = np.minimum(low, good.min(axis=0)), np.maximum(high, good.max(axis=0))
     estimates = tuple(
@@ -265,23 +262,23 @@ def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
 def _correlation(draws: Matrix) -> Matrix:
     covariance = covariance_of(draws)
     deviation = np.sqrt(np.diag(covariance))
-    with np.errstate(invalid="ignore"):  # NaN for a parameter whose draws are all at one end
+    with np.errstate(invalid="ignore"):  # NaN for a parameter whose draws are all at one end of the range
         return np.clip(covariance / deviation[:, None] / deviation, -1.0, 1.0)
 
 
 def _is_other(one: _End, best: _End) -> bool:
-    """Whether a region ended apart from the best one and agrees about as well."""
+    """Return whether a final region does not contain the best set but agrees about as well."""
     return one.misfit < best.misfit + AS_GOOD and not best.surface.region.holds(one.best)
 
 
 def _as_good(archive: Archive, end: _End, widening: float) -> NDArray[np.bool_]:
-    """Find the computed sets that a likelihood ratio does not exclude; the best set is one of them."""
+    """Return a mask of the computed parameter sets that a likelihood ratio test does not reject."""
     misfit = _weighed(archive.measured - archive.amplitude, widening**2 * end.variance)
     return np.asarray(misfit <= misfit[end.row] + chdtri(1.0, 1.0 - archive.question.confidence))
 
 
 def _widening(archive: Archive, end: _End) -> float:
-    """Factor by which intervals are widened if the model agrees worse than stated deviations allow (Birge 1932)."""
+    """Return the factor on the intervals if the residuals are larger than the stated deviations (Birge 1932)."""
     off = archive.measured - archive.amplitude[end.row]
     squares = (off**2 / end.variance)[np.isfinite(off) & np.isfinite(end.variance)]
     freedom = squares.size - archive.count
@@ -289,5 +286,5 @@ def _widening(archive: Archive, end: _End) -> float:
         return 1.0
     if chdtrc(freedom, float(squares.sum())) > DOUBTED:
         return 1.0
-    # a single row that is far off is named, but does not widen the intervals
+    # an outlier is reported, but does not widen the intervals
     return max(1.0, float(np.sqrt(np.minimum(squares, LINEAR**2).sum() / freedom)))

@@ -1,6 +1,4 @@
-"""The responses of a prototype at the rows of a measurement, for any parameters, and the fitted response between the
-rows.
-"""
+"""Computes the response of a prototype at the rows of a measurement, and fitted response curves."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,16 +18,16 @@ Column = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Responses:
-    """Results at the rows of a measurement, each column of shape (rows,).
+    """Computed results at the rows of a measurement, each of shape (rows,).
 
     Attributes
     ----------
     amplitude, error : ndarray
-        In the unit of the measurement; NaN if a response failed or is unbounded.
+        Amplitude and its error in the unit of the measurement; NaN if the response failed or is unbounded.
     impacts_per_cycle, stick_fraction : ndarray
-        Number of impacts per cycle, and the share of time for which the structure sticks.
+        Number of impacts per cycle, and fraction of time in which the structure sticks.
     response_class : ndarray
-        As in `damperlab.studies.variables.ResponseClass`.
+        Value of `damperlab.studies.variables.ResponseClass`.
     """
 
     amplitude: Column
@@ -40,14 +38,14 @@ class Responses:
 
 
 def responses_at(question: FitQuestion, values: Mapping[str, float]) -> Responses:
-    """Compute the steady response at every measured row.
+    """Compute the steady response at every row of a measurement.
 
     Parameters
     ----------
     question : FitQuestion
-        The known values, and the rows.
+        Question with the known values and the measured rows.
     values : mapping of float
-        The parameters that are estimated.
+        Values of the estimated parameters.
     """
     found = {name: np.full(question.measured.rows, np.nan) for name in Responses.__dataclass_fields__}
     for conditions, rows in question.configurations:
@@ -66,7 +64,7 @@ def responses_at(question: FitQuestion, values: Mapping[str, float]) -> Response
 
 
 def scenes_of(question: FitQuestion) -> list[Scene]:
-    """Scenes that a fit may need: at both ends of all ranges."""
+    """Return the scenes at both ends of all ranges, which a fit may need."""
     found = set()
     for conditions, rows in question.configurations:
         for share in (0.0, 1.0):
@@ -77,17 +75,17 @@ def scenes_of(question: FitQuestion) -> list[Scene]:
 
 VALUES = 161
 ALONE = 0.1
-"""Share of the frequency by which a curve extends to either side of a single measured frequency."""
+"""Fraction of a single measured frequency by which a curve extends to either side."""
 
 
 @dataclass(frozen=True)
 class FittedCurve:
-    """A response over frequency.
+    """A fitted response over frequency.
 
     Attributes
     ----------
     frequency, amplitude : ndarray, shape (values,)
-        In the measurement's units; NaN if a response failed.
+        Frequency and amplitude in the units of the measurement; NaN for the amplitude if a response failed.
     """
 
     frequency: NDArray[np.float64]
@@ -95,7 +93,7 @@ class FittedCurve:
 
 
 def curves_of(fitted: Fitted) -> list[FittedCurve]:
-    """Compute the fitted response of each of the question's configurations over the measured band."""
+    """Compute the fitted response over the measured band for each configuration of the question."""
     question = fitted.question
     frequency = question.measured.frequency
     low, high = float(frequency.min()), float(frequency.max())

@@ -1,4 +1,4 @@
-"""A region of the parameters: an ellipsoid within their ranges, in which responses are computed and approximated."""
+"""An ellipsoid in the space of the parameters, in which responses are computed and approximated."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,33 +12,25 @@ from damperlab.worker.fit.singular_values import covariance_of, inverse, length_
 Matrix = NDArray[np.float64]
 
 RADIUS, EDGE = 2.5, 1.2
-"""Radius of a region, in standard deviations of the parameters, and the multiple of this radius up to which its
-polynomials are trusted.
-"""
+"""Radius of a region in standard deviations, and factor on the radius up to which the polynomials are used."""
 FULL, WIDER = 0.85, 2.0
-"""If draws in a region reach this share of the spread of a uniform density, the region is too small, and grows by the
-second factor.
-"""
+"""Ratio of the spreads of draws and of uniform draws above which a region grows, and the growth factor."""
 EVEN, WHOLE = 2000, 0.6
-"""Number of uniform draws for this test, and the size, relative to the range, at which a region covers the complete
-range.
-"""
+"""Number of uniform draws for comparison, and largest size of a region relative to the ranges."""
 NARROWEST = 1e-4
-"""Least variance of draws in a region, relative to that of the region, so that a region shrinks at most a hundredfold
-in one round.
-"""
+"""Smallest variance of draws relative to their region, so that a region shrinks by at most a factor of 100."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """A point, and the standard deviations around it.
+    """A point in the space of the parameters, with the standard deviations around the point.
 
     Parameters
     ----------
     centre : ndarray, shape (parameters,)
-        As fractions of the ranges.
+        Central point, as fractions of the ranges.
     frame : ndarray, shape (parameters, parameters)
-        A point is centre + frame·z; the region is |z| ≤ `RADIUS`.
+        Matrix of the points centre + frame·z; the region is |z| ≤ `RADIUS`.
     """
 
     centre: Matrix
@@ -49,15 +41,15 @@ class Region:
         return inverse(self.frame).T
 
     def local(self, places: Matrix) -> Matrix:
-        """Convert points, shape (n, parameters), into z."""
+        """Return the coordinates z of points in the region, shape (n, parameters)."""
         return product(places - self.centre, self._unit)
 
     def holds(self, places: Matrix, radius: float = RADIUS) -> NDArray[np.bool_]:
-        """Whether points lie in the region."""
+        """Return whether points lie in the region."""
         return np.asarray(length_of(self.local(places)) <= radius)
 
     def draw(self, number: int, generator: np.random.Generator, radius: float = RADIUS) -> Matrix:
-        """Draw points uniformly in the region, folded back into the ranges at their ends."""
+        """Draw points uniformly in the region, and reflect points outside the ranges at the ends of the ranges."""
         count = self.centre.size
         direction = generator.standard_normal((number, count))
         direction /= length_of(direction)[:, None]
@@ -66,15 +58,16 @@ class Region:
         return np.asarray(np.minimum(places, 2.0 - places))
 
     def resized(self, draws: Matrix, generator: np.random.Generator) -> tuple[Matrix, "Region"]:
-        """Move the region to the middle of draws from it, and resize it along each principal direction.
+        """Return the region moved to the mean of draws, and resized along each principal direction.
 
-        If the draws fill the region, because it is smaller than the parameters' uncertainty, it grows.
+        A region that the draws fill is smaller than the uncertainty of the parameters, and grows.
 
         Returns
         -------
         sizes : ndarray, shape (parameters,)
-            Sizes of the new region over those of this one.
+            Size of the new region along each principal direction, relative to the old region.
         region : Region
+            The new region.
         """
         variances, directions = principal(covariance_of(self.local(draws)))
         sizes = np.sqrt(np.maximum(variances, NARROWEST))

@@ -1,7 +1,4 @@
-"""Singular values of small matrices and quantities derived from them, with the same bits on every processor.
-
-LAPACK's routines go through OpenBLAS, whose last bits depend on the family of the processor.
-"""
+"""Singular values of small matrices, computed without OpenBLAS so that every processor returns the same bits."""
 
 from dataclasses import dataclass
 
@@ -17,16 +14,16 @@ MOST_SWEEPS = 60
 
 @dataclass(frozen=True)
 class SingularValues:
-    """A matrix as U·diag(s)·Vᵀ.
+    """Singular value decomposition U·diag(s)·Vᵀ of a matrix.
 
     Attributes
     ----------
     left : ndarray, shape (rows, columns)
-        U: columns of unit length, or of zeros where the singular value is 0.
+        Matrix U. A column has unit length, or is zero if its singular value is 0.
     values : ndarray, shape (columns,)
-        s, the largest first.
+        Singular values s, the largest first.
     right : ndarray, shape (columns, columns)
-        V, orthogonal.
+        Orthogonal matrix V.
     """
 
     left: Matrix
@@ -34,17 +31,18 @@ class SingularValues:
     right: Matrix
 
     def rank(self, least: float) -> int:
-        """Number of singular values above a share of the largest."""
+        """Return the number of singular values above `least` times the largest."""
         return int(np.count_nonzero(self.values > least * self.values[0]))
 
     def solve(self, known: Matrix, least: float = 0.0) -> Matrix:
-        """Find the shortest x for which the matrix times x is closest to the given values.
+        """Return the shortest of all least-squares solutions x, for which the matrix times x is closest to `known`.
 
         Parameters
         ----------
         known : ndarray, shape (rows,) or (rows, n)
+            Right-hand side.
         least : float
-            Share of the largest singular value below which a singular value counts as 0.
+            Singular values below `least` times the largest are treated as 0.
         """
         kept = slice(0, self.rank(least))
         across = product(self.left[:, kept].T, known)
@@ -53,13 +51,12 @@ class SingularValues:
 
 
 def singular_values(matrix: Matrix) -> SingularValues:
-    """Find the singular values by rotating pairs of columns until all are orthogonal (M. R. Hestenes, J. SIAM 6 (1958)
-    51).
+    """Decompose a matrix by rotating pairs of columns until all are orthogonal (M. R. Hestenes, J. SIAM 6 (1958) 51).
 
     Parameters
     ----------
     matrix : ndarray, shape (rows, columns)
-        Its elements are between 1e-300 and 1e300, or 0.
+        Matrix whose elements are 0 or have a magnitude from 1e-300 to 1e300.
 
     Raises
     ------
@@ -69,14 +66,14 @@ def singular_values(matrix: Matrix) -> SingularValues:
     count = matrix.shape[1]
     if not np.isfinite(matrix).all():
         raise ArithmeticError("A matrix that is not finite has no singular values.")
-    # divided by a power of two, which is exact, so that squares of elements are finite
+    # the division by a power of two is exact, and keeps the squares of the elements finite
     unit = 2.0 ** float(np.frexp(np.abs(matrix).max(initial=0.0))[1])
     matrix = matrix / unit
     rows = matrix.shape[0]
-    # bounds on the rounding of the cosine of a right angle, and of the length of a zero column
+    # rounding errors of the cosine of a right angle, and of the squared length of a zero column
     rounding = max(rows, count) * float(np.finfo(float).eps)
     nothing = (rounding * float(length_of(np.ravel(matrix)))) ** 2
-    # one row each for the columns of the matrix, then for those of V
+    # row i holds column i of the matrix, followed by column i of V
     turned = np.concatenate([np.array(matrix.T, np.float64), np.eye(count)], axis=1)
     for _ in range(MOST_SWEEPS):
         still = True
@@ -99,24 +96,24 @@ def singular_values(matrix: Matrix) -> SingularValues:
 
 
 def inverse(matrix: Matrix) -> Matrix:
-    """Invert a square matrix."""
+    """Return the inverse of a square matrix."""
     return singular_values(matrix).solve(np.eye(len(matrix)))
 
 
 def principal(covariance: Matrix) -> tuple[Matrix, Matrix]:
-    """Variances, the smallest first, and principal directions, in columns, of a positive semidefinite matrix."""
+    """Return the variances in ascending order, and the principal directions as columns, of a covariance matrix."""
     found = singular_values(covariance)
     return found.values[::-1], found.right[:, ::-1]
 
 
 def covariance_of(places: Matrix) -> Matrix:
-    """Covariance of places, shape (n, parameters), about their mean."""
+    """Return the covariance matrix of points, shape (n, parameters)."""
     off = places - places.mean(axis=0)
     return product(off.T, off) / (len(places) - 1)
 
 
 def length_of(vectors: Matrix) -> Matrix:
-    """Length of vectors of shape (..., parameters)."""
+    """Return the lengths of vectors, shape (..., parameters)."""
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1)))
 
 

@@ -1,10 +1,9 @@
-"""The responses at the measured rows as smooth functions of the parameters: polynomials through many noisy responses
-near a point.
+"""Approximates the responses at the measured rows by polynomials of the parameters near a point.
 
-A response changes with the parameters in small jumps: a chaotic mean has an error, and if several responses are
-possible, the start decides between them. So the difference of two responses does not give a derivative, but a
-polynomial of second degree through many responses does. Its residual is the scatter of the model, which is added to the
-error of the measurement.
+A response changes with the parameters in small jumps: the mean of a chaotic response has an error, and the start
+decides between several responses. So the difference of two responses gives no derivative, but a second-degree
+polynomial through many responses does. The residual of the polynomial is the scatter of the model, which is added to
+the error of the measurement.
 """
 
 from dataclasses import dataclass
@@ -20,26 +19,26 @@ from damperlab.worker.fit.singular_values import singular_values
 Matrix = NDArray[np.float64]
 
 LEAST = 1e-10
-"""Share of the largest singular value above which a coefficient is determined."""
+"""Fraction of the largest singular value below which singular values are treated as 0 in the regression."""
 
 
 def terms(count: int) -> int:
-    """Number of coefficients of a polynomial of second degree in this number of parameters."""
+    """Return the number of coefficients of a polynomial of second degree in `count` parameters."""
     return (count + 1) * (count + 2) // 2
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Responses near a point.
+    """Polynomials that approximate the responses near a point.
 
     Attributes
     ----------
     region : Region
-        The region; its z are the variables of the polynomials.
+        Region whose coordinates z are the variables of the polynomials.
     coefficients : ndarray, shape (terms, rows)
-        Of 1, z_i, z_i z_j.
+        Coefficients of 1, z_i and z_i z_j.
     scatter : ndarray, shape (rows,)
-        Standard deviation of the responses about the polynomial; infinite if there are too few responses.
+        Standard deviation of the responses from the polynomials; infinite if there are too few responses.
     """
 
     region: Region
@@ -47,7 +46,7 @@ class Surface:
     scatter: Matrix
 
     def at(self, places: Matrix) -> Matrix:
-        """Responses at points of shape (n, parameters): shape (n, rows)."""
+        """Return the approximate responses, shape (n, rows), at points of shape (n, parameters)."""
         return product(_powers(self.region.local(places)), self.coefficients)
 
 
@@ -57,11 +56,11 @@ def fit_surface(region: Region, places: Matrix, responses: Matrix) -> Surface:
     Parameters
     ----------
     region : Region
-        Where the polynomials approximate the responses.
+        Region in which the polynomials approximate the responses.
     places : ndarray, shape (n, parameters)
-        Points of the responses.
+        Points at which the responses were computed.
     responses : ndarray, shape (n, rows)
-        Responses at these points; NaN for a failed one.
+        Responses at these points, NaN if a response failed.
     """
     powers = _powers(region.local(places))
     count, rows = powers.shape[1], responses.shape[1]

@@ -1,1 +1,1 @@
-"""Responses to ground motion: one design under one record, comparison with a tuned mass damper, and sensitivity."""
+"""Responses to ground motion: response of a design to a record, comparison of dampers, and sensitivity to the start."""

@@ -1,9 +1,8 @@
-"""The structure alone, or with a tuned mass damper, under a record. The system is linear, so its matrix exponential
-gives the response.
+"""Computes the response of a linear structure to a record, without damper or with a tuned mass damper.
 
-Between two samples, structure and damper are one linear system without input, x' = Mx, if displacement, velocity,
-acceleration and jerk of the base are unknowns too. The exponential of M over a panel is exact for any length, so there
-is no step size. Peaks are the extrema of the power series of each panel; mean squares are integrated to rounding.
+Between samples, structure and damper are a linear system x' = Mx, if x also contains displacement, velocity,
+acceleration and jerk of the base. The matrix exponential of M is exact over panels of any length, so no step size is
+needed. Peaks are extrema of the power series of each panel. Mean squares are exact up to rounding.
 """
 
 from math import factorial, nan, sqrt
@@ -23,7 +22,7 @@ from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.quadrature import GAUSS_NODES, GAUSS_WEIGHTS
 
-# Unknowns: v, v' of the structure against its base; q, q' of the absorber against the structure; the base.
+# Unknowns: v, v' of the structure relative to the base; q, q' of the absorber relative to the structure; base motion.
 _V, _W, _Q, _Q_RATE, _S, _S_RATE, _A, _J = range(8)
 
 
@@ -34,21 +33,21 @@ def absorber_response(
     factor: float = 1.0,
     tail_s: float = 0.0,
 ) -> GroundResponse:
-    """Compute the response of the structure with a tuned mass damper.
+    """Compute the response of a structure with a tuned mass damper to a record.
 
     Parameters
     ----------
     structure : Structure
         The structure.
     absorber : Absorber or None
-        Its tuned mass damper; None for the structure alone.
+        Tuned mass damper; None for the structure alone.
     motion, factor, tail_s
-        As of `response.ground_response`.
+        Arguments as in `response.ground_response`.
 
     Returns
     -------
     GroundResponse
-        The response, without impacts and sticking; `loss_viscous_j` is the loss in both dashpots.
+        Response without impacts and sticking. `loss_viscous_j` is the loss in both dashpots.
     """
     scale = scale_of(structure, motion, factor)
     absorber = absorber or NO_DAMPER
@@ -107,7 +106,7 @@ def absorber_history(
     factor: float = 1.0,
     tail_s: float = 0.0,
 ) -> dict[str, NDArray[np.float64]]:
-    """Return time [s], relative displacement [m] and absolute acceleration [m/s²] at the panel ends."""
+    """Return time [s], relative displacement [m] and absolute acceleration [m/s²] at the ends of the panels."""
     scale = scale_of(structure, motion, factor)
     base = record_base(structure, motion, factor, tail_s)
     matrix, acceleration = linear_system(absorber or NO_DAMPER, structure.damping_ratio, 1.0)
@@ -120,7 +119,7 @@ def absorber_history(
 
 
 def _states(matrix: NDArray[np.float64], base: RecordBase) -> NDArray[np.float64]:
-    """Unknowns at the panel starts, and at the end: shape (panels + 1, 8)."""
+    """Return the unknowns at the start of each panel and at the end of the last, shape (panels + 1, 8)."""
     step = expm(matrix * base.window)[:_A]
     states = np.zeros((base.windows + 1, 8))
     states[:-1, _A], states[:-1, _J] = base.acceleration, base.jerk
@@ -134,7 +133,7 @@ def _states(matrix: NDArray[np.float64], base: RecordBase) -> NDArray[np.float64
 def _peak(
     matrix: NDArray[np.float64], states: NDArray[np.float64], output: NDArray[np.float64], window: float
 ) -> float:
-    """Largest |output · x| over all panels: ends, and the extrema of the power series if one may be larger."""
+    """Return the largest |output · x| at the ends and at the extrema of the panels."""
     rows = [output]
     for _ in range(TERMS - 1):
         rows.append(rows[-1] @ matrix * window)

@@ -1,4 +1,4 @@
-"""One block of a ground-motion suite. Dampers and scales under one record share the data derived from that record."""
+"""Computes one block of a suite. Dampers and scales under the same record share the data of the record."""
 
 from collections.abc import Callable
 
@@ -22,23 +22,23 @@ def solve_suite_block(
     motion_of: Callable[[RecordSource], GroundMotion],
     known: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
-    """Response of every point of a block.
+    """Compute the response of every point of a block.
 
     Parameters
     ----------
     suite : Suite
-        The study.
+        The suite to which the block belongs.
     block : Block
-        The part of its grid.
+        Part of the grid of the suite.
     motion_of : callable
-        Gives the samples of a record.
+        Function that returns the samples of a given record.
     known : ndarray of bool, shape block.shape, optional
-        Mask of known points, which are left empty.
+        Mask of points with known results. These points are not computed and keep fill values.
 
     Returns
     -------
     dict of ndarray, shape block.shape
-        Every stored variable. A point that failed has NaN and its status; nothing is raised for it.
+        Every stored variable. At a failed point the values are NaN, and the status states the failure.
     """
     values = {name: np.full(block.shape, v.fill, v.dtype) for name, v in VARIABLES.items()}
     _, *axes = (
@@ -54,7 +54,7 @@ def solve_suite_block(
         source = sources[place[0]]
         point = [axis[at] for axis, at in zip(axes, place[1:], strict=True)]
         frequency, damping, scale, restitution, mass, clearance, force = point
-        # record and structure vary slowest, so most points reuse the data of the previous point
+        # record and structure vary most slowly, so most points reuse the data of the previous point
         if place[:3] != shared:
             shared = place[:3]
             structure = Structure(suite.numbers["mass_kg"], frequency, damping)
@@ -68,8 +68,9 @@ def solve_suite_block(
 
 
 def draw_of(suite: Suite, source: RecordSource, point: list[float]) -> list[int]:
-    """Give the seed of a point's perturbed starts, from the suite's seed and the point's coordinates, so that it is the
-    same in every block and study.
+    """Return the seed for the perturbed starts of a point, which is equal in all blocks and studies.
+
+    The seed combines the seed of the suite, the hash of the record and the coordinates of the point.
     """
     bits = np.asarray(point, dtype="<f8").view("<u8")
     return [suite.seed, int(source.sha256[:16], 16), *map(int, bits)]

@@ -1,4 +1,4 @@
-"""The answer of a comparison of dampers under one record."""
+"""Types for the result of a comparison of dampers under one record."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Any
@@ -18,7 +18,7 @@ class _Case(GroundResponse):
 
 
 class Tuned(TypedDict):
-    """A tuned mass damper, and its tuning."""
+    """Parameters of a tuned mass damper, and the criterion by which it was tuned."""
 
     criterion: Criterion
     mass_ratio: Measured
@@ -27,7 +27,7 @@ class Tuned(TypedDict):
 
 
 class Comparison(TypedDict):
-    """Dampers compared under one record."""
+    """Result of a comparison of dampers under one record."""
 
     record: MotionOfId
     length_scale_m: Measured

@@ -1,4 +1,4 @@
-"""Dampers compared under one record, with the sensitivity of the result."""
+"""Compares dampers under one record, and measures how sensitive the responses are to the start."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -27,20 +27,20 @@ SPREAD = (
     "peak_absolute_acceleration_m_s2",
     "rms_absolute_acceleration_m_s2",
 )
-"""The measures whose spread is reported."""
+"""Measures whose statistics over the perturbed starts are computed."""
 
 CHAOTIC = 100.0
-"""Growth of a perturbation above which a response is called sensitive; no linear structure reaches it."""
+"""Growth of a perturbation above which a response is called sensitive. Linear structures do not reach this growth."""
 
 
 def structure_of(asked: Earthquake) -> Structure:
-    """The structure of a comparison."""
+    """Return the structure of a comparison."""
     values = asked.values
     return Structure(values["mass_kg"], values["natural_frequency_hz"], values["damping_ratio"])
 
 
 def damper_of(asked: Earthquake, case: str) -> Damper:
-    """The damper of one case: fd and hybrid have friction, pid and hybrid have the particle."""
+    """Return the damper in one case: fd and hybrid have friction, pid and hybrid have a particle."""
     values = asked.values
     return Damper(
         values["friction_force_n"] if case in ("fd", "hybrid") else 0.0,
@@ -53,7 +53,7 @@ def damper_of(asked: Earthquake, case: str) -> Damper:
 
 
 def absorber_of(asked: Earthquake) -> Absorber | None:
-    """The tuned mass damper of a comparison; None if its mass, by default that of the particle, is 0."""
+    """Return the tuned mass damper, or None if its mass is 0. The default mass is the mass of the particle."""
     values = asked.values
     mass = values["tmd_mass_kg"]
     mass = values["particle_mass_kg"] if np.isnan(mass) else mass
@@ -63,7 +63,7 @@ def absorber_of(asked: Earthquake) -> Absorber | None:
 
 
 def scenes_of(asked: Earthquake) -> list[Scene]:
-    """Scenes of the cases of a comparison."""
+    """Return the scenes that are needed for a comparison."""
     dampers = [damper_of(asked, case) for case in asked.cases if case != "tmd"]
     return sorted(
         {
@@ -78,12 +78,12 @@ def scenes_of(asked: Earthquake) -> list[Scene]:
 
 
 def compare(asked: Earthquake) -> Comparison:
-    """Compute every case of a comparison.
+    """Compute all cases of a comparison.
 
     Returns
     -------
     Comparison
-        Its ``cases``, by name, have the measures of `GroundResponse`, a ``label`` and, with perturbed starts, a
+        Result. Each of the ``cases`` has the measures of `GroundResponse`, a ``label`` and, with perturbed starts, a
         ``spread``.
     """
     structure = structure_of(asked)
@@ -140,29 +140,29 @@ def spread(
     seed: int | Sequence[int] = 0,
     ready: Ready | None = None,
 ) -> dict[str, Any]:
-    """Measure the sensitivity of the response to its start, for perturbations of a given size.
+    """Compute the sensitivity of a response to perturbations of the start.
 
     Parameters
     ----------
     structure, damper, motion, factor, tail_s
-        As of `ground_response`.
+        Arguments as in `ground_response`.
     nominal : GroundResponse
-        The response from rest.
+        Response from rest.
     starts : int
-        Number of perturbed starts. Displacement, velocity times 1/ω_n and position of the particle are each drawn
-        uniformly within ± `size_m`.
+        Number of perturbed starts. Displacement, velocity over ω_n and position of the particle are drawn uniformly
+        within ± `size_m`.
     size_m : float
         Size of the perturbation [m].
     seed : int or sequence of int
-        Seed of the draw: the same seed gives the same starts.
+        Seed for drawing the starts.
     ready : Ready, optional
-        As of `ground_response`.
+        Argument as in `ground_response`.
 
     Returns
     -------
     dict
-        For each of `SPREAD` ``lowest``, ``highest``, ``mean``, ``std`` over the starts; ``growth``, the largest
-        change of a displacement over `size_m`; ``sensitive``, whether it exceeds `CHAOTIC`.
+        Statistics ``lowest``, ``highest``, ``mean`` and ``std`` over the starts for each of `SPREAD`. ``growth`` is the
+        largest change of a displacement divided by `size_m`, and ``sensitive`` states whether it exceeds `CHAOTIC`.
     """
     draw = np.random.default_rng(seed)
     length = scale_of(structure, motion, factor).length_m

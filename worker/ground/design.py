@@ -1,4 +1,4 @@
-"""A structure and its damper in physical units, and the length scale for computing a record."""
+"""A structure and its damper in physical units, and factors that convert dimensionless results to physical units."""
 
 from dataclasses import dataclass
 from math import pi
@@ -15,12 +15,12 @@ INSTANT = InstantContact()
 
 @dataclass(frozen=True)
 class Structure:
-    """The primary structure; the paper's by default (its Table 2).
+    """Primary structure. The defaults are from the paper's Table 2.
 
     Parameters
     ----------
     mass_kg, natural_frequency_hz, damping_ratio : float
-        M, ω_n/2π and ζ.
+        Mass M [kg], natural frequency ω_n/2π [Hz] and damping ratio ζ.
     """
 
     mass_kg: float = 1.605
@@ -29,33 +29,33 @@ class Structure:
 
     @property
     def omega(self) -> float:
-        """ω_n [rad/s]."""
+        """Natural angular frequency ω_n [rad/s]."""
         return 2.0 * pi * self.natural_frequency_hz
 
     @property
     def stiffness_n_per_m(self) -> float:
-        """k [N/m]."""
+        """Stiffness k [N/m]."""
         return self.mass_kg * self.omega**2
 
 
 @dataclass(frozen=True)
 class Damper:
-    """A friction damper, a particle, or both.
+    """A friction damper, a particle damper, or both.
 
     Parameters
     ----------
     friction_force_n : float
-        F_f [N]; 0 for none.
+        Friction force F_f [N]; 0 without friction.
     particle_mass_kg : float
-        m [kg]; 0 for no particle.
+        Mass m of the particle [kg]; 0 without a particle.
     clearance_m : float
-        d [m], free path of the particle to either side.
+        Clearance d [m], the free path of the particle from the middle to either wall.
     restitution : float
-        e.
+        Coefficient of restitution e.
     contact : Contact
-        Model of an impact; a contact time is in units of 1/ω_n of the structure.
+        Contact model for impacts. A contact time is in units of 1/ω_n of the structure.
     cavity : Cavity
-        Tilt of the particle's cavity, and friction in it; with instantaneous contact.
+        Tilt of the cavity and friction of the particle in it, both of which require instantaneous impacts.
     """
 
     friction_force_n: float = 0.0
@@ -68,19 +68,19 @@ class Damper:
 
 @dataclass(frozen=True)
 class Scale:
-    """Factors from the dimensionless numbers of a run to physical ones.
+    """Factors that convert dimensionless results to physical units.
 
-    The length is the largest base acceleration over ω_n²: the static displacement of the structure under it. So the
-    largest value of the record is 1 in any units, and scaling a record together with d and F_f gives the same run.
+    The length is the largest base acceleration over ω_n², so the largest dimensionless acceleration of the base is 1.
+    If a record is scaled together with d and F_f, the dimensionless motion does not change.
 
     Parameters
     ----------
     length_m : float
-        L = max |z''|/ω_n².
+        Length L = max |z''|/ω_n² [m].
     omega : float
-        ω_n [rad/s].
+        Natural angular frequency ω_n [rad/s].
     mass_kg : float
-        M.
+        Mass M of the structure [kg].
     """
 
     length_m: float
@@ -89,35 +89,35 @@ class Scale:
 
     @property
     def speed_m_s(self) -> float:
-        """L ω_n."""
+        """Factor L ω_n for speeds [m/s]."""
         return self.length_m * self.omega
 
     @property
     def acceleration_m_s2(self) -> float:
-        """L ω_n², the largest base acceleration."""
+        """Factor L ω_n² for accelerations [m/s²], equal to the largest base acceleration."""
         return self.length_m * self.omega**2
 
     @property
     def energy_j(self) -> float:
-        """M (L ω_n)²."""
+        """Factor M (L ω_n)² for energies [J]."""
         return self.mass_kg * self.speed_m_s**2
 
 
 def scale_of(structure: Structure, motion: GroundMotion, factor: float) -> Scale:
-    """Scale of a record with a factor."""
+    """Return the factors for a structure under a record that is multiplied by `factor`."""
     length = abs(factor) * motion.peak_m_s2 / structure.omega**2
     return Scale(length, structure.omega, structure.mass_kg)
 
 
 def friction_of(damper: Damper, scale: Scale) -> float | None:
-    """F_f/(k L), friction over the largest inertial force; None without friction."""
+    """Return F_f/(k L), the ratio of the friction force to the largest inertial force, or None without friction."""
     if damper.friction_force_n <= 0.0:
         return None
     return damper.friction_force_n / (scale.mass_kg * scale.acceleration_m_s2)
 
 
 def particle_of(damper: Damper, scale: Scale) -> Particle | None:
-    """The particle in dimensionless numbers; None if no particle acts on the structure."""
+    """Return the particle in dimensionless numbers, or None without a particle."""
     if damper.particle_mass_kg <= 0.0:
         return None
     restitution, mass_ratio = float(damper.restitution), damper.particle_mass_kg / scale.mass_kg

@@ -1,4 +1,4 @@
-"""The measures of a response to a record."""
+"""Measures of the response of a design to a record."""
 
 from dataclasses import asdict, dataclass
 
@@ -7,36 +7,36 @@ from damperlab.studies.shapes import Count, Measured
 
 @dataclass(frozen=True)
 class GroundResponse:
-    """Response of a design to a record; peaks are true extrema, rms values exact integrals over `duration_s`.
+    """Response of a design to a record. Peaks are true extrema, and rms values are exact integrals over `duration_s`.
 
     Parameters
     ----------
     peak_relative_displacement_m, rms_relative_displacement_m : float
-        Displacement of the primary mass against the base, x − z.
+        Peak and rms of x − z, the displacement of the primary mass relative to the base.
     peak_absolute_displacement_m, rms_absolute_displacement_m : float
-        Displacement of the primary mass against its initial position, x; the displacement of the base is the record
-        integrated twice.
+        Peak and rms of x, the displacement of the primary mass from its initial position. The motion of the base is the
+        record integrated twice.
     peak_absolute_acceleration_m_s2, rms_absolute_acceleration_m_s2 : float
-        x'', including contact with a compliant wall; an instantaneous impact has no finite acceleration and is left
-        out.
+        Peak and rms of x'', with the contact forces of compliant walls. The accelerations of instantaneous impacts are
+        infinite and left out.
     impacts : int
         Number of impacts.
     impact_speed_max_m_s : float
         Largest approach speed of an impact.
     stick_fraction : float
-        Share of the time that friction held the mass.
+        Fraction of the time in which friction holds the mass.
     work_in_j, loss_viscous_j, loss_friction_j, loss_impact_j : float
-        Work of the base, and energy lost in the dashpot, to friction and in impacts.
+        Work of the base, and energy lost in the dashpot, by friction and in impacts.
     energy_residual : float
-        Residual of the energy balance, over the largest of work, losses, stored energy, and energy of the peak.
+        Error of the energy balance, relative to the largest of work, losses, stored energy and peak energy.
     duration_s : float
-        Duration of record and tail.
+        Total duration of the record and the tail.
     end_relative_displacement_m, end_relative_velocity_m_s : float
-        State at the end.
+        Final displacement and velocity relative to the base.
     status : int
-        `damperlab.studies.variables.Status`; 0 if the integration arrived.
+        Value of `damperlab.studies.variables.Status`; 0 if the integration reached the end.
     loss_particle_j : float or None
-        Energy lost to the friction of the particle in its cavity; None without it.
+        Energy lost by friction of the particle in its cavity; None without such friction.
     """
 
     peak_relative_displacement_m: Measured
@@ -60,5 +60,5 @@ class GroundResponse:
     loss_particle_j: float | None = None
 
     def values(self) -> dict[str, float | int]:
-        """Return the values by name; the loss of the particle's friction is left out if there is none."""
+        """Return the measures by name. `loss_particle_j` is left out if it is None."""
         return {name: value for name, value in asdict(self).items() if value is not None}

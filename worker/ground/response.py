@@ -1,6 +1,4 @@
-"""One design under one record: integration from event to event, exact for a base acceleration that is linear between
-samples.
-"""
+"""Computes the response of a design to a record, exactly for a base acceleration that is linear between samples."""
 
 from dataclasses import dataclass
 from math import nan, sqrt
@@ -56,7 +54,7 @@ from damperlab.worker.solver.sliding import direction_of, rubs
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.energy import energy_residual, stored_energy
 
-_SEGMENTS_PER_PERIOD = 2000  # most events per period of the structure; more cannot be resolved
+_SEGMENTS_PER_PERIOD = 2000  # largest number of events per period of the structure
 _LOGGED_PER_WINDOW = 20  # initial number of rows of a time history
 
 HISTORY_COLUMNS = (
@@ -72,7 +70,7 @@ HISTORY_COLUMNS = (
 
 @dataclass(frozen=True)
 class Perturbation:
-    """A start slightly off rest: displacement over L, velocity over L ω_n, and position in the cavity from −1 to 1."""
+    """A start near rest: displacement over L, velocity over L ω_n, and position in the cavity from −1 to 1."""
 
     v: float = 0.0
     w: float = 0.0
@@ -80,9 +78,7 @@ class Perturbation:
 
 
 class Ready(NamedTuple):
-    """Data that all runs of one structure under one record share: the panels of the record, and the structure's own
-    motion.
-    """
+    """Data for all runs of one structure under one record: panels of the record, and linear motion of the structure."""
 
     base: RecordBase
     free: Any
@@ -91,8 +87,9 @@ class Ready(NamedTuple):
 def record_base(
     structure: Structure, motion: GroundMotion, factor: float, tail_s: float, fastest: float = 1.0
 ) -> RecordBase:
-    """Divide a record into panels for a structure; `fastest` is the frequency of its fastest motion over its natural
-    frequency.
+    """Divide a record into panels for a structure.
+
+    `fastest` is the highest frequency of the system relative to the natural frequency of the structure.
     """
     sign = 1.0 if factor > 0 else -1.0
     return make_record_base(
@@ -105,7 +102,7 @@ def record_base(
 
 
 def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s: float) -> Ready:
-    """Prepare a record for runs that differ only in damper, start and size of the factor."""
+    """Prepare data that depend on the structure, the record, the sign of the factor and the tail."""
     base = record_base(structure, motion, factor, tail_s)
     return Ready(base, make_linear_motion(base, 1.0, None))
 
@@ -119,7 +116,7 @@ def ground_response(
     start: Perturbation | None = None,
     ready: Ready | None = None,
 ) -> GroundResponse:
-    """Compute the response of one design to one record.
+    """Compute the response of a design to a record.
 
     Parameters
     ----------
@@ -128,18 +125,18 @@ def ground_response(
     motion : GroundMotion
         The record.
     factor : float
-        Factor on the record; not 0.
+        Factor on the record, not equal to 0.
     tail_s : float
-        Duration of free vibration after the record; the base keeps its final velocity.
+        Duration of the free vibration after the record [s], in which the base keeps its final velocity.
     start : Perturbation, optional
-        Initial state; by default at rest.
+        Initial state, by default at rest.
     ready : Ready, optional
-        Prepared data for the same structure, record, sign of the factor and tail, which many runs may share.
+        Result of `made_ready` for this structure, record, sign of the factor and tail, which many runs may share.
 
     Returns
     -------
     GroundResponse
-        A numerical failure is reported in the status, and the values are NaN.
+        Measures of the response. After a numerical failure, the status states the failure and the values are NaN.
     """
     return _march(structure, damper, motion, factor, tail_s, start, ready, False)[0]
 
@@ -147,10 +144,10 @@ def ground_response(
 def ground_history(
     structure: Structure, damper: Damper, motion: GroundMotion, factor: float = 1.0, tail_s: float = 0.0
 ) -> tuple[GroundResponse, dict[str, NDArray[np.float64]]]:
-    """Compute the response as `ground_response` does, with its time history: `HISTORY_COLUMNS` at every panel start,
-    at every event, and at the end.
+    """Compute the response as `ground_response` does, and the time history.
 
-    The displacement of an absent particle is NaN.
+    The history has `HISTORY_COLUMNS` at the start of every panel, at every event and at the end. Without a particle,
+    the displacement of the particle is NaN.
     """
     response, history = _march(structure, damper, motion, factor, tail_s, None, None, True)
     assert history is not None
@@ -185,7 +182,7 @@ def _march(
         end, outcome = half_cycle(begun, scene, Meter(sums, True, True), log)
         if log is None or log.cursor[0] <= log.rows.shape[0]:
             break
-        log = empty_log(int(log.cursor[0]))  # computed once more, with room for every segment
+        log = empty_log(int(log.cursor[0]))  # the run is repeated with enough rows
     response = _measures(base, scale, particle, sums, counts, begun, end, outcome)
     if log is None:
         return response, None
@@ -242,7 +239,7 @@ def _history(
     end: State,
     damping_ratio: float,
 ) -> dict[str, NDArray[np.float64]]:
-    """Read the states at the segments' starts, and at the end."""
+    """Return the history columns at the start of every segment and at the end."""
     rows = log.rows[: log.cursor[0]]
     time = base.windows * base.window
     read = [START, V, W, SLIP, WALL, GAP, RIDING, APPROACH, SLIDE]

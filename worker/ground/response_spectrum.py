@@ -1,4 +1,4 @@
-"""Response of structures without a damper to a ground-motion record: its response spectrum."""
+"""Computes the response spectrum of a ground-motion record."""
 
 from dataclasses import dataclass
 
@@ -12,23 +12,23 @@ from damperlab.worker.ground.response import ground_response
 Floats = NDArray[np.float64]
 
 DAMPING = 0.05
-"""Usual damping ratio of spectra."""
+"""Usual damping ratio of a response spectrum."""
 PERIODS = np.geomspace(0.05, 5.0, 81)
-"""Natural periods of the structures [s]."""
+"""Default natural periods [s]."""
 
 
 @dataclass(frozen=True)
 class ResponseSpectrum:
-    """Peaks of structures under one record.
+    """Largest displacement under one record, as a function of the natural period of a structure.
 
     Parameters
     ----------
     period_s : ndarray, (n,)
         Natural periods [s].
     displacement_m : ndarray, (n,)
-        Largest displacement against the base [m], also between samples.
+        Largest displacement relative to the base [m], also between samples.
     damping_ratio : float
-        Of every structure.
+        Damping ratio of every structure.
     """
 
     period_s: Floats
@@ -37,7 +37,7 @@ class ResponseSpectrum:
 
     @property
     def pseudo_acceleration_m_s2(self) -> Floats:
-        """Give ω² times the largest displacement, (n,) [m/s²]."""
+        """Return ω² times the largest displacement, shape (n,) [m/s²]."""
         found: Floats = (2.0 * np.pi / self.period_s) ** 2 * self.displacement_m
         return found
 
@@ -45,8 +45,9 @@ class ResponseSpectrum:
 def response_spectrum(
     motion: GroundMotion, period_s: Floats = PERIODS, damping_ratio: float = DAMPING
 ) -> ResponseSpectrum:
-    """Compute the response spectrum of a record, for given periods, (n,) [s], and a damping ratio from 0 to less than
-    1.
+    """Compute the response spectrum of a record.
+
+    The periods [s] have shape (n,). The damping ratio is at least 0 and less than 1.
     """
     structures = [Structure(1.0, 1.0 / period, damping_ratio) for period in period_s.tolist()]
     peaks = [ground_response(each, Damper(), motion).peak_relative_displacement_m for each in structures]

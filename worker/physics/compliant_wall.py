@@ -1,16 +1,18 @@
-"""A compliant wall: a spring and a dashpot side by side that push but never pull.
+"""A compliant wall: a spring and a dashpot in parallel, which push but never pull.
 
 Its force is max(0, K pen + C pen') while the particle penetrates the wall by pen > 0, and 0 otherwise. In free space,
 starting from pen = 0 and pen' = v, the force falls to 0 after the contact time, and the bodies separate with speed e v.
-The energy left in the spring is lost. With θ = acos ζ_c, where ζ_c is the damping ratio of the wall and the reduced
-mass: ln e = −2 θ cot θ and ω_c = 2θ/(T sin θ). An overdamped wall has the hyperbolic functions instead.
+The energy left in the spring is lost. Let T be the contact time, ζ_c the damping ratio of the reduced mass on the wall,
+and θ = acos ζ_c. Then ln e = −2 θ cot θ and ω_c = 2θ/(T sin θ). For an overdamped wall, hyperbolic functions replace
+the trigonometric functions.
 """
 
 from math import cos, cosh, inf, log, pi, sin, sinh, tan, tanh
 
 from damperlab.worker.jit import kernel
 
-_BISECTIONS = 200  # most iterations; bisection ends when the interval is two neighbouring numbers
+# Largest number of iterations; the bisection ends earlier when its bounds are neighbouring floating-point numbers.
+_BISECTIONS = 200
 
 
 @kernel
@@ -21,24 +23,24 @@ def reduced_mass(mass_ratio: float) -> float:
 
 @kernel
 def calibrate(restitution: float, contact_time: float) -> tuple[float, float]:
-    """Natural frequency and damping ratio of a wall and the reduced mass.
+    """Return the natural frequency and the damping ratio of the reduced mass on a wall.
 
     Parameters
     ----------
     restitution : float
-        e in (0, 1]: no damping for 1, and increasing damping towards 0 (ζ_c ≈ 1/(2√e)).
+        e in (0, 1]. The damping is 0 for e = 1 and grows as e falls towards 0 (ζ_c ≈ 1/(2√e)).
     contact_time : float
-        Of an impact in free space [1/ω_n].
+        Contact time of an impact in free space [1/ω_n].
 
     Returns
     -------
     rate, damping : float
-        ω_c [ω_n] and ζ_c.
+        Natural frequency ω_c [ω_n] and damping ratio ζ_c.
     """
     half = -0.5 * log(restitution)
     if half <= 0.0:
         return pi / contact_time, 0.0
-    # half = θ cot θ falls from 1 to 0 over (0, π/2]; its continuation b coth b rises from 1
+    # `half` = θ cot θ falls from 1 to 0 over (0, π/2]; for an overdamped wall, `half` = b coth b rises from 1
     stiff = half <= 1.0
     low = 0.0
     high = 0.5 * pi if stiff else half
@@ -65,7 +67,7 @@ def calibrate(restitution: float, contact_time: float) -> tuple[float, float]:
 
 @kernel
 def wall_constants(restitution: float, contact_time: float, mass_ratio: float) -> tuple[float, float]:
-    """Stiffness K over k, and damping C over k/ω_n, of the wall with this e and contact time."""
+    """Return stiffness K over k and damping C over k/ω_n of the wall with a given e and contact time."""
     rate, damping = calibrate(restitution, contact_time)
     mass = reduced_mass(mass_ratio)
     return mass * rate * rate, 2.0 * mass * damping * rate
@@ -73,7 +75,7 @@ def wall_constants(restitution: float, contact_time: float, mass_ratio: float) -
 
 @kernel
 def contact_time_of_stiffness(restitution: float, stiffness: float, mass_ratio: float) -> float:
-    """Contact time of a wall of this stiffness over k and this e [1/ω_n]; inf for a stiffness of 0."""
+    """Return the contact time [1/ω_n] of a wall with a given e and stiffness over k; inf for a stiffness of 0."""
     if stiffness <= 0.0:
         return inf
     unit, _ = calibrate(restitution, 1.0)
@@ -83,7 +85,7 @@ def contact_time_of_stiffness(restitution: float, stiffness: float, mass_ratio: 
 
 @kernel
 def wall_force(stiffness: float, damping: float, depth: float, depth_rate: float) -> float:
-    """Force of the wall on a particle that penetrates it by `depth`, over k Z; it never pulls."""
+    """Force of the wall on a particle at penetration `depth`, over k Z; the wall never pulls."""
     if depth <= 0.0:
         return 0.0
     return max(stiffness * depth + damping * depth_rate, 0.0)

@@ -1,4 +1,7 @@
-"""Coulomb friction between the primary mass and the base: set-valued at rest, Sgn(0) = [−1, 1] in equation (1)."""
+"""Coulomb friction between the primary mass and the base.
+
+The friction force is set-valued at rest: Sgn(0) = [−1, 1] in equation (1).
+"""
 
 from damperlab.worker.jit import inlined
 
@@ -14,7 +17,7 @@ def hold_force(v: float, base_acceleration: float, inertia: float) -> float:
     base_acceleration : float
         −s'' = r² sin φ [Z ω_n²].
     inertia : float
-        1 for the primary mass alone, 1 + β with the particle attached.
+        Inertia over M: 1 for the primary mass alone, 1 + β with the particle attached.
 
     Returns
     -------
@@ -29,18 +32,18 @@ _ROUNDING = 1e-14
 
 @inlined
 def breakaway(friction_ratio: float, force_most: float) -> float:
-    """Force at which a sticking mass starts to slip: γ_F, plus the rounding of the force.
+    """Force at which a sticking mass starts to slip: γ_F, plus a margin for the rounding of the force.
 
-    If the force just reaches γ_F, for example at γ_F = r² and v = 0, friction either holds the mass or lets it
-    accelerate. Without the margin, rounding alone would start and stop the mass endlessly. `force_most` is the largest
-    excitation of the mass.
+    If the force just reaches γ_F, for example at γ_F = r² and v = 0, rounding decides whether friction holds the mass.
+    Without the margin, rounding would start and stop the mass endlessly. `force_most` is the largest excitation of the
+    mass.
     """
     return friction_ratio + _ROUNDING * (friction_ratio + force_most)
 
 
 @inlined
 def slip_direction(force: float, breakaway_force: float) -> float:
-    """Direction in which a mass at rest on the base starts to slip: 0.0 if friction holds it."""
+    """Direction in which a mass at rest on the base starts to slip; 0.0 if friction holds the mass."""
     if force > breakaway_force:
         return 1.0
     if force < -breakaway_force:

@@ -1,5 +1,5 @@
-"""Impact between the primary mass and the particle: equations (5) to (8), instantaneous, or attached for a time and
-then separated.
+"""Impact between the primary mass and the particle, equations (5) to (8). The impact is instantaneous, or the bodies
+stay attached for the contact time and then separate.
 """
 
 from damperlab.worker.jit import inlined
@@ -7,22 +7,22 @@ from damperlab.worker.jit import inlined
 
 @inlined
 def rebound(u_rate: float, p_rate: float, restitution: float, mass_ratio: float) -> tuple[float, float]:
-    """Velocities after an impact, momentum conserved.
+    """Return the velocities after an impact, in which momentum is conserved.
 
     Parameters
     ----------
     u_rate, p_rate : float
         Velocities of primary mass and particle before the impact [Z ω_n].
     restitution : float
-        Coefficient of restitution e; 0 attaches the two bodies.
+        Coefficient of restitution e; 0 gives both bodies the same velocity.
     mass_ratio : float
         β = m/M.
 
     Returns
     -------
     jump : float
-        Change of the primary mass's velocity. It is returned as a change because the relative velocity of the base
-        frame changes by the same amount, and because it is exactly 0 for a particle without mass.
+        Change of the primary mass's velocity. The velocity relative to the base changes by the same amount. The change
+        is exactly 0 for a particle without mass.
     p_rate_after : float
         Particle velocity after the impact.
 
@@ -49,7 +49,7 @@ def part(leaving_speed: float, mass_ratio: float) -> tuple[float, float]:
     Returns
     -------
     jump, p_jump : float
-        Changes for the primary mass and for the particle.
+        Velocity changes of the primary mass and of the particle.
     """
     p_jump = leaving_speed / (1.0 + mass_ratio)
     return -mass_ratio * p_jump, p_jump
@@ -57,13 +57,11 @@ def part(leaving_speed: float, mass_ratio: float) -> tuple[float, float]:
 
 @inlined
 def kept_energy(approach_speed: float, restitution: float, mass_ratio: float) -> float:
-    """Energy of an impact that is recovered when the bodies separate, over M (Z ω_n)²: ½ β/(1+β) e² (approach
-    speed)².
-    """
+    """Energy that is recovered when the bodies separate, over M (Z ω_n)²: ½ β/(1+β) e² (approach speed)²."""
     return 0.5 * mass_ratio / (1.0 + mass_ratio) * (restitution * approach_speed) ** 2
 
 
 @inlined
 def impact_loss(approach_speed: float, restitution: float, mass_ratio: float) -> float:
-    """Energy lost in an impact over M (Z ω_n)²: ½ β/(1+β) (1−e²) (approach speed)²."""
+    """Energy lost in an impact, over M (Z ω_n)²: ½ β/(1+β) (1−e²) (approach speed)²."""
     return 0.5 * mass_ratio / (1.0 + mass_ratio) * (1.0 - restitution * restitution) * approach_speed**2

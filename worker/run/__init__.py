@@ -1,1 +1,1 @@
-"""One study from its claim to its end."""
+"""Runs of single studies: a run claims a study, computes its blocks and sets its final state."""

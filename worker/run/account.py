@@ -1,4 +1,4 @@
-"""Reports of a running study: its phase, its progress, and its workers."""
+"""Reports on a running study: its phase, its progress, and its workers."""
 
 import logging
 import math
@@ -17,25 +17,25 @@ from damperlab.worker.run.progress import Meter, Progress
 _log = logging.getLogger(__name__)
 
 REPORT_SECONDS = 0.5
-"""Shortest time between two reports of progress."""
+"""Shortest time between two reports of progress [s]."""
 
 
 class Account:
-    """Reports to the catalogue, the log and listeners.
+    """Reports the events of a run to the catalogue, to the log and to a callback function.
 
     Parameters
     ----------
     store : Store
-        The store of the study.
+        Store that holds the study.
     lease : Lease
-        The claim on it.
+        This run's claim on the study.
     on_progress : callable
-        Takes the progress.
+        Called with the present `Progress` at each report.
     """
 
     def __init__(self, store: Store, lease: Lease, on_progress: Callable[[Progress], None]) -> None:
         self.left_out = ""
-        """The excluded workers, and the reasons."""
+        """Excluded workers and the reasons for excluding them; empty if no worker is excluded."""
         self._store = store
         self._lease = lease
         self._on_progress = on_progress
@@ -47,25 +47,25 @@ class Account:
         self._waits_for, self._gives_up_at = "", math.inf
 
     def measure(self, record: Record, work_left: float) -> None:
-        """Start to measure the pace; earlier time no longer counts.
+        """Start a new measurement of the computing speed.
 
         Parameters
         ----------
         record : Record
             The study in its present state.
         work_left : float
-            Expected kernel seconds of the remaining blocks.
+            Expected kernel time of the remaining blocks [s].
         """
         self._meter = Meter(_progress(record), work_left)
 
     def watch(self, workers: Workers) -> None:
-        """Report the state of these workers from now on."""
+        """Include the state of the given workers in later reports."""
         self._workers = workers
 
     def enter(
         self, phase: str | None, done: int | None = None, total: int | None = None, message: str | None = None
     ) -> None:
-        """Publish the phase of the study."""
+        """Write the phase of the study to the catalogue, and report the progress."""
         if (phase, done, total, message) != self._entered:
             self._entered = phase, done, total, message
             self._phase = phase, done, total
@@ -75,37 +75,39 @@ class Account:
         self.report(at_once=True)
 
     def wait(self, what: str, gives_up_at: float) -> None:
-        """Report that the study waits. This is not written to the catalogue, which may be what it waits for.
+        """Report that the study waits for a resource.
+
+        Nothing is written to the catalogue, because the catalogue may be the missing resource.
 
         Parameters
         ----------
         what : str
-            The missing resource, in a sentence.
+            Sentence that describes the missing resource.
         gives_up_at : float
-            End of the wait, by the monotonic clock [s].
+            Time of the monotonic clock at which the wait ends [s].
         """
         self._phase = "waiting", None, None
         self._waits_for, self._gives_up_at = what, gives_up_at
         self.report(at_once=True)
 
     def compiling(self, done: int, total: int) -> None:
-        """Publish how many kernels are compiled."""
+        """Report how many of the kernels have been compiled."""
         self.enter("compiling", done, total)
 
     def begin_blocks(self, record: Record, work_left: float) -> None:
-        """Change from preparation to blocks; a missing resource is available again."""
+        """Report that the preparation has ended and that blocks are computed from now on."""
         self.enter(None, message=self.left_out)
         self.measure(record, work_left)
 
     def tell_of_workers(self, stranded: str | None, gives_up_at: float = math.inf) -> None:
-        """Record events about workers, and the reason for waiting.
+        """Write events about workers to the log and the catalogue. If workers are missing, report that the study waits.
 
         Parameters
         ----------
         stranded : str, optional
-            Reason why nothing is computed, if workers are missing.
+            Reason why no worker can compute; None if a worker can compute.
         gives_up_at : float
-            End of the wait for workers, by the monotonic clock [s].
+            Time of the monotonic clock at which the wait for workers ends [s].
         """
         self._waits_for, self._gives_up_at = "", gives_up_at
         assert self._workers is not None
@@ -124,12 +126,20 @@ class Account:
         self.left_out = out
 
     def close(self, stranded: str | None) -> None:
-        """Report the remaining events about workers; a failure to write them must not hide the end of the run."""
+        """Report the remaining events about workers. Errors of the store are ignored, so that the run can end."""
         with suppress(StoreFault):
             self.tell_of_workers(stranded)
 
     def count(self, outcome: BlockOutcome, work: float) -> None:
-        """Count a completed block, by its expected kernel seconds."""
+        """Add a completed block to the progress.
+
+        Parameters
+        ----------
+        outcome : BlockOutcome
+            Result of the block.
+        work : float
+            Expected kernel time of the block [s].
+        """
         assert self._meter is not None
         self._meter.add(outcome.points, outcome.failed, work)
         _log.debug(
@@ -141,7 +151,7 @@ class Account:
         )
 
     def report(self, at_once: bool = False) -> None:
-        """Report progress if the last report is long enough ago."""
+        """Report the progress if `REPORT_SECONDS` have passed since the last report, or if `at_once` is true."""
         now = time.monotonic()
         if self._meter is None or not (at_once or now - self._reported >= REPORT_SECONDS):
             return
@@ -151,7 +161,7 @@ class Account:
         if phase is not None:
             progress = replace(progress, phase=phase, phase_done=done, phase_total=total)
         if phase in ("starting", "waiting"):
-            # the remaining work does not tell when the study continues
+            # it is unknown when the study will continue, so the time left is unknown too
             progress = replace(progress, seconds_left=None)
         if phase == "waiting":
             left = max(0.0, self._gives_up_at - now)

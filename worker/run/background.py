@@ -1,4 +1,4 @@
-"""A thread that repeats one task, whatever errors occur."""
+"""A background thread that repeats one task and continues after errors."""
 
 import logging
 import threading
@@ -8,24 +8,26 @@ from contextlib import suppress
 from damperlab.studies.store.faults import StoreFault
 
 AGAIN_SECONDS = 5.0
-"""Longest wait after a failed round."""
+"""Longest pause after a failed call of the function [s]."""
 
 _log = logging.getLogger("damperlab.background")
 
 
 class Background:
-    """Runs a function in rounds until it is closed; a failed round is logged and counted, and the next one follows.
+    """Thread that calls a function again and again until it is closed.
+
+    Each call is one round. If a round raises an exception, the error is logged and counted, and the thread continues.
 
     Parameters
     ----------
     name : str
         Name of the thread, in the log and in metrics.
     work : callable
-        One round.
+        Function that is called in each round.
     seconds : float
-        Pause between two rounds.
+        Pause between two rounds [s].
     wanted : callable, optional
-        Returns whether the rounds continue; if not, the thread ends.
+        Called before each round. If it returns False, the thread ends.
     """
 
     def __init__(
@@ -44,20 +46,20 @@ class Background:
 
     @property
     def trouble(self) -> str | None:
-        """Reason why no work is done: the error of the last round, or the end of the thread; None if all is well."""
+        """Error of the last round, or the message that the thread has ended; None if the last round succeeded."""
         if self._closing.is_set() or self._thread.ident is None or self._thread.is_alive():
             return self._failed
         return "its thread has ended"
 
     def start(self, *, at_once: bool = True) -> None:
-        """Start the first round, immediately or after the interval."""
+        """Start the thread. Its first round begins immediately, or after one pause if `at_once` is false."""
         if at_once:
             self._wake.set()
         self._thread.start()
 
     @property
     def closing(self) -> bool:
-        """Whether the thread is being closed, so that a long round must end."""
+        """Whether the thread was told to close. A long round should then end early."""
         return self._closing.is_set()
 
     def wake(self) -> None:
@@ -65,23 +67,29 @@ class Background:
         self._wake.set()
 
     def pause(self, seconds: float) -> bool:
-        """Wait within a long round after a step; say whether it must end because the thread is being closed."""
+        """Wait between two steps of a long round, and return whether the round must end because the thread closes."""
         self._failed = None
         return self._closing.wait(seconds)
 
     def tell_to_close(self) -> None:
-        """Start no further round."""
+        """Tell the thread to end after its current round, and return immediately."""
         self._closing.set()
         self._wake.set()
 
     def close(self, seconds: float | None = None) -> None:
-        """Start no further round, and wait for the current one, for a limited time."""
+        """Let the thread end after its current round, and wait until it has ended.
+
+        Parameters
+        ----------
+        seconds : float, optional
+            Longest wait [s]; by default the wait has no limit.
+        """
         self.tell_to_close()
         if self._thread.is_alive():
             self._thread.join(seconds)
 
     def _keep_going(self) -> None:
-        # whatever exception occurs, at any point, only closing ends this thread
+        # no exception may end this thread, which ends only if it is closed or no longer wanted
         while not self._closing.is_set():
             with suppress(BaseException):
                 well = self._failed is None
@@ -94,10 +102,10 @@ class Background:
                     self._round()
 
     def note(self, error: BaseException) -> str:
-        """Log and count an error; describe it in one line."""
+        """Log and count an error, and return its description in one line."""
         self.failures += 1
         told = _in_a_line(error)
-        # the store's own messages need no traceback
+        # messages of the store explain the error, so the log needs no traceback
         _log.error("%s: %s", self.name, told, exc_info=None if isinstance(error, StoreFault) else error)
         return told
 
@@ -108,7 +116,7 @@ class Background:
             failed = type(error).__name__
             try:
                 failed = self.note(error)
-            finally:  # an exception that cannot be formatted is described by its name
+            finally:  # if the error has no readable message, report the name of its class
                 self._failed = failed
         else:
             self._failed = None

@@ -1,4 +1,4 @@
-"""The state in which a run leaves its study, and its message."""
+"""Sets the state and the message of a study at the end of a run."""
 
 from collections.abc import Sequence
 
@@ -8,14 +8,14 @@ from damperlab.worker.run.lease import Lease
 
 
 class Ending:
-    """Ends a study.
+    """Writes the final state of a study.
 
     Parameters
     ----------
     store : Store
-        Where it is.
+        Store that holds the study.
     lease : Lease
-        The claim on it; a runner that has lost its claim writes nothing more.
+        This run's claim on the study. If the claim is lost, nothing is written.
     """
 
     def __init__(self, store: Store, lease: Lease) -> None:
@@ -23,18 +23,18 @@ class Ending:
         self._lease = lease
 
     def settle(self, stopped_as: str, stopped_by: str | None, failures: Sequence[str], left_out: str) -> None:
-        """Set the state of the study from its blocks.
+        """Set the final state of the study: done or failed if all blocks have ended, otherwise `stopped_as`.
 
         Parameters
         ----------
         stopped_as : str
-            State of an incomplete study.
+            State to set if blocks are still pending.
         stopped_by : str, optional
-            Reason why it is incomplete.
+            Message to set if blocks are still pending.
         failures : sequence of str
-            Failed blocks, with reasons.
+            Failed blocks, each with the reason.
         left_out : str
-            The excluded workers, and the reasons.
+            Excluded workers and the reasons for excluding them; empty if no worker was excluded.
         """
         if self._lease.lost.is_set():
             return
@@ -49,21 +49,21 @@ class Ending:
             message = f"{len(failures)} of {record.blocks_total} blocks failed; the first: {failures[0]}"
         elif message is None and record.message and not record.points_failed:
             message = ""  # the message of an earlier, interrupted run no longer applies
-        # Only blocks that failed as a whole take no kernel time; numerical failures of points are results.
+        # numerical failures are results and took kernel time; blocks that failed as a whole took no kernel time
         given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
         state = "failed" if given_up else "done"
-        # a cancelled study stays cancelled, although its last block was running
+        # a study that was cancelled during its last block stays cancelled
         self._store.set_state(study_id, state, message, only_from=("running",), owner=self._lease.owner)
 
     def put_down(self, state: str, message: str | None) -> None:
-        """End an incomplete study, unless another process has decided its state."""
+        """Set the state of an incomplete study. A state that another process has set is kept."""
         if not self._lease.lost.is_set():
             self._store.set_state(
                 self._lease.study_id, state, message, only_from=("running",), owner=self._lease.owner
             )
 
     def left(self) -> str:
-        """Say what remains, and how to continue."""
+        """Return a message that counts the stored and the remaining blocks."""
         record = self._store.find(self._lease.study_id)
         pending = record.blocks_total - record.blocks_done
         return f"{record.blocks_done} of {record.blocks_total} blocks are kept; a continued run computes the other {pending}"

@@ -23,26 +23,26 @@ class Harvest:
     Parameters
     ----------
     store : Store
-        Where the study is.
+        Store that holds the study.
     lease : Lease
-        The claim on it.
+        This run's claim on the study.
     plan : Plan
-        Its blocks.
+        Division of the study into blocks.
     expected : array of float
-        Their expected kernel seconds at the beginning; progress is the share of completed seconds.
+        Expected kernel time of each block [s], from which the progress is computed.
     account : Account
-        Counts each block that was marked as done.
+        Object that counts each block that was marked as done.
     """
 
     def __init__(
         self, store: Store, lease: Lease, plan: Plan, expected: NDArray[np.float64], account: Account
     ) -> None:
         self.spent_seconds = 0.0
-        """Kernel seconds of the blocks that this run has completed."""
+        """Kernel time of the blocks that this run has completed [s]."""
         self.marked = 0
         """Number of blocks that this run has marked as done."""
         self.failures: list[str] = []
-        """Failed blocks, with reasons."""
+        """Failed blocks, each with the reason."""
         self._store = store
         self._lease = lease
         self._plan = plan
@@ -51,12 +51,17 @@ class Harvest:
         self._cube_path = store.cube_path(lease.study_id)
 
     def keep(self, ended: Iterable[BlockOutcome | Failure]) -> None:
-        """Mark blocks as done when they end.
+        """Mark ended blocks as done. Nothing is marked after the claim is lost.
+
+        Parameters
+        ----------
+        ended : iterable of BlockOutcome or Failure
+            Results of the blocks.
 
         Raises
         ------
         Interrupted
-            A failed block cannot be written.
+            If the values of a failed block cannot be written.
         """
         outcomes: list[BlockOutcome] = []
         try:
@@ -65,11 +70,11 @@ class Harvest:
                     return
                 outcomes.append(self._outcome(end))
         finally:
-            # this is done even if the cluster is lost half-way, so that blocks on the disk are not computed again
+            # blocks already on the disk are marked even if the cluster is lost meanwhile, so that no run repeats them
             self._mark(outcomes)
 
     def _outcome(self, end: BlockOutcome | Failure) -> BlockOutcome:
-        """Give the outcome to mark; the values of a failed block are written first."""
+        """Return the outcome of an ended block. The fill values of a failed block are written first."""
         if isinstance(end, BlockOutcome):
             self.spent_seconds += end.kernel_seconds
             return end
@@ -82,7 +87,7 @@ class Harvest:
     def _mark(self, outcomes: list[BlockOutcome]) -> None:
         if not outcomes or self._lease.lost.is_set():
             return
-        # one commit marks all blocks that have ended meanwhile; the more arrive, the less each costs
+        # one transaction for all blocks is faster than one transaction for each block
         if not self._store.mark(self._lease.study_id, *outcomes, owner=self._lease.owner):
             self._lease.lost.set()
             return

@@ -1,4 +1,4 @@
-"""Blocks computed by threads of this process, for a study that ends before a cluster would have started."""
+"""Computes the blocks of a short study in threads of this process, because starting a cluster would take longer."""
 
 import uuid
 from collections.abc import Callable, Iterator
@@ -11,17 +11,17 @@ from damperlab.worker.outcomes import Failure, judged
 
 
 class InThisProcess:
-    """Computes a block on each core; has the interface of `damperlab.worker.dispatch.window.Window`.
+    """Computes one block at a time on each core, with the interface of `damperlab.worker.dispatch.window.Window`.
 
-    Kernels release the lock of the interpreter, so threads use the cores as processes would.
+    The kernels release Python's global interpreter lock, so threads can use all cores.
 
     Parameters
     ----------
     call : callable
-        Gives the function that computes and stores the block of the given index under the given task key, and its
-        arguments.
+        Called with the index of a block and a task key. It returns a tuple of the function that computes and stores the
+        block, and the arguments of this function.
     indices : iterator of int
-        The blocks, in the order in which they shall begin.
+        Indices of the blocks, in the order in which they start.
     """
 
     def __init__(self, call: Callable[[int, str], tuple[Any, ...]], indices: Iterator[int]) -> None:
@@ -33,11 +33,11 @@ class InThisProcess:
 
     @property
     def empty(self) -> bool:
-        """Whether no block is running; after `fill`, whether none remains."""
+        """Whether no block is running. If this is true after `fill`, all blocks have ended."""
         return not self._running
 
     def fill(self) -> None:
-        """Start blocks until every core has one."""
+        """Start blocks until each core computes a block or no block is left."""
         while len(self._running) < self._cores and (index := next(self._indices, None)) is not None:
             self._begin(index)
 
@@ -46,12 +46,22 @@ class InThisProcess:
         self._running[self._threads.submit(function, *arguments)] = index, failures
 
     def collect(self, wait_seconds: float | None) -> Iterator[BlockOutcome | Failure]:
-        """Wait until a block has ended, and return its result; empty if none ends in time.
+        """Wait until at least one block has ended, and yield the results of all ended blocks.
+
+        Parameters
+        ----------
+        wait_seconds : float or None
+            Longest wait [s]; None for a wait without a limit.
+
+        Yields
+        ------
+        BlockOutcome or Failure
+            Result of a block. A block that will be tried again is not included.
 
         Raises
         ------
         Interrupted
-            The data cannot be read or written.
+            If the data cannot be read or written.
         """
         for future in wait(self._running, wait_seconds, FIRST_COMPLETED).done:
             index, failures = self._running.pop(future)
@@ -66,10 +76,10 @@ class InThisProcess:
                 self._begin(index, failures + 1)
 
     def drain(self, grace_seconds: float) -> Iterator[BlockOutcome | Failure]:
-        """Wait for the running blocks, however long they take, because a thread cannot be ended."""
+        """Yield the results of the running blocks. The time limit is ignored, because a thread cannot be stopped."""
         while self._running:
             yield from self.collect(None)
 
     def close(self) -> None:
-        """Wait for the running blocks, whose results are no longer wanted."""
+        """Wait for the running blocks, and discard their results."""
         self._threads.shutdown(cancel_futures=True)

@@ -1,4 +1,4 @@
-"""The claim of one runner on one study, renewed by a thread as long as the study runs."""
+"""A runner's claim on a study. A thread renews the claim while the study runs."""
 
 import logging
 import os
@@ -16,21 +16,21 @@ from damperlab.worker.run.background import Background
 
 logger = logging.getLogger(__name__)
 
-_held: set[str] = set()  # the owners in this process
+_held: set[str] = set()  # owners of claims that this process holds
 
 RENEW_SECONDS = 5.0
-"""Interval between renewals. Many fit into a claim's duration, so that a busy catalogue does not end a claim."""
+"""Interval between renewals of a claim [s]. A claim lasts much longer, so that it can outlast a busy catalogue."""
 
 
 class Lease:
-    """A runner's claim on a study, and what the renewing thread has found; made by `hold`.
+    """A runner's claim on a study, made by the function `hold`.
 
     Parameters
     ----------
     store : Store
-        Where the study is.
+        Store that holds the study.
     study_id : str
-        Its id.
+        Id of the study.
     """
 
     def __init__(self, store: Store, study_id: str) -> None:
@@ -38,15 +38,15 @@ class Lease:
         self.study_id = study_id
         self.owner = _new_owner()
         self.begun = threading.Event()
-        """Set by the runner once the study is `running`; from then on, another state means that the run was withdrawn."""
+        """Event that the runner sets once the study is `running`. After this, any other state ends the run."""
         self.withdrawn = threading.Event()
-        """Set when another process cancelled or deleted the study."""
+        """Event that is set when another process has cancelled or deleted the study."""
         self.lost = threading.Event()
-        """Set when another runner has the claim: this one must not change the study any more."""
+        """Event that is set when another runner has taken the claim. This runner must then not change the study."""
         runner = threading.current_thread()
         # if the runner's thread ends without releasing the claim, renewal stops and another runner can take over
         self.renewing = Background(f"lease-{study_id}", self._renew, RENEW_SECONDS, runner.is_alive)
-        """The thread that renews the claim."""
+        """Thread that renews the claim."""
 
     @property
     def over(self) -> bool:
@@ -69,7 +69,7 @@ def _new_owner() -> str:
 
 @contextmanager
 def held_owner() -> Iterator[str]:
-    """Give the name of a new owner, valid within the context."""
+    """Make the name of a new owner of claims. Within the context, `owner_is_dead` returns False for this name."""
     owner = _new_owner()
     _held.add(owner)
     try:
@@ -80,24 +80,24 @@ def held_owner() -> Iterator[str]:
 
 @contextmanager
 def hold(store: Store, study_id: str) -> Iterator[Lease]:
-    """Claim a study within the context.
+    """Hold the claim on a study within the context.
 
     Parameters
     ----------
     store : Store
-        Where the study is.
+        Store that holds the study.
     study_id : str
-        Its full id.
+        Full id of the study.
 
     Yields
     ------
     Lease
-        The caller watches it for the loss of the claim.
+        The claim. The caller must check `Lease.over` repeatedly, because the claim can be lost.
 
     Raises
     ------
     StudyBusy
-        If another runner holds it.
+        If another runner holds a claim on the study.
     """
     lease = Lease(store, study_id)
     if not store.claim(study_id, lease.owner) and not _take_over(lease):
@@ -120,12 +120,12 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
         try:
             store.release(study_id, lease.owner)
         except StoreFault as error:
-            # The next owner takes over the claim of a dead one.
+            # the next runner can take over the claim, because `owner_is_dead` is now true for its owner
             logger.warning("the claim on study %s could not be released: %s", study_id, error)
 
 
 def _take_over(lease: Lease) -> bool:
-    # After a kill, a study can be run again on the same machine without waiting for the claim to expire.
+    # the claim of a dead process of this machine is released before it expires
     owner = lease.store.find(lease.study_id).owner
     if owner is not None and owner_is_dead(owner):
         lease.store.release(lease.study_id, owner)
@@ -133,17 +133,17 @@ def _take_over(lease: Lease) -> bool:
 
 
 def owner_is_dead(owner: str) -> bool:
-    """Whether a claim's owner is certainly dead, before its claim expires.
+    """Return whether the process that owns a claim has certainly ended.
 
     Parameters
     ----------
     owner : str
-        As in `Record.owner`.
+        Name of the owner, see `Record.owner`.
 
     Returns
     -------
     bool
-        True for an ended process of this host; False for any other host's, which cannot be checked.
+        Whether the owner was a process of this host that has ended. Processes of other hosts cannot be checked.
     """
     if not re.fullmatch(r".+:\d+:[0-9a-f]{8}", owner):
         return False
@@ -151,7 +151,7 @@ def owner_is_dead(owner: str) -> bool:
     if host != socket.gethostname() or os.name != "posix":
         return False
     if int(pid) == os.getpid():
-        # In a restarted container, the earlier process had the same number.
+        # In a restarted container, this process may have the same process id as an earlier process.
         return owner not in _held
     try:
         os.kill(int(pid), 0)

@@ -1,4 +1,4 @@
-"""Blocks computed on a cluster, even if it is lost half-way and comes back."""
+"""Computes blocks on a cluster. If the cluster is lost during the run, the run waits for the cluster."""
 
 import time
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from damperlab.worker.run.recipe import Recipe
 from damperlab.worker.scenes import scenes
 
 AGAIN_SECONDS = 1.0
-"""Time between attempts to reach a lost scheduler."""
+"""Time between attempts to reach a lost scheduler [s]."""
 
 
 class OnCluster:
@@ -31,19 +31,19 @@ class OnCluster:
     Parameters
     ----------
     store : Store
-        Where the study is.
+        Store that holds the study.
     lease : Lease
-        The claim on it.
+        This run's claim on the study.
     account : Account
-        Receives all reports.
+        Object that reports phase and progress.
     plan : Plan
-        The blocks.
+        Division of the study into blocks.
     expected : ndarray of float
         Expected time of each block [s].
     stopping : callable
-        Whether to start no more blocks.
+        Returns True if the run is stopping and no more blocks may start.
     there_before : bool
-        Whether a cluster has computed for this run before; if it is unreachable now, it may come back.
+        Whether this run has used a cluster before. If true, the run waits for a cluster that cannot be reached.
     """
 
     def __init__(
@@ -72,26 +72,26 @@ class OnCluster:
         wait_seconds: float,
         return_seconds: float,
     ) -> None:
-        """Compute every pending block, or as many as the limits allow.
+        """Compute the pending blocks until none is left or the study stops.
 
         Parameters
         ----------
         client_factory : callable
-            As for `damperlab.worker.run.runner.run_study`.
+            Returns a context manager that yields a client, see `damperlab.worker.run.runner.run_study`.
         pump : callable
-            Processes the results of a window until it is empty, or the study stops.
+            Processes the results of a `Window` until the window is empty or the study stops.
         wait_seconds : float
             Longest wait while no worker can compute [s].
         return_seconds : float
-            Longest wait for a lost scheduler [s]; the time is counted anew after a loss if blocks were completed since
-            the previous one.
+            Longest wait for a lost scheduler [s]. If the scheduler is lost again after further blocks were completed,
+            the wait starts anew.
 
         Raises
         ------
         Outage
-            A wait takes longer than `wait_seconds` or `return_seconds`.
+            If a wait takes longer than `wait_seconds` or `return_seconds`.
         ClusterUnusable
-            There was no cluster from the start.
+            If no cluster can be reached, and this run has not used a cluster before.
         """
         lost: SchedulerLost | None = None
         pending, gives_up_at = self._pending(), 0.0
@@ -145,7 +145,7 @@ class OnCluster:
             window.close()
 
     def _assemble(self, window: Window, client: Client, recipe: Recipe, pending: NDArray[np.int64]) -> bool:
-        """Find workers that agree, and prepare them; False if the study was stopped meanwhile."""
+        """Select workers with the same solver, and compile their kernels. Return False if the study was stopped."""
         study_id = self._lease.study_id
         digest = self._store.find(study_id).digest
         first = partial(window.assemble, self._store.cube_path(study_id), digest, code_hash())
@@ -162,6 +162,6 @@ class OnCluster:
         return first(facts["identity"], canary, truth, lambda: self._look_on(window)) is not None
 
     def _look_on(self, window: Window) -> bool:
-        """Publish the reason for waiting; False if the study must stop."""
+        """Report events about workers, and return whether the study continues."""
         self._account.tell_of_workers(window.stranded, window.gives_up_at)
         return not self._stopping()

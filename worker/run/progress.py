@@ -1,4 +1,4 @@
-"""Progress of a study, its speed, and its expected end."""
+"""Progress of a running study, with the computing speed and the expected remaining time."""
 
 import math
 import time
@@ -6,35 +6,35 @@ from collections import deque
 from dataclasses import dataclass
 
 WINDOW_SECONDS = 60.0
-"""Time over which the speed is measured. Earlier blocks do not count, because the longest blocks come first."""
+"""Period over which the computing speed is averaged [s]. Early blocks take longer than late blocks."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """A study at one moment.
+    """Progress of a study at one moment.
 
     Parameters
     ----------
     points_total, points_done, points_failed : int
-        Design points; failed ones count as done too.
+        Numbers of all, completed and failed design points. Completed points include failed points.
     blocks_total, blocks_done : int
-        Blocks of the plan.
+        Numbers of all and completed blocks.
     points_per_second : float
-        Recent speed of this run; 0 before its first block.
+        Recent computing speed of this run; 0 before the first block has ended.
     seconds_left : float or None
-        Expected wall time to the end [s]; None while the speed is unknown, 0 at the end.
+        Expected wall time to the end of the study [s]. None while the speed is unknown, 0 at the end.
     phase : str
-        As in `Record`.
+        Phase of the study, see `Record`.
     phase_done, phase_total : int, optional
-        Number of compiled kernels, and their total, while the phase is compiling.
+        Numbers of compiled and of all kernels while the phase is "compiling"; None in other phases.
     workers : tuple of (str, int)
-        Number of the cluster's workers in each standing for this study.
+        Pairs of a standing, such as "usable", and the number of workers with this standing.
     blocks_in_flight, retries : int
-        Blocks at workers, and blocks that this run repeated.
+        Number of blocks sent to workers, and number of repeated attempts in this run.
     waits_for : str
-        Resource that is missing while the phase is waiting; empty if it is a worker.
+        Missing resource while the phase is "waiting"; empty if workers are missing.
     gives_up_in : float
-        Remaining wait for this resource [s].
+        Time until the wait for the missing resource ends [s].
     """
 
     points_total: int
@@ -55,17 +55,16 @@ class Progress:
 
 
 class Meter:
-    """Counts finished blocks and turns them into progress.
+    """Counts finished blocks, and estimates the speed and the remaining time.
 
-    The remaining time follows from the remaining work instead of the points, because blocks differ in cost by orders of
-    magnitude and the longest come first.
+    The estimate uses expected kernel times, because the computing times of points differ by orders of magnitude.
 
     Parameters
     ----------
     start : Progress
-        The study at the start of this run.
+        Progress at the start of this run.
     work_left : float
-        Expected kernel seconds of the remaining blocks; only its ratio to the blocks' own work matters.
+        Expected kernel time of the remaining blocks [s].
     """
 
     def __init__(self, start: Progress, work_left: float) -> None:
@@ -83,9 +82,9 @@ class Meter:
         Parameters
         ----------
         points, failed : int
-            Its points, and how many of them failed.
+            Number of points of the block, and number of failed points.
         work : float
-            Its expected kernel seconds, as counted in `work_left`.
+            Expected kernel time of the block [s], which was part of `work_left`.
         """
         self._points += points
         self._failed += failed
@@ -94,7 +93,7 @@ class Meter:
         self._sample()
 
     def progress(self) -> Progress:
-        """Give the present counts and speed."""
+        """Return the present counts, the speed and the remaining time."""
         then, points, work = self._samples[0]
         elapsed = time.monotonic() - then
         speed = (self._points - points) / elapsed if elapsed > 0.0 else 0.0

@@ -1,6 +1,4 @@
-"""The data sent with every block of a study. Before the first block, the workers' solvers are compared with each other
-and with that of the existing blocks.
-"""
+"""Makes the function calls that compute the blocks of a study, and ensures that one solver computes all blocks."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -23,16 +21,16 @@ from damperlab.worker.worker_process.tasks import run_block
 
 
 class Recipe:
-    """Makes the calls that compute blocks.
+    """Makes the function calls that compute blocks of a study.
 
     Parameters
     ----------
     store : Store
-        Where the study is.
+        Store that holds the study.
     lease : Lease
-        The claim on it.
+        This run's claim on the study.
     plan : Plan
-        Its blocks.
+        Division of the study into blocks.
     record : Record
         The study in its present state.
     """
@@ -46,16 +44,23 @@ class Recipe:
 
     @property
     def begun(self) -> str:
-        """The identity of the existing blocks; empty if there are none."""
+        """Identity of the solver that computed the existing blocks; empty if no block exists."""
         return self._record.provenance.get("identity", "") if self._record.blocks_done else ""
 
     def agree(self, answers: Mapping[str, Mapping[str, str]]) -> None:
-        """Record the study's solver; this must precede the first `call`.
+        """Check that all workers have the same solver, and write the solver's identity to the study's record.
+
+        This method must be called before `call`.
+
+        Parameters
+        ----------
+        answers : mapping
+            Result of `computing()` at each worker, by address.
 
         Raises
         ------
         WrongCode
-            The workers differ from each other, or from the solver of the existing blocks.
+            If the workers' solvers differ from each other, or from the solver of the existing blocks.
         """
         now = one_identity(answers)
         self._record = self._store.begin(self._lease.study_id, dict(now), self._lease.owner)
@@ -66,22 +71,40 @@ class Recipe:
         return Overlaps(self._store, self._record)
 
     def call(self, index: int, key: str) -> tuple[Any, ...]:
-        """Give the function for a block, and its arguments, under the key of its task."""
+        """Return a tuple of the function that computes a block, and the arguments of this function.
+
+        Parameters
+        ----------
+        index : int
+            Index of the block.
+        key : str
+            Unique key of the task, which becomes part of the name of the block's file.
+        """
         block = self._plan.block(index)
-        # a key is used only once, so the files of two attempts never have the same name
         generation = key.removeprefix("block-")
         solver, known = self._record.provenance["identity"], self._overlaps.of(block)
         return run_block, self._cube_path, self._record.digest, block, code_hash(), generation, known, solver
 
     def canary(self, pending: NDArray[np.int64]) -> tuple[Block, str]:
-        """Choose the points that every worker computes first, and give their bits if they are stored."""
+        """Return the points that every worker computes as a test, and the hash of their stored results.
+
+        Parameters
+        ----------
+        pending : array of int
+            Indices of the blocks that are not done.
+
+        Returns
+        -------
+        Block, str
+            The points, and the hash of their stored results. The hash is empty if no results are stored.
+        """
         study = self._plan.study
         done = np.setdiff1d(np.arange(self._plan.count), pending, assume_unique=True)
         if done.size:
             canary = canary_of(self._plan, int(done[0]))
             names = [variable.name for variable in stored_variables(study)]
             with suppress(StoreFault, OSError):
-                # if the stored results cannot be read, the answer of a majority of the workers decides
+                # if the stored results cannot be read, the result of the majority of the workers counts as right
                 if truth := stored_bits(self._store.cube(self._lease.study_id), study, canary, names):
                     return canary, truth
         return canary_of(self._plan, int(pending[0])), ""

@@ -1,4 +1,4 @@
-"""One study from its claim to its end: its pending blocks are computed and stored."""
+"""Runs a study: claims it, computes and stores its pending blocks, and sets its final state."""
 
 import math
 import time
@@ -42,11 +42,11 @@ if TYPE_CHECKING:
     from damperlab.worker.dispatch.window import Window
 
 GRACE_SECONDS = 15.0
-"""Longest time for running blocks when a study is stopped; a block takes a few seconds."""
+"""Longest wait for the running blocks of a stopped study [s]. A block takes a few seconds."""
 AGAIN_SECONDS = 1.0
-"""Interval between checks of a store that does not answer."""
+"""Interval between checks of a store that does not answer [s]."""
 POLL_SECONDS = 0.2
-"""Longest sleep of the coordinator, and so the delay of a stop."""
+"""Longest wait of the coordinator for results [s]. A request to stop is noticed after this time at the latest."""
 SECONDS_PER_HOUR = 3600.0
 
 
@@ -65,44 +65,43 @@ def run_study(
     return_seconds: float = 0.0,
     budget_seconds: float | None = None,
 ) -> Record:
-    """Compute exactly the missing blocks of a study.
+    """Compute the missing blocks of a study.
 
-    The study ends `done` when every block has its mark, even if some blocks were recorded as failed points; it ends
-    `failed` if every block failed. If it is stopped, here or by a cancel in another process, it is `cancelled`. If it
-    cannot continue, for example because the scheduler is lost, the disk is full or a worker has other code, it is
-    `failed` with that message. Its remaining blocks stay pending. In any case finished blocks are kept, and another
-    call continues from there.
+    If all blocks have ended, the final state is `done`, or `failed` if every block failed. If the study is stopped,
+    here or by another process, the final state is `cancelled`. If the study cannot continue, for example because the
+    scheduler is lost or the disk is full, the final state is `failed`, and the message gives the reason. In every case
+    the finished blocks are kept, and a further call of this function computes the remaining blocks.
 
     Parameters
     ----------
     store : Store
-        The store of the study.
+        Store that holds the study.
     study_id : str
-        Its full id.
+        Full id of the study.
     client_factory : callable
-        Makes a context that gives a client, as `damperlab.worker.cluster.cluster.connect` does; called only to
-        compute blocks.
+        Returns a context manager that yields a client, for example `damperlab.worker.cluster.cluster.connect`. The
+        function is called only if blocks must be computed on a cluster.
     on_progress : callable
-        Called in this thread when the study starts, about twice a second while it progresses, and when it ends.
+        Called in this thread at the start of the study, about twice a second during the study, and at its end.
     stop : Event
-        Set it from another thread to stop; no further block starts, and running ones may finish within `GRACE_SECONDS`.
+        Event that another thread sets to stop the run. No further block then starts, and running blocks may finish
+        within `GRACE_SECONDS`.
     only_from : tuple of str
-        Nothing is computed unless the study is in one of these states once it is claimed, because another process may
-        have cancelled it.
+        States from which the study may start. In any other state, nothing is computed.
     stopped_as : str
-        The final state after `stop`, for example "queued" if another process will continue the study. A state that
-        another process has set meanwhile is kept.
+        Final state after `stop`, for example "queued" if another process will continue the study. A state that another
+        process has set meanwhile is kept.
     outage_as : str
-        The final state after a temporary failure: an absent cluster, a full disk.
+        Final state after a temporary failure, for example an absent cluster or a full disk.
     here_seconds : float
-        Work up to this expected time is done in this process, without a cluster; the values are the same, bit for bit.
+        If the missing blocks are expected to take at most this time [s], this process computes them without a cluster.
     wait_seconds : float
-        Longest wait while no worker of the cluster can compute; the record gives the reason.
+        Longest wait while no worker of the cluster can compute [s].
     return_seconds : float
-        Longest wait for a scheduler that was lost half-way, or for its replacement.
+        Longest wait for a lost scheduler, or for a store that does not answer [s].
     budget_seconds : float, optional
-        Kernel seconds after which no block starts; the study ends as if it had been stopped, and its message says
-        so.
+        Kernel time after which no further block starts [s]. The study then ends as if it had been stopped, and the
+        message says that the budget is spent.
 
     Returns
     -------
@@ -112,11 +111,11 @@ def run_study(
     Raises
     ------
     StudyNotFound
-        If there is no such study, or it was deleted while it ran.
+        If the study does not exist, or was deleted while it ran.
     StudyBusy
-        If another process runs it; nothing is changed in this case.
+        If another process runs the study. Nothing is changed in this case.
     ClusterUnusable
-        From `connect`; the study is `failed` with that message and can be run again.
+        If no cluster can be reached. The study gets the state `outage_as` and can be run again.
     """
     store.find(study_id)
     with hold(store, study_id) as lease:
@@ -124,8 +123,7 @@ def run_study(
         if run.begin(only_from):
             try:
                 run.complete(stopped_as, client_factory, here_seconds, wait_seconds, return_seconds)
-            # Each ending is a single write: a process killed between two writes would leave the state of the first one
-            # for ever.
+            # Each branch writes the final state once: a process killed between two writes would leave a wrong state.
             except Outage as error:
                 run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
             except Interrupted as error:
@@ -135,7 +133,7 @@ def run_study(
             except StudyNotFound:
                 raise
             except StoreFault as error:
-                # the catalogue was locked, or its server was absent; it may already be back
+                # the catalogue was locked or its server did not answer; writing the state may succeed now
                 run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
             except WrongCode as error:
                 run.ending.put_down("failed", str(error))
@@ -157,15 +155,15 @@ class _Run:
     Parameters
     ----------
     store : Store
-        Where the study is.
+        Store that holds the study.
     lease : Lease
-        The claim on it.
+        This run's claim on the study.
     account : Account
-        Receives all reports.
+        Object that reports phase and progress.
     stop : Event
-        Set by another thread to stop the run.
+        Event that another thread sets to stop the run.
     budget_seconds : float, optional
-        Kernel seconds after which it stops.
+        Kernel time after which the run stops [s].
     """
 
     def __init__(
@@ -183,8 +181,8 @@ class _Run:
         self._record = store.find(self._study_id)
 
     def begin(self, only_from: tuple[str, ...]) -> bool:
-        """Start the study, and check its state in the same step; False if its state is not among the allowed ones."""
-        # the reason for the earlier end no longer applies, but messages about failed blocks do
+        """Set the state to `running` if the present state is in `only_from`. Return whether the study is running."""
+        # the message of an earlier run is kept only if points have failed
         told = None if self._record.points_failed else ""
         owner = self._lease.owner
         self._record = self._store.set_state(
@@ -201,9 +199,7 @@ class _Run:
         wait_seconds: float,
         return_seconds: float,
     ) -> None:
-        """Compute the pending blocks and end the study. If the store does not answer, wait for it as for a lost
-        scheduler.
-        """
+        """Compute the pending blocks and set the final state. If the store does not answer, wait for an answer."""
         gives_up_at, kept = 0.0, -1
         while True:
             try:
@@ -219,7 +215,7 @@ class _Run:
                 self._wait_for_store(error, gives_up_at)
 
     def _wait_for_store(self, error: StoreFault, gives_up_at: float) -> None:
-        """Wait until the catalogue answers, and read the study again; raise its error if this takes too long."""
+        """Wait until the catalogue answers, and read the record again. Raise the error if this takes too long."""
         while time.monotonic() < gives_up_at and not self._stopping:
             self._account.wait(error.fault.sentence, gives_up_at)
             self._stop.wait(AGAIN_SECONDS)
@@ -240,16 +236,16 @@ class _Run:
         wait_seconds: float,
         return_seconds: float,
     ) -> None:
-        """Compute every pending block, or as many as are allowed."""
+        """Compute the pending blocks until none is left, the run is stopped or the budget is spent."""
         study = parse_stored(self._record.definition, self._record.digest)
-        # The cube's own division: the cost model may have changed since the study was submitted.
+        # the recorded chunk is used, because the cost model may have changed since the submission
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         self._take_back_lost()
         pending = self._store.pending(self._study_id)
         earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
         expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
         work_left = float(expected[pending].sum())
-        # the same for the whole run, so that blocks completed before a loss of the store count too
+        # one Harvest serves the whole run, so that it also counts blocks completed before the store was lost
         self._harvest = self._harvest or Harvest(
             self._store, self._lease, self._plan, expected, self._account
         )
@@ -259,14 +255,14 @@ class _Run:
             return
         sweep(self._store, self._study_id)
         if self._record.blocks_done:
-            # the solver is compared before a cluster is started; processors are compared once the workers answer
+            # the workers' processors are compared later, when a cluster has started
             require_solver(self._study_id, self._record.provenance)
         self._require_room()
         if work_left <= here_seconds:
             self._compute_here(pending, work_left)
             return
         self._require_readable()
-        # imported only here: computing in this process needs no cluster library
+        # imported only here, because blocks computed in this process need no cluster library
         from damperlab.worker.run.on_cluster import OnCluster
 
         away = OnCluster(
@@ -282,7 +278,7 @@ class _Run:
         away.compute(client_factory, self._pump, wait_seconds, return_seconds)
 
     def _take_back_lost(self) -> None:
-        """Invalidate the marks of blocks whose files are lost, so that they are computed again."""
+        """Mark blocks whose files are lost as pending, so that they are computed again."""
         lost = self._store.lost_blocks(self._study_id)
         if lost:
             require_solver(self._study_id, self._record.provenance)
@@ -290,7 +286,6 @@ class _Run:
             self._record = self._store.forget(self._study_id, lost, "their files are lost", owner=owner)
 
     def _compute_here(self, pending: NDArray[np.int64], work_left: float) -> None:
-        """Compute in this process, without a cluster."""
         recipe = Recipe(self._store, self._lease, self._plan, self._record)
         recipe.agree({"this process": computing()})
         self._compile_here(missing(scenes(self._plan.study)))
@@ -303,16 +298,16 @@ class _Run:
         try:
             description_of(open_shelf(self._store.cube_path(self._study_id)))
         except (OSError, ValueError) as error:
-            # the run ends here, because otherwise every worker would be excluded for the same reason
+            # the run ends here, because every worker would fail to read the data and would be excluded
             kind = Outage if isinstance(error, ShelfAway) else Interrupted
             raise kind(f"the study's data cannot be read ({type(error).__name__}: {error})") from error
 
     def _compile_here(self, lacking: list[Scene]) -> None:
-        """Compile missing kernels of a study that this process computes, in separate processes."""
+        """Compile missing kernels in separate processes, before this process computes the study."""
         if not lacking:
             return
         self._account.compiling(0, len(lacking))
-        # if this fails, the blocks compile the kernels themselves and report the error
+        # if a compilation fails, the first block compiles the kernel again and reports the error
         with suppress(RuntimeError), closing(compile_apart(lacking, core_count())) as compiled:
             for done, _ in enumerate(compiled, 1):
                 self._account.compiling(done, len(lacking))
@@ -320,7 +315,7 @@ class _Run:
                     return
 
     def end(self, stopped_as: str) -> None:
-        """Put the study into the state that follows from its blocks."""
+        """Write the final state of the study."""
         self._account.report(at_once=True)
         failures = self._harvest.failures if self._harvest else []
         self.ending.settle(stopped_as, self._budget_spent(), failures, self._account.left_out)
@@ -334,7 +329,7 @@ class _Run:
         return self._harvest.spent_seconds if self._harvest else 0.0
 
     def _budget_spent(self) -> str | None:
-        """Describe how the budget ended the run; None if there was another reason."""
+        """Return a message if the budget is spent, and None otherwise."""
         if self._spent < self._budget:
             return None
         hours = self._budget / SECONDS_PER_HOUR

@@ -1,4 +1,4 @@
-"""A batch of small studies that start and end together, so that they share overhead."""
+"""Runs several small studies as one batch. The studies are claimed and finished together, which saves time."""
 
 import logging
 import threading
@@ -22,24 +22,24 @@ from damperlab.worker.run.lease import RENEW_SECONDS, held_owner
 from damperlab.worker.worker_process.tasks import run_block
 
 AT_ONCE = 16
-"""Studies of a design that start and end together. If the process is killed, at most this many are computed again."""
+"""Largest number of studies in a batch. If the process is killed, at most this many studies must be computed again."""
 
 _log = logging.getLogger(__name__)
 
 
 def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool]) -> None:
-    """Compute new studies of one block each, one on each core of this machine.
+    """Compute new studies of one block each in this process, as many at the same time as there are cores.
 
-    An unusual study, for example one with a failing block, stays queued for a run of its own.
+    A study whose block fails is queued again, for a separate run.
 
     Parameters
     ----------
     store : Store
-        Their store.
+        Store that holds the studies.
     ids : sequence of str
-        Their complete ids; their kernels are compiled.
+        Full ids of the studies. The kernels that the studies need must be compiled already.
     stop : callable
-        Whether to start no further one.
+        Returns True if no further study may start.
     """
     identity = computing()["identity"]
     with hold(store, ids, identity) as (owner, records):
@@ -48,7 +48,7 @@ def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool])
             try:
                 return None if stop() else run_block(*task)
             except Exception:
-                return None  # in a run of its own, the study is tried again and reports its error
+                return None  # a separate run computes the study again, and reports the error
 
         with ThreadPoolExecutor(core_count(), "block") as threads:
             outcomes = threads.map(attempt, tasks_of(store, records, identity))
@@ -58,7 +58,22 @@ def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool])
 
 @contextmanager
 def hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str, list[Record]]]:
-    """Claim studies within the context; unfinished ones are queued again."""
+    """Hold claims on studies within the context. Afterwards unfinished studies are queued again.
+
+    Parameters
+    ----------
+    store : Store
+        Store that holds the studies.
+    ids : sequence of str
+        Full ids of the studies.
+    identity : str
+        Identity of the solver that computes the studies.
+
+    Yields
+    ------
+    str, list of Record
+        Name of the owner of the claims, and the claimed studies.
+    """
     with held_owner() as owner:
         runner = threading.current_thread()
         renewing = Background("lease-batch", lambda: store.renew_all(owner), RENEW_SECONDS, runner.is_alive)
@@ -70,12 +85,12 @@ def hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str,
             try:
                 store.put_back(owner)
             except StoreFault as error:
-                # the next owner takes over the claims of a dead one
+                # the next runner can take over the claims, because `owner_is_dead` is now true for their owner
                 _log.warning("the claims of %s could not be released: %s", owner, error)
 
 
 def tasks_of(store: Store, records: Sequence[Record], identity: str) -> list[tuple[Any, ...]]:
-    """Give the arguments of `run_block` for each study."""
+    """Return the arguments of `run_block` for each study."""
     boxes: dict[str, Boxes] = {}
     tasks: list[tuple[Any, ...]] = []
     for record in records:

@@ -1,4 +1,4 @@
-"""A batch of small studies run together on a cluster."""
+"""Runs several small studies as one batch on a cluster."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -29,20 +29,23 @@ def run_small_studies(
     client_factory: Callable[[], AbstractContextManager[Client]],
     stop: threading.Event,
 ) -> list[str]:
-    """Compute new studies of one block each, and return the ids of those that need a separate run.
-
-    These are the unusual ones: their kernels must be compiled, they belong to another solver, or their block fails.
+    """Compute new studies of one block each on a cluster.
 
     Parameters
     ----------
     store : Store
-        Where they were submitted.
+        Store that holds the studies.
     ids : sequence of str
-        Their complete ids.
+        Full ids of the studies.
     client_factory : callable
-        Makes a context that gives a client.
+        Returns a context manager that yields a client.
     stop : Event
-        Set it from another thread: the wait then ends.
+        Event that another thread sets to end the wait for results.
+
+    Returns
+    -------
+    list of str
+        Ids of the studies that need a separate run, for example because kernels must be compiled or the block failed.
     """
     with client_factory() as client:
         try:
@@ -50,7 +53,7 @@ def run_small_studies(
             identity = one_identity(answers)["identity"] if answers else ""
         except WrongCode:
             identity = ""
-        # checked before any study is claimed, so that a study that waits for the compiler reports this
+        # if kernels are missing, no study is claimed here, because only a separate run reports the compilation
         if not identity or store.trouble() is not None or not _ready(client, [store.find(ids[0])]):
             return list(ids)
         with hold(store, ids, identity) as (owner, records):
@@ -72,24 +75,24 @@ def run_small_studies(
 
 
 def run_blocks(several: Sequence[tuple[Any, ...]]) -> list[BlockOutcome | None]:
-    """Compute one block after the other, as a Dask task. Its value has None for each block that failed."""
+    """Compute several blocks one after the other in a Dask task. The outcome of a failed block is None."""
     outcomes: list[BlockOutcome | None] = []
     for arguments in several:
         try:
             outcomes.append(run_block(*arguments))
         except Exception:
-            outcomes.append(None)  # in a run of its own, the study is tried again and reports its error
+            outcomes.append(None)  # a separate run computes the study again, and reports the error
     return outcomes
 
 
 def _ready(client: Client, records: Sequence[Record]) -> bool:
-    """Whether the workers have every kernel that some studies need."""
+    """Return whether every worker has all kernels that the studies need."""
     wanted = (scenes(parse_stored(record.definition, record.digest)) for record in records)
     return all_ready(client, sorted({scene for some in wanted for scene in some}))
 
 
 def _outcomes(client: Client, futures: Sequence[Future], stop: threading.Event) -> list[BlockOutcome | None]:
-    """Wait for all tasks; the outcome is None for those that failed, were lost or are no longer wanted."""
+    """Wait for all tasks, and return the outcomes of their blocks. The outcome of a block without a result is None."""
     while not all(future.done() for future in futures):
         if stop.wait(POLL_SECONDS) or client.status != "running":
             break

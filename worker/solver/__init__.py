@@ -1,1 +1,1 @@
-"""The event-driven solver. It is exact between events, and locates events on Taylor polynomials of the closed form."""
+"""Event-driven solver: exact linear motion between events, which are roots of Taylor polynomials."""

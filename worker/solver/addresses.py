@@ -1,11 +1,10 @@
 """Plain addresses of arrays, for use inside an integration.
 
-numba counts references to every array argument of a function with locked instructions, which would take five sixths of
-the run time of an integration. The integrator receives arrays, which its caller keeps alive, and passes on only their
-addresses.
+numba counts the references to each array argument of a function by atomic instructions, which would take five sixths of
+an integration's run time. So the integrator passes only addresses of arrays to the functions that it calls. The caller
+of the integrator keeps the arrays alive.
 
-An address has no bounds. In the checked build (NUMBA_BOUNDSCHECK=1) it is the array itself, and every index is
-checked.
+Indices are checked only with NUMBA_BOUNDSCHECK=1, when one-dimensional arrays take the place of addresses.
 """
 
 from typing import Any, Protocol
@@ -22,33 +21,36 @@ from damperlab.worker.jit import inlined
 
 
 class Floats(Protocol):
-    """Numbers in a row: an array of one dimension, or its address."""
+    """A sequence of numbers: a one-dimensional array, or the address of an array."""
 
     def __getitem__(self, i: int, /) -> float:
-        """One number of the row."""
+        """Return one number of the sequence."""
 
     def __setitem__(self, i: int, number: float, /) -> None:
-        """Replace one number of the row."""
+        """Replace one number of the sequence."""
 
 
 if numba.config.DISABLE_JIT:
 
     def address(array: Any, first: int) -> Any:
-        """Plain-Python form: give the flat array from element `first` on."""
+        """Return the flat array from element `first` on, in plain Python."""
         return array.reshape(-1)[first:]
 
 elif numba.config.BOUNDSCHECK:
 
     @inlined
     def address(array: Any, first: int) -> Any:
-        """The flat array from element `first` on."""
+        """Return the flat array from element `first` on."""
         return array.reshape(-1)[first:]
 
 else:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def address(typingctx: Any, array: Any, first: Any) -> Any:
-        """Address of the element `first` of a contiguous array or of an address; the array must outlive it."""
+        """Return the address of element `first` of a contiguous array, or of an array given by its address.
+
+        The array must outlive this address.
+        """
         known = isinstance(array, types.CPointer) or (isinstance(array, types.Array) and array.layout == "C")
         if not known or not isinstance(first, types.Integer):
             return None
@@ -64,7 +66,7 @@ else:
 
 
 def _flat(context: Any, builder: Any, kind: types.Array, array: Any) -> Any:
-    """The flat form of an array: its address or, if indices are checked, the array of one dimension."""
+    """Return the flat form of an array: its address or, if indices are checked, a one-dimensional array."""
     whole = cgutils.create_struct_proxy(kind)(context, builder, array)
     if not numba.config.BOUNDSCHECK:
         return whole.data
@@ -104,7 +106,7 @@ def _value_on_addresses(context: Any, builder: Any, kind: Any, value: Any) -> An
 if numba.config.DISABLE_JIT:
 
     def on_addresses(value: Any) -> Any:
-        """Plain-Python form: flat arrays."""
+        """Flatten an array, or the arrays in a tuple, in plain Python."""
         if isinstance(value, np.ndarray):
             return value.reshape(-1)
         if isinstance(value, tuple):
@@ -115,10 +117,10 @@ else:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def on_addresses(typingctx: Any, value: Any) -> Any:
-        """A named tuple with addresses for its arrays, at any depth; the arrays, all contiguous, must outlive it.
+        """Return a named tuple in which addresses replace the arrays, at any depth.
 
-        All arrays must be replaced, because references to a remaining one would be counted with locked instructions at
-        every event.
+        The arrays must be contiguous and outlive the result. If an array remained, numba would count the references to
+        this array at every event.
         """
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -1,7 +1,7 @@
-"""Loops over complete arrays in kernels, element by element.
+"""Array operations for kernels, written as loops over the elements.
 
-numpy's own functions bring their shape checks and messages into every kernel: a copy alone would compile a hundred
-functions.
+NumPy's functions would add shape checks and error messages to every kernel. Even the copy of one array would compile a
+hundred functions.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ def filled(size: int, value: float) -> Array:
 
 @kernel
 def zero_matrix(rows: int, columns: int) -> Array:
-    """A matrix of zeros, (rows, columns)."""
+    """A matrix of zeros of shape (rows, columns)."""
     matrix = np.empty((rows, columns))
     for i in range(rows):
         for j in range(columns):
@@ -33,7 +33,7 @@ def zero_matrix(rows: int, columns: int) -> Array:
 
 @kernel
 def zero_counts(size: int) -> NDArray[np.int64]:
-    """Counters at 0, (size,)."""
+    """An array of integer zeros of shape (size,)."""
     counts = np.empty(size, np.int64)
     for i in range(size):
         counts[i] = 0
@@ -42,7 +42,7 @@ def zero_counts(size: int) -> NDArray[np.int64]:
 
 @kernel
 def unit_matrix(size: int) -> Array:
-    """Ones on the diagonal of a square matrix of zeros."""
+    """An identity matrix of shape (size, size)."""
     matrix = zero_matrix(size, size)
     for i in range(size):
         matrix[i, i] = 1.0
@@ -51,7 +51,7 @@ def unit_matrix(size: int) -> Array:
 
 @kernel
 def copy_matrix(source: Array, out: Array) -> None:
-    """Fill a matrix with another of its shape."""
+    """Copy a matrix into another matrix of the same shape."""
     for i in range(source.shape[0]):
         for j in range(source.shape[1]):
             out[i, j] = source[i, j]

@@ -11,14 +11,14 @@ from damperlab.worker.solver.state import State
 
 
 class CompliantRegime(NamedTuple):
-    """Which linear equation holds while the wall pushes.
+    """The linear equation of motion that holds while a compliant wall pushes.
 
     Attributes
     ----------
     sticks, offset
-        As of `Regime`.
+        Whether friction holds the mass, and the offset of the centre of the motion, as in `Regime`.
     motion, between : CompliantMotion
-        The motion in contact, and the same with only y' treated as fast.
+        The motion in contact, and the form of this motion in which only y' is a fast coordinate.
     """
 
     sticks: bool

@@ -1,6 +1,4 @@
-"""The particle's dwell on a wall for a contact time. If impacts are instantaneous, every function in this module is a
-constant, which the compiler drops.
-"""
+"""The dwell of the particle on a wall during the contact time."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.particle import Particle
@@ -19,7 +17,7 @@ def dwell_at_rest(particle: Particle | None) -> Dwell | None:
 
 @inlined
 def no_dwell(dwell: Dwell | None) -> Dwell | None:
-    """No dwell."""
+    """Return a dwell of length 0; None if contacts take no time."""
     if dwell is None:
         return None
     return Dwell(0.0, 0.0)
@@ -27,7 +25,7 @@ def no_dwell(dwell: Dwell | None) -> Dwell | None:
 
 @inlined
 def dwell_on(dwell: Dwell | None, time: float) -> Dwell | None:
-    """The dwell a time later."""
+    """Return the dwell after a given time has passed."""
     if dwell is None:
         return None
     return Dwell(max(dwell.left - time, 0.0), dwell.speed)
@@ -51,9 +49,7 @@ def time_left(dwell: Dwell | None) -> float:
 
 @inlined
 def approach_speed(dwell: Dwell | None) -> float:
-    """Approach speed at the wall on which the particle dwells; on a compliant wall, the present rate of penetration [Z
-    ω_n].
-    """
+    """Approach speed of a dwelling particle; on a compliant wall, the present rate of penetration [Z ω_n]."""
     if dwell is None:
         return 0.0
     return dwell.speed
@@ -61,7 +57,7 @@ def approach_speed(dwell: Dwell | None) -> float:
 
 @inlined
 def is_brief(contact_time: float | None, limit: float) -> bool:
-    """Whether contacts take no time, or less than the limit."""
+    """Whether the contact time is at most `limit`; True for instantaneous impacts."""
     if contact_time is None:
         return True
     return contact_time <= limit

@@ -6,13 +6,14 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.events import ARRIVED, BUDGET, IDLE, OUT_OF_EVENTS, SEGMENTS, STALLED
 
-_MOST_IDLE = 64  # events without progress in time before the integration gives up
-_NO_TIME = 1e-15  # largest segment, relative to `scale`, that counts as no progress
+# Largest number of successive events without progress in time.
+_MOST_IDLE = 64
+_NO_TIME = 1e-15  # a segment of at most this length, relative to `scale`, makes no progress in time
 
 
 @inlined
 def spend(counts: NDArray[np.int64], time: float, scale: float) -> int:
-    """Outcome after a segment of the given length, which `counts` already includes: ARRIVED to continue."""
+    """Return ARRIVED if an integration may continue after a segment of length `time`, otherwise the outcome."""
     if counts[SEGMENTS] > counts[BUDGET]:
         return OUT_OF_EVENTS
     if time <= _NO_TIME * scale:

@@ -1,4 +1,4 @@
-"""Events: their kinds, their counts in an integration, and its outcomes."""
+"""Kinds of events, counters of events in an integration, and outcomes of an integration."""
 
 from enum import IntEnum
 
@@ -11,12 +11,12 @@ SLIP_ONSET = 2
 NEAR_WALL = 3
 FAR_WALL = 4
 RELEASE = 5
-LET_GO = 6  # end of a dwell
-CLEARANCE = 7  # the particle is clear of a compliant wall
-PUSHED_AGAIN = 8  # a compliant wall pushes again
-REST = 9  # a particle with friction has come to rest in its cavity
+LET_GO = 6  # End of a dwell.
+CLEARANCE = 7  # The particle is clear of a compliant wall.
+PUSHED_AGAIN = 8  # A compliant wall pushes again.
+REST = 9  # A particle with friction has come to rest in its cavity.
 
-# Counts of events in an integration (int64 array of COUNTS entries).
+# Indices into the counts of an integration, an int64 array of COUNTS elements.
 IMPACTS = 0
 TURNS = 1
 ATTACHMENTS = 2
@@ -27,7 +27,7 @@ COUNTS = 6
 
 
 class Outcome(IntEnum):
-    """Outcome of an integration: the values of `Status` that can end one, with the same numbers."""
+    """Outcome of an integration: the members of `Status` with which an integration can end."""
 
     ARRIVED = Status.CONVERGED
     OUT_OF_EVENTS = Status.TOO_MANY_EVENTS

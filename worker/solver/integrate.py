@@ -1,8 +1,9 @@
 """Integrate through half an excitation cycle, or through a record, from event to event.
 
-Absent elements of a scene are None, and the compiler drops them. Without `friction` there is no search for velocity
-reversals and no sticking; without `particle`, no gap, no impact, no sustained contact. Without `meter` there are no
-peaks, and without its `energies` no integrals. Without `log` there is no history.
+Absent elements of a scene are None, and the compiler drops the code for them. If `friction` is None, velocity reversals
+are not searched and the mass never sticks. If `particle` is None, there is no gap, no impact and no sustained contact.
+If `meter` is None, no peaks are measured; if `meter.energies` is None, no integrals are measured. If `log` is None, no
+history is recorded.
 """
 
 from damperlab.worker.jit import inlined, kernel
@@ -44,26 +45,26 @@ from damperlab.worker.solver.transition_log import (
 def half_cycle(
     state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, int]:
-    """Integrate through half an excitation cycle and mirror the state, or through a record, which is not mirrored.
+    """Integrate through half an excitation cycle and mirror the state, or through a complete record without mirroring.
 
     Parameters
     ----------
     state : State
-        At phase 0 of the (mirrored) base, or at the start of the record.
+        State at phase 0 of the (mirrored) base, or at the start of the record.
     scene : Scene
-        The scene; its counts are increased.
+        The scene, whose event counts are increased.
     meter : Meter or None
-        Observables to which the motion is added, if given.
+        Meter that records peaks and integrals of the motion; None if nothing is measured.
     log : Log, Transitions or None
-        Records every segment, or every transition, if given.
+        Log of all segments, or of all transitions; None if nothing is recorded.
 
     Returns
     -------
     state : State
-        State half a cycle later, mirrored: all signs flipped, so that it starts at phase 0 again. At the end of a
-        record, and if the outcome is not ARRIVED, it is not mirrored.
+        State half a cycle later, mirrored: all signs are flipped, so that the next half cycle starts at phase 0 again.
+        The state is not mirrored at the end of a record, or if the outcome is not ARRIVED.
     outcome : int
-        Of `events.Outcome`.
+        A value of `events.Outcome`.
     """
     return half_cycle_on_addresses(state, on_addresses(scene), on_addresses(meter), log_on_addresses(log))
 
@@ -72,21 +73,24 @@ def half_cycle(
 def half_cycle_on_addresses(
     state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, int]:
-    """`half_cycle` with addresses in scene, meter and log: for loops, which take the addresses once."""
+    """`half_cycle` for a scene, a meter and a log whose arrays have been replaced by addresses.
+
+    Callers that integrate many half cycles replace the arrays only once.
+    """
     base, curves = scene.base, curves_of(scene)
     since = 0.0  # time since the last transition
     for k in range(base.windows):
         span = window_at(base, k)
         while True:
             if scene.particle is not None and scene.particle.wall is not None:
-                if state.riding > 0.0 or state.gap < 0.0:  # `since` is 0: the contact began with a transition
+                if state.riding > 0.0 or state.gap < 0.0:  # a transition began the contact, so `since` is 0
                     state, span, outcome = while_in_contact(state, span, k, scene, meter, log)
                     if outcome != ARRIVED:
                         return state, outcome
                     if span.remaining <= 0.0:
                         break
             segment, is_free = _propagate(state, span, scene)
-            # the fast path of most panels; a time history needs a row for each panel, so it does not take it
+            # most panels take this fast path, but a `Log` needs a row for each panel
             if is_free and span.whole and not isinstance(log, Log):
                 if measured_at_ends(meter, segment, scene):
                     state = segment.end
@@ -116,10 +120,10 @@ def half_cycle_on_addresses(
 
 @inlined
 def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
-    """The rest of a panel as a segment without events, and whether it is proved to have none.
+    """Return the rest of a panel as a segment without events, and whether the absence of events is proved.
 
-    Most panels are complete: they are integrated by their matrix first, and both ends together prove that there is no
-    event between. Otherwise the start alone must prove it, and the end of the segment is not known yet.
+    A complete panel is first integrated by its matrix, and the states at both ends may prove that no event lies between
+    these states. For part of a panel, the state at the start alone may prove this, and the end state is computed later.
     """
     regime = regime_of(state, scene)
     bounds = motion_bounds(state, regime, span, scene.base)
@@ -161,7 +165,7 @@ def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> Sta
 
 @inlined
 def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves) -> None:
-    """Expand the polynomials of a segment: that of x and, if a particle or a meter needs it, that of x + s."""
+    """Expand the polynomials of a segment: x and, if a particle or a meter needs it, x + s."""
     base, state, phase, regime = scene.base, segment.start, segment.phase, segment.regime
     if regime.sticks:
         expand_base(base, phase, curves.absolute)
@@ -178,9 +182,7 @@ def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves)
 def _to_event(
     segment: Segment, is_free: bool, whole: bool, scene: Scene, meter: Meter | None, curves: Curves
 ) -> tuple[Segment, int]:
-    """A segment up to its first event, on its polynomials, and the kind of the event, which is NOTHING if there is
-    none.
-    """
+    """Return a segment up to its first event, and the kind of the event; NOTHING if there is no event."""
     t, kind = segment.time, NOTHING
     if not is_free:
         t, kind = next_event(segment, scene, curves)
@@ -197,7 +199,7 @@ def _to_event(
 
 @inlined
 def _advance(segment: Segment, t: float, scene: Scene, curves: Curves) -> State:
-    """State a time t into a segment, on its polynomials."""
+    """Return the state at time t of a segment, from its polynomials."""
     state, absolute = segment.start, curves.absolute
     v = state.v
     w = 0.0
@@ -210,7 +212,7 @@ def _advance(segment: Segment, t: float, scene: Scene, curves: Curves) -> State:
         if state.riding > 0.0:
             p_rate = slope(absolute, t)
         else:
-            # the gap's own change, no difference of large displacements
+            # the change of the gap is computed directly, not as a difference of large displacements
             gap = state.gap + state.wall * ((state.p_rate - absolute[1]) * t - beyond_tangent(absolute, t))
             if scene.particle.friction is not None:
                 gained = acceleration_of(state, scene.particle) * t

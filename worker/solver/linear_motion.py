@@ -12,16 +12,16 @@ from damperlab.worker.solver.motion.taylor import TERMS, forced_rows, motion_row
 
 
 class LinearMotion(NamedTuple):
-    """The linear motion with a given inertia: of the primary mass alone, or with the particle in sustained contact.
+    """The linear motion of the primary mass, alone or with the particle in sustained contact.
 
     Attributes
     ----------
     compliance : float
         κ = 1 over the inertia.
     xx … wc : float
-        Map of (x, w, sin φ, cos φ) at the start of a panel to x and w at its end.
+        Map of (x, w, sin φ, cos φ) at the start of a panel to x and w at the end.
     relative_rows, absolute_rows : array, shape (4 · TERMS,)
-        Taylor coefficients of x and of x + s for a unit value of each of x₀, w₀, sin φ and cos φ, one row each.
+        Taylor coefficients of x and of x + s, with one row for a unit value of each of x₀, w₀, sin φ and cos φ.
     forms : array, shape (3 · PAIRS + 4,), or None
         Integrals over a panel (`quadratic_forms.motion_forms`); None if no meter needs energies.
     """
@@ -42,7 +42,7 @@ class LinearMotion(NamedTuple):
 
 @kernel
 def make_linear_motion(base: Any, inertia: float, energies: bool | None) -> LinearMotion:
-    """Make the motion with a given inertia from its Taylor polynomials; `energies` as for `make_sine_base`."""
+    """Make the linear motion with a given inertia; `forms` is None if `energies` is None."""
     h = base.window
     if isinstance(base, SineForce):
         forced = forced_rows(base.two_zeta, 1.0 / inertia, base.rows)

@@ -3,13 +3,13 @@
 from typing import NamedTuple
 
 RUBBING = "rubbing"
-"""Name of the contact, in a scene, of a particle with friction on its cavity; impacts are instantaneous."""
+"""Model of the contact of a particle with friction in its cavity; impacts are instantaneous."""
 FALLING = "falling"
-"""Name of the contact of a particle under gravity in its cavity."""
+"""Model of the contact of a particle under gravity in its cavity."""
 
 
 class Wall(NamedTuple):
-    """A compliant wall: a spring and a dashpot side by side that push but never pull (`physics.compliant_wall`).
+    """A compliant wall: a spring and a dashpot in parallel, which push but never pull (`physics.compliant_wall`).
 
     Attributes
     ----------
@@ -22,19 +22,19 @@ class Wall(NamedTuple):
 
 
 class Particle(NamedTuple):
-    """The particle of a scene; a scene without one passes None, and its kernel contains no impact code.
+    """The particle of a scene.
 
     Attributes
     ----------
     clearance_ratio, restitution, mass_ratio : float
         d/Z, e, β.
     contact_time : float or None
-        Dwell of the particle on a wall that it strikes [1/ω_n]; None if it leaves immediately.
+        Time for which the particle stays on a wall after an impact [1/ω_n]; None if the particle leaves immediately.
     wall : Wall or None
         Compliant walls, whose constants replace e; None if walls are rigid.
     friction : float or None
-        κ > 0 of a particle with friction on its cavity, with instantaneous impacts; None if it slides freely. 0 if
-        only gravity acts.
+        κ > 0 of a particle with friction in its cavity, whose impacts are instantaneous. The value is 0 if gravity acts
+        without friction, and None if neither acts.
     gravity : float or None
         G > 0 along the cavity, towards negative u; None if the cavity is level.
     """
@@ -49,7 +49,7 @@ class Particle(NamedTuple):
 
 
 def with_floats(particle: Particle) -> Particle:
-    """Particle with floats instead of integers, because a kernel is compiled for one type."""
+    """Convert the numbers of a particle to floats, because a kernel is compiled for only one type."""
     contact_time = None if particle.contact_time is None else float(particle.contact_time)
     wall = (
         None if particle.wall is None else Wall(float(particle.wall.stiffness), float(particle.wall.damping))

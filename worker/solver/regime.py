@@ -1,4 +1,4 @@
-"""The regime of a motion between events, and one segment of it."""
+"""The regime of a motion between events, and a segment of the motion."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from damperlab.worker.solver.state import State
 
 
 class Regime(NamedTuple):
-    """Which linear equation holds between two events.
+    """The linear equation of motion that holds between two events.
 
     Attributes
     ----------
@@ -42,9 +42,9 @@ class Span(NamedTuple):
     Attributes
     ----------
     phase, end : Phase
-        The phase now, and at the end of the panel.
+        Phase at the start of the span, and at the end of the panel.
     remaining : float
-        Time between the two [1/ω_n].
+        Time from `phase` to `end` [1/ω_n].
     whole : bool
         Whether the span is the complete panel.
     """
@@ -61,16 +61,16 @@ class Segment(NamedTuple):
     Attributes
     ----------
     start, end : State
-        States at its ends. Before events are searched, `end` is the state without an event if the segment is a complete
-        panel; otherwise it is not known yet.
+        States at the start and at the end. Before the search for events, `end` of a complete panel is the state that
+        results without an event, and `end` of a shorter segment is not known yet.
     phase, phase_end : Phase
-        The excitation at the two ends.
+        Phase at the start and at the end of the segment.
     regime : Regime
         Regime of the segment.
     time : float
-        Length [1/ω_n].
+        Length of the segment [1/ω_n].
     bounds : MotionBounds
-        Bounds on the motion over it.
+        Bounds on the motion over the segment.
     """
 
     start: State
@@ -90,7 +90,7 @@ def window_at(base: Excitation, k: int) -> Span:
 
 @inlined
 def slip_regime(slip: float, friction: float | None) -> tuple[bool, float]:
-    """Whether friction holds the mass, and the offset of the centre of its motion: ±γ_F in slip, else 0."""
+    """Return whether friction holds the mass, and the offset of the centre of its motion: ±γ_F in slip, else 0."""
     if friction is not None:
         return slip == 0.0, slip * friction
     return False, 0.0
@@ -98,7 +98,7 @@ def slip_regime(slip: float, friction: float | None) -> tuple[bool, float]:
 
 @inlined
 def regime_of(state: State, scene: Scene) -> Regime:
-    """Regime of a state outside a compliant wall."""
+    """Regime of a state without contact with a compliant wall."""
     sticks, offset = slip_regime(state.slip, scene.friction)
     if not sticks:
         offset = with_pull(offset, state, scene.particle)
@@ -107,7 +107,7 @@ def regime_of(state: State, scene: Scene) -> Regime:
 
 @inlined
 def motion_of(riding: float, scene: Scene) -> LinearMotion:
-    """Motion of the mass: together with the particle if it is in sustained contact with a rigid wall, else alone."""
+    """Motion of the mass, together with the particle if the particle is in sustained contact with a rigid wall."""
     if scene.particle is not None and scene.particle.wall is None:
         return _choose(scene.free, scene.loaded, riding)
     return scene.free

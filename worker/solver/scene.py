@@ -1,4 +1,4 @@
-"""A scene: everything that an integration over half a cycle, or a record, needs."""
+"""A scene: all data for an integration over half a cycle or over a record."""
 
 from typing import Any, NamedTuple
 
@@ -18,8 +18,9 @@ from damperlab.worker.solver.particle import Particle
 
 
 class Scene(NamedTuple):
-    """Environment of an integration. Absent elements are None, and the compiler drops them wherever a scene is
-    passed on.
+    """Data of an integration.
+
+    Absent elements are None, and the compiler drops the code for them in every function that receives the scene.
 
     Attributes
     ----------
@@ -28,16 +29,16 @@ class Scene(NamedTuple):
     free : LinearMotion
         The motion of the primary mass alone.
     loaded : LinearMotion, Contact or None
-        The motion with the particle in sustained contact with a rigid wall, or in contact with a compliant one; None
+        The motion with the particle in sustained contact with a rigid wall, or in contact with a compliant wall; None
         without a particle.
     friction : float or None
-        γ_F > 0.
+        γ_F; None without friction.
     particle : Particle or None
         The particle.
     scratch : array, shape (4, TERMS)
         Polynomials of the present segment (`Curves`).
     counts : int64 array, shape (COUNTS,)
-        Counts, which grow; counts[BUDGET] is the largest number of segments allowed.
+        Counts of events, which an integration increases; counts[BUDGET] is the largest allowed number of segments.
     """
 
     base: Any
@@ -50,9 +51,7 @@ class Scene(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """Polynomials of a segment, TERMS coefficients each: of x, of x + s, of s or the force, and one for intermediate
-    results.
-    """
+    """Polynomials of a segment: x, x + s, the excitation (s or the force), and intermediate results."""
 
     relative: Floats
     absolute: Floats
@@ -79,16 +78,16 @@ def make_scene(
     particle: Particle | None,
     energies: bool | None,
 ) -> Scene:
-    """Scene of one design point under a harmonic excitation.
+    """Make the scene of one design point under a harmonic excitation.
 
     Parameters
     ----------
     damping_ratio : float
         ζ.
     frequency_ratio : float or Forced
-        r of a shaken base, or of a force on the structure.
+        r of a shaken base, or `Forced` for a force on the structure.
     friction : float or None
-        γ_F > 0.
+        γ_F; None without friction.
     particle : Particle or None
         The particle.
     energies : True or None
@@ -100,7 +99,7 @@ def make_scene(
 
 @kernel
 def scene_on(base: Any, friction: float | None, particle: Particle | None, energies: bool | None) -> Scene:
-    """Scene under a given excitation; counts are 0."""
+    """Make a scene under a given excitation, with all counts at 0."""
     free = make_linear_motion(base, 1.0, energies)
     scratch = np.empty((4, TERMS))
     counts = zero_counts(COUNTS)
@@ -111,7 +110,7 @@ def scene_on(base: Any, friction: float | None, particle: Particle | None, energ
 
 @kernel
 def make_loaded(base: Any, particle: Particle, energies: bool | None) -> Any:
-    """`LinearMotion` of both bodies as one, or the `Contact` of a compliant wall; `energies` as for `make_scene`."""
+    """Make the `LinearMotion` of mass and particle together, or the `Contact` with a compliant wall."""
     if particle.wall is None:
         return make_linear_motion(base, 1.0 + particle.mass_ratio, energies)
     return make_contact(contact_forcing(base), particle, particle.wall)

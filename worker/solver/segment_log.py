@@ -1,4 +1,4 @@
-"""The segments of an integration and their events: one row each, on request."""
+"""Log of the segments of an integration, with one row per segment."""
 
 from typing import NamedTuple
 
@@ -25,8 +25,8 @@ COLUMNS = (
     "approach",
     "slide",
 )
-"""Columns of a row: start [1/ω_n] within its half cycle, duration, kind of the event that ended it, state at its
-start.
+"""Columns of a row: start of the segment within the half cycle [1/ω_n], duration [1/ω_n], kind of the event at the end,
+and state at the start.
 """
 
 START, DURATION, EVENT, V, W, SLIP, WALL, GAP, P_RATE, RIDING, APPROACH, SLIDE = range(len(COLUMNS))
@@ -34,7 +34,7 @@ _WIDTH = len(COLUMNS)
 
 
 class Log(NamedTuple):
-    """Rows to fill and, in cursor[0], the number of rows so far; rows beyond the end are counted, not stored."""
+    """Rows of a log; cursor[0] counts the rows so far, including rows beyond the capacity, which are not stored."""
 
     rows: NDArray[np.float64]
     cursor: NDArray[np.int64]
@@ -42,7 +42,7 @@ class Log(NamedTuple):
 
 @kernel
 def empty_log(capacity: int) -> Log:
-    """Log with room for a number of segments."""
+    """Make an empty log for at most `capacity` segments."""
     return Log(np.empty((capacity, _WIDTH)), zero_counts(1))
 
 

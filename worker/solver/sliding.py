@@ -1,11 +1,10 @@
 """A particle with friction, or under gravity, in its cavity.
 
-With neither friction nor gravity, every function in this module is a constant, which the compiler drops.
-
-The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. While |u''| ≤ κ,
-friction may carry it along as one body with the mass. A pushing wall carries it along at any u''. Gravity adds −G to
-p'', and u'' + G replaces u''. With gravity, u is measured from the rest position of the mass with the particle on its
-lower wall. So βG acts on the mass while it does not carry the particle.
+A sliding particle has p'' = κ sgn(u' − p') and pulls the mass in the opposite direction with the force βκ sgn(u' − p').
+While |u''| ≤ κ, friction can carry the particle along with the mass. A pushing wall carries the particle along at any
+u''. Gravity adds −G to p'', and the condition for friction becomes |u'' + G| ≤ κ. With gravity, u is measured from the
+rest position of the mass with the particle on its lower wall. So the force βG acts on the mass while the mass does not
+carry the particle.
 """
 
 from damperlab.worker.jit import inlined
@@ -15,7 +14,7 @@ from damperlab.worker.solver.state import Slide, State
 
 @inlined
 def slide_at_rest(particle: Particle | None) -> Slide | None:
-    """Slide of a carried particle; None with neither friction nor gravity."""
+    """Return the `Slide` of a particle that the mass carries; None with neither friction nor gravity."""
     if particle is None:
         return None
     if particle.friction is None:
@@ -27,7 +26,7 @@ def slide_at_rest(particle: Particle | None) -> Slide | None:
 
 @inlined
 def moving_slide(direction: float, particle: Particle) -> Slide:
-    """Slide of a particle that moves in its cavity."""
+    """Return the `Slide` of a particle that moves in its cavity."""
     if particle.gravity is None:
         return Slide(direction, 0, None)
     return Slide(direction, 0, -1.0)
@@ -43,7 +42,7 @@ def rubs(particle: Particle | None) -> bool:
 
 @inlined
 def direction_of(slide: Slide | None) -> float:
-    """Sign of u' − p' of a particle with friction; 0 if it is carried or has no friction."""
+    """Sign of u' − p' of a particle with friction; 0 if the mass carries the particle, or without friction."""
     if slide is None:
         return 0.0
     return slide.direction
@@ -77,8 +76,8 @@ def fall_of(slide: Slide | None, particle: Particle) -> float:
 def with_pull(force: float, state: State, particle: Particle | None) -> float:
     """Add the force of the particle to a force on the mass against u, over k Z.
 
-    If the particle is not carried, the mass gives it its acceleration p'', but does not bear its weight. With neither
-    friction nor gravity the force is unchanged.
+    The added force is βp'' if the mass does not carry the particle, and otherwise 0. With gravity, βp'' includes −βG,
+    because the mass does not bear the particle's weight.
     """
     if particle is not None:
         if particle.friction is not None and state.riding == 0.0:
@@ -88,7 +87,7 @@ def with_pull(force: float, state: State, particle: Particle | None) -> float:
 
 @inlined
 def acceleration_of(state: State, particle: Particle) -> float:
-    """p'' between impacts, of a particle that is not carried."""
+    """Acceleration p'' between impacts of a particle that the mass does not carry."""
     if particle.friction is not None and state.slide is not None:
         return with_fall(particle.friction * state.slide.direction, state.slide, particle)
     return 0.0
@@ -96,7 +95,7 @@ def acceleration_of(state: State, particle: Particle) -> float:
 
 @inlined
 def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """Add the acceleration by gravity to that of a particle; unchanged without gravity."""
+    """Add the acceleration by gravity, if there is gravity, to an acceleration of the particle."""
     if particle.gravity is not None:
         return acceleration + fall_of(slide, particle)
     return acceleration
@@ -104,9 +103,7 @@ def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> f
 
 @inlined
 def without_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """Subtract the acceleration by gravity, to give the part that friction or a wall must supply; unchanged without
-    gravity.
-    """
+    """Subtract the acceleration by gravity from a particle's acceleration; friction or a wall supplies the rest."""
     if particle.gravity is not None:
         return acceleration - fall_of(slide, particle)
     return acceleration
@@ -114,7 +111,7 @@ def without_fall(acceleration: float, slide: Slide | None, particle: Particle) -
 
 @inlined
 def largest_of(particle: Particle) -> float:
-    """Largest |p''| of a particle that is not carried."""
+    """Largest |p''| of a particle that the mass does not carry."""
     if particle.friction is None:
         return 0.0
     if particle.gravity is None:

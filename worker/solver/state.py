@@ -1,4 +1,4 @@
-"""The state of a motion at one instant, and its changes, as named tuples that numba keeps in registers."""
+"""The state of a motion at one instant, and functions that return a changed state."""
 
 from typing import NamedTuple
 
@@ -6,13 +6,12 @@ from damperlab.worker.jit import inlined
 
 
 class Dwell(NamedTuple):
-    """Memory of the present contact, for contacts that take time.
+    """Data of the present contact, for contacts with a finite duration.
 
     Attributes
     ----------
     left : float
-        Time until detachment [1/ω_n]; 0 without a dwell, when the particle is in sustained contact or flies, and always
-        on a compliant wall.
+        Time until detachment [1/ω_n]. It is 0 in sustained contact, in flight, and always on a compliant wall.
     speed : float
         Approach speed [Z ω_n] when the particle met the wall; on a compliant wall, the present rate of penetration.
     """
@@ -47,25 +46,25 @@ class State(NamedTuple):
     v, w : float
         Displacement and velocity relative to the base.
     slip : float
-        +1 or −1 while the mass slips in that direction, 0 while friction holds it (or without friction).
+        +1 or −1 while the mass slips in that direction, 0 while friction holds the mass; always 0 without friction.
     wall : float
-        +1 if the wall last touched is the one at u − p = +d/Z, −1 for the other.
+        +1 if the particle last touched the wall at u − p = +d/Z, −1 if it last touched the other wall.
     gap : float
-        Distance of the particle from that wall, exactly 0 after an impact. Measuring from the wall keeps the accuracy
-        of a short flight, which u − p, a difference of large numbers, would lose. Negative during penetration of a
-        compliant wall.
+        Distance of the particle from the wall last touched, exactly 0 after an impact. The gap is negative during
+        penetration of a compliant wall. The gap is accurate in a short flight, where u − p would lose digits as a
+        difference of large numbers.
     p_rate : float
         Absolute particle velocity.
     riding : float
-        1 while the particle moves with the mass: on its wall or, with friction, carried in the cavity. It is also 1
-        while a compliant wall pushes the particle, and 0 while the particle flies.
+        1 while the particle moves with the mass: on its wall or, with friction, carried in the cavity. Also 1 while a
+        compliant wall pushes the particle; 0 while the particle flies.
     slip_order, gap_order : int
-        Number of leading Taylor coefficients of w, and of the gap (of the force of a compliant wall), that are zero
-        after the latest event.
+        Number of leading Taylor coefficients of w, and of the gap (in compliant contact, of the wall force), that are
+        zero after the latest event.
     dwell : Dwell or None
-        For contacts that take time; None otherwise.
+        Data of contacts with a finite duration; None if impacts are instantaneous.
     slide : Slide or None
-        For a particle with friction; None otherwise.
+        Sliding of a particle with friction or gravity; None with neither.
     """
 
     v: float
@@ -85,14 +84,14 @@ class State(NamedTuple):
 def advanced(
     state: State, v: float, w: float, gap: float, p_rate: float, dwell: Dwell | None, gap_order: int
 ) -> State:
-    """A later state in the same regime, in which no velocity is known to be zero any more."""
+    """Return a later state in the same regime, in which neither w nor u' − p' is known to be zero any more."""
     slide = slide_on(state.slide)
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, gap_order, dwell, slide)
 
 
 @inlined
 def slide_on(slide: Slide | None) -> Slide | None:
-    """The slide at a later time, when no relative velocity is known to be zero any more."""
+    """Return the slide at a later time, at which u' − p' is not known to be zero any more."""
     if slide is None:
         return None
     return Slide(slide.direction, 0, slide.down)
@@ -100,7 +99,7 @@ def slide_on(slide: Slide | None) -> Slide | None:
 
 @inlined
 def stopped(state: State, slip: float, p_rate: float, riding: float, gap_order: int) -> State:
-    """State with the mass at rest on the base: it sticks if slip is 0, else it is about to slip in that direction."""
+    """State with the mass at rest on the base: sticking if `slip` is 0, otherwise starting to slip."""
     slip_order = 0 if slip == 0.0 else 1
     return State(
         state.v,
@@ -128,7 +127,7 @@ def in_contact(
     gap_order: int,
     dwell: Dwell | None,
 ) -> State:
-    """State with the particle on a wall, moving with it or pushed by it."""
+    """State with the particle in contact with a wall."""
     return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, slip_order, gap_order, dwell, state.slide)
 
 

@@ -1,4 +1,4 @@
-"""The structure alone over half a cycle, as one map, since there are no events without friction and particle."""
+"""The motion of the structure alone, which has no events, as one map over half a cycle."""
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
@@ -8,16 +8,16 @@ from damperlab.worker.solver.state import State
 
 @kernel
 def march_alone(state: State, halves: int, base: SineBase | SineForce, free: LinearMotion) -> State:
-    """Integrate the structure alone through half cycles, mirrored as by `integrate.half_cycle`.
+    """Integrate the structure alone through half cycles, mirrored as in `integrate.half_cycle`.
 
-    The panels of half a cycle are composed once; a half cycle is then one map (v, w) → −(P (v, w) + g).
+    The maps of all panels are composed once. Each half cycle is then one map (v, w) → −(P (v, w) + g).
 
     Parameters
     ----------
     state : State
-        At phase 0.
+        State at phase 0.
     halves : int
-        Half cycles.
+        Number of half cycles.
     base, free : SineBase or SineForce, LinearMotion
         The excitation and the motion of the primary mass.
 

@@ -1,4 +1,4 @@
-"""Time history of recorded segments, sampled from their closed form."""
+"""Time history of logged segments, sampled from their closed-form motion."""
 
 from math import cos, sin
 
@@ -26,8 +26,8 @@ from damperlab.worker.solver.segment_log import (
 from damperlab.worker.solver.time_history_compliant import motion_in_contact
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
-"""τ [1/ω_n]; displacement [Z] and velocity [Z ω_n] of the mass, absolute and then relative to the base, and of the
-particle, absolute; 1 in the row just before an impact.
+"""Columns of a time history: time τ [1/ω_n], displacement [Z] and velocity [Z ω_n] of the mass (u absolute, v relative
+to the base) and of the particle (p, absolute). The last column is 1 in the row just before an impact, otherwise 0.
 """
 
 _SAMPLES_PER_WINDOW = 4
@@ -39,11 +39,11 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     Parameters
     ----------
     log : Log
-        All segments of the half cycle, in its mirrored frame.
+        All segments of the half cycle, as recorded by `integrate.half_cycle`.
     scene : Scene
         The scene of the integration.
     half : int
-        Number of the half cycle from the start; odd ones are mirrored back.
+        Index of the half cycle, counted from 0. Half cycles with an odd index are mirrored back.
 
     Returns
     -------

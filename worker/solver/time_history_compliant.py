@@ -17,12 +17,12 @@ from damperlab.worker.solver.segment_log import APPROACH, DURATION, GAP, WALL, V
 def motion_in_contact(
     row: NDArray[np.float64], sine: float, cosine: float, offset: float, motion: CompliantMotion
 ) -> Callable[[float], tuple[float, float, float, float]]:
-    """Motion in a segment of contact with a compliant wall.
+    """Return the motion in a segment of contact with a compliant wall.
 
     Returns
     -------
     callable
-        Function from the time since its start to x, x', y and y' as of `motion.compliant_motion`.
+        Function that returns x, x', y and y' (`motion.compliant_motion`) at a time after the start of the segment.
     """
     y, y_rate = -row[WALL] * row[GAP], row[WALL] * row[APPROACH]
     start = np.array(

@@ -1,7 +1,7 @@
-"""The transitions of a half cycle, for its variational equations.
+"""Log of the transitions in a half cycle, for the variational equations.
 
 Between two transitions the motion is linear and its state-transition matrix depends only on the time. So panels without
-events are not logged, and cost nothing more.
+events need not be logged.
 """
 
 from typing import Any, NamedTuple
@@ -19,8 +19,8 @@ from damperlab.worker.solver.sliding import direction_of, down_of
 from damperlab.worker.solver.state import State
 
 SPAN, EVENT, INERTIA_FORCE, BASE_RATE, FORCE, V = range(6)
-"""Columns of a row: time since the previous transition [1/ω_n], kind of the event that ends this time, and −s'', s',
-sin φ and v at the event.
+"""Columns of a row: time since the previous transition [1/ω_n], kind of the event at the end of this time, and −s'',
+s', sin φ and v at the event.
 """
 
 BEFORE = 6
@@ -28,22 +28,22 @@ AFTER = 15
 """First columns of the states just before and just after the event."""
 
 W, SLIP, RIDING, WALL, GAP, P_RATE, SPEED, SLIDE, DOWN = range(9)
-"""Columns of a state, counted from BEFORE or AFTER. SPEED comes from its `Dwell`, SLIDE and DOWN from its `Slide`."""
+"""Columns of a state, counted from BEFORE or AFTER; SPEED is from `Dwell`, SLIDE and DOWN are from `Slide`."""
 
 WIDTH = 24
 
 
 class Transitions(NamedTuple):
-    """Rows to fill and, in cursor[0], the number of rows so far; rows beyond the end are counted, not stored.
+    """Rows of a log; cursor[0] counts the rows so far, including rows beyond the capacity, which are not stored.
 
     Attributes
     ----------
     rows : array, shape (capacity · WIDTH,)
-        One row per transition, and a row of kind NOTHING if a half cycle, or a span in contact with a compliant wall,
-        ends without one.
+        One row per transition, and a row of kind NOTHING at the end of a half cycle or of a span in contact with a
+        compliant wall.
     cursor : int64 array, shape (1,)
     capacity : int
-        Number of rows.
+        Largest number of rows.
     """
 
     rows: NDArray[np.float64]
@@ -53,13 +53,16 @@ class Transitions(NamedTuple):
 
 @kernel
 def empty_transitions(capacity: int) -> Transitions:
-    """Log with room for a number of transitions."""
+    """Make an empty log for at most `capacity` transitions."""
     return Transitions(np.empty(capacity * WIDTH), zero_counts(1), capacity)
 
 
 @inlined
 def log_on_addresses(log: Any) -> Any:
-    """The same log with addresses for the arrays of `Transitions`; the arrays must outlive it."""
+    """Replace the arrays of `Transitions` by addresses, and return any other log unchanged.
+
+    The arrays must outlive the result.
+    """
     if isinstance(log, Transitions):
         return on_addresses(log)
     return log
@@ -69,7 +72,7 @@ def log_on_addresses(log: Any) -> Any:
 def note_segment(
     log: Log | Transitions | None, state: State, start: float, duration: float, event: int
 ) -> None:
-    """Append a segment to a `Log`; nothing without one."""
+    """Append a segment if the log is a `Log`; otherwise do nothing."""
     if isinstance(log, Log):
         append_segment(log, state, start, duration, event)
 
@@ -78,7 +81,7 @@ def note_segment(
 def note_transition(
     log: Log | Transitions | None, span: float, event: int, before: State, after: State, phase: Phase
 ) -> None:
-    """Append a transition to `Transitions`; nothing without them."""
+    """Append a transition if the log is `Transitions`; otherwise do nothing."""
     if isinstance(log, Transitions):
         _append(log, span, event, before, after, phase)
 

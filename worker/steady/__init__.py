@@ -1,1 +1,1 @@
-"""Steady responses: finding, measuring, classifying."""
+"""Steady responses: search, measurement and classification."""

@@ -1,4 +1,4 @@
-"""An ensemble of starts at one design point: how they are drawn, and the responses that they lead to."""
+"""Random start states at one design point, and the responses to which these starts lead."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -14,9 +14,7 @@ from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.start import at_rest, moving
 
 HIGHEST = 1000.0
-"""Largest amplitude drawn, over Z, because the response of the structure alone is unbounded without damping at
-resonance.
-"""
+"""Largest amplitude of a start state, over Z. At resonance, the amplitude of an undamped structure has no bound."""
 
 _SAME_AMPLITUDE = 1e-6
 _SAME_ERRORS = 4.0
@@ -32,25 +30,25 @@ def drawn_starts(
     friction: float | None,
     particle: Particle | None,
 ) -> Iterator[State]:
-    """Start states of one design point, the first at rest.
+    """Draw the start states of one design point; the first start is at rest.
 
     Parameters
     ----------
     n, seed : int
         Number of starts, and the study's seed.
     coordinates : sequence of float
-        The six coordinates of the point. The draw depends only on them and the seed, so it is the same in every block,
-        order and study. A longer ensemble begins with the starts of a shorter one.
+        The six coordinates of the point. The draw depends only on these coordinates and the seed, not on the division
+        into blocks. A longer ensemble begins with the starts of a shorter ensemble.
     damping_ratio, excitation, friction, particle
-        As for `settle`, whose `frequency_ratio` is the `excitation`.
+        Parameters of `settle`, with `excitation` for `frequency_ratio`.
 
     Yields
     ------
     State
-        The mass moves as in a harmonic motion u = a sin(rτ + ψ) at τ = 0, with ψ uniform. ln a is uniform. The lower
-        limit of a is the amplitude of the base, or the static displacement under a force. The upper limit is the
-        amplitude of the structure alone (at least 2 Z, at most `HIGHEST`). The particle is anywhere in its cavity,
-        uniformly, with a velocity relative to the mass that is uniform within ± a r.
+        The mass moves as in a harmonic motion u = a sin(rτ + ψ) at τ = 0, with uniformly distributed ψ and ln a. The
+        lower limit of a is the amplitude of the base, or the static displacement under a force. The upper limit is the
+        amplitude of the structure alone (at least 2 Z, at most `HIGHEST`). The position of the particle in its cavity
+        and the velocity of the particle relative to the mass, within ± a r, are uniformly distributed.
     """
     yield at_rest(excitation, friction, particle)
     forced = isinstance(excitation, Forced)
@@ -72,13 +70,14 @@ def drawn_starts(
 
 
 def attractors(responses: Sequence[Response]) -> list[list[int]]:
-    """Group starts by their responses, the most frequent response first; equally frequent ones are in the order of
-    their first start.
+    """Group starts by their responses, with the most frequent response first.
+
+    Equally frequent responses are in the order of their first starts.
 
     Parameters
     ----------
     responses : sequence of Response
-        One per start; failed ones belong to no group.
+        One response per start. Failed responses belong to no group.
 
     Returns
     -------
@@ -87,11 +86,12 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
 
     Notes
     -----
-    Periodic responses are equal if class, period and impacts per period agree, and the amplitudes within 10⁻⁶ and four
-    of their errors. Modulated and chaotic responses count as one kind, since no finite run distinguishes the two for
-    certain. They are equal if their means agree within four standard errors, also through a chain of neighbours. Locked
-    rest positions form an interval and are one response, unless a particle keeps moving between the walls in a
-    different way. Mirror images agree in every measure, so they count as one response.
+    Periodic responses are equal if class, period and impacts per period agree, and if the amplitudes agree within 10⁻⁶
+    plus four times the error. Modulated and chaotic responses are treated as one kind, since no finite run
+    distinguishes the two with certainty. Two such responses are equal if the mean amplitudes agree within four standard
+    errors. Sorted by amplitude, successive equal responses form one group. Locked rest positions form an interval and
+    are treated as one response, but different motions of a particle between the walls are different responses. Mirror
+    images agree in every measure, so they are treated as one response.
     """
     kinds: dict[tuple[int, ...], list[int]] = {}
     for index, response in enumerate(responses):
@@ -112,19 +112,19 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
 
 
 def ensemble_values(responses: Sequence[Response]) -> dict[str, float | int]:
-    """Every variable of a design point from the responses of its starts.
+    """Return all variables of a design point from the responses of its starts.
 
     Parameters
     ----------
     responses : sequence of Response
-        One per start.
+        One response per start.
 
     Returns
     -------
     dict
-        The response that most starts lead to, as measured from the first of these starts, and the variables of the
-        ensemble. `cycles` is the total over all starts. If every start failed, the response is the failed one of the
-        first start.
+        The response to which most starts lead, measured from the first of these starts, and the variables of the
+        ensemble. `cycles` is the total over all starts. If every start failed, the response is the failed response of
+        the first start.
     """
     found = attractors(responses)
     stored = responses[found[0][0]] if found else responses[0]

@@ -1,4 +1,4 @@
-"""Steady response by the paper's own method: fixed steps from rest until the sampled peaks have settled."""
+"""Steady response by the method of the paper: fixed time steps from rest until the sampled peaks have settled."""
 
 from math import exp, inf, isfinite, nan, pi
 
@@ -18,9 +18,9 @@ _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
 _UNBOUNDED = int(Status.UNBOUNDED)
 _UNKNOWN = int(ResponseClass.UNKNOWN)
-_CHUNK = 64  # cycles between checks
-_BURN_IN = 0.2  # share of max_cycles that counts as transient if the peaks do not settle
-_FEWEST_STEPPED = 512  # cycles before a standard error is used
+_CHUNK = 64  # Cycles between checks.
+_BURN_IN = 0.2  # Fraction of max_cycles that is treated as transient if the peaks do not settle.
+_FEWEST_STEPPED = 512  # Least number of cycles for which a standard error is used.
 
 
 @kernel
@@ -32,7 +32,7 @@ def settle_stepped(
     steps_per_cycle: int,
     settings: Settings,
 ) -> Response:
-    """Steady response of one design point by fixed steps from rest.
+    """Compute the steady response of one design point by fixed time steps from rest.
 
     Parameters
     ----------
@@ -41,35 +41,36 @@ def settle_stepped(
     friction : float or None
         γ_F.
     particle : Particle or None
-        The particle; its contacts take no time.
+        The particle, whose impacts are instantaneous.
     steps_per_cycle : int
-        Steps per excitation cycle.
+        Number of time steps per excitation cycle.
     settings : Settings
-        When to stop.
+        Rules for stopping the run.
 
     Returns
     -------
     Response
-        Its results come from sampled peaks; energies, class, period and multiplier are unknown.
+        Response from sampled peaks, in which energies, class, period and multiplier are unknown.
 
     Notes
     -----
-    The run stops if the peaks of the last 64 cycles vary by less than `tolerance`, including the change still to come.
-    That change is the rest of a geometric series: a free vibration of the structure decays as exp(−ζτ), other motions
-    faster. The run also stops, after a burn-in, if the peaks show no trend and the standard error of their mean is
-    below `tolerance`, and at `max_cycles`. `amplitude_error` covers only the run. The error of the method itself, of
-    first order in the step, is not included.
+    The run stops if the peaks of the last 64 cycles vary by less than `tolerance`, including their estimated future
+    change. This change is the rest of a geometric series, since a free vibration of the structure decays as exp(−ζτ),
+    and other motions decay faster. After a burn-in, the run also stops if the peaks show no trend and the standard
+    error of their mean is below `tolerance`. The run ends at `max_cycles` at the latest. `amplitude_error` covers only
+    the variation within the run, not the error of the integration method, which is of first order in the step.
     """
     halves = np.empty((2 * settings.max_cycles + 1, 2))
     peaks = np.empty((2, settings.max_cycles))
-    left = exp(-2.0 * pi * _CHUNK * damping_ratio / frequency_ratio)  # rest of a free vibration after a chunk
+    # fraction of a free vibration that remains after `_CHUNK` cycles
+    left = exp(-2.0 * pi * _CHUNK * damping_ratio / frequency_ratio)
     counts = np.zeros(COUNTS, np.int64)
     state = Stepped(0.0, -frequency_ratio, 0.0, 0.0)
     cycles = 0
     burn_in = int(_BURN_IN * settings.max_cycles)
     impacts_before = 0  # impacts in the transient
     status = _MAX_CYCLES
-    first = 0  # first cycle of the measurement, and first cycle of the mean
+    first = 0  # first cycle of the measurement; `begin` is the first cycle of the mean
     begin = 0
     error = nan
     while cycles < settings.max_cycles:
@@ -110,7 +111,7 @@ def settle_stepped(
             if known.stationary and error <= settings.tolerance * known.mean:
                 status = _CONVERGED
                 break
-    if status == _MAX_CYCLES and cycles - first < _CHUNK:  # too little remains after the burn-in
+    if status == _MAX_CYCLES and cycles - first < _CHUNK:  # too few cycles remain after the burn-in
         first = 0
         impacts_before = 0
     if status == _MAX_CYCLES:

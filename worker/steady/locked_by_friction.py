@@ -16,16 +16,16 @@ from damperlab.worker.solver.state import State
 from damperlab.worker.steady.run import begin_probe
 from damperlab.worker.steady.section.recurrence import recurrence
 
-_CREEP = 1e-2  # excess displacement, over min(1, P r²), below which creep towards the locked set cannot overshoot it
+_CREEP = 1e-2  # excess displacement, over min(1, P r²), below which creep cannot overshoot the locked set
 _TIE = 1e-12
 _REPEATS = (
-    1e-9  # largest change, in a cycle, of displacements and of the particle's velocity that counts as none
+    1e-9  # displacements and the particle's velocity repeat if they change by at most this value in a cycle
 )
 
 
 @inlined
 def _edge(friction: float, forcing: float) -> float:
-    """Displacement up to which friction holds the mass permanently, γ_F − P; below 0 if it holds the mass nowhere."""
+    """Largest displacement γ_F − P at which friction holds the mass permanently; negative if friction never does."""
     edge = friction - forcing
     if edge < 0.0 and edge > -_TIE * forcing:
         return 0.0  # γ_F = r² up to the rounding of r²
@@ -40,17 +40,17 @@ def _creep(forcing: float, frequency_ratio: float) -> float:
 
 @kernel
 def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, bool]:
-    """Locked state that a one-sided creep tends to.
+    """Return the locked state to which a one-sided creep tends, and whether the motion is such a creep.
 
     Let P be the largest forcing: r² for a shaken base, 1 for a force. For γ_F ≥ P every rest position |v| ≤ γ_F − P is
-    locked permanently. From a position outside by x, the mass slips inwards by about 4.5 x²/(P r²) in each cycle.
-    So its distance from the edge falls only as 1/N over N cycles, and the limit is used instead of integrating. A
-    particle at rest stays where it is if it stays clear of both walls.
+    locked permanently. From a position that is outside this range by x, the mass slips inwards by about 4.5 x²/(P r²)
+    in each cycle. So the distance x falls only as 1/N over N cycles, and the limit is used instead of an integration. A
+    particle at rest keeps its position if it stays clear of both walls.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
-    # The forcing exceeds friction by less than x, and does so for the time √(8x/P)/r. The slip lasts one and a half
-    # times as long and covers 4.5 x²/(P r²).
+    # The forcing exceeds friction by less than x, for the time √(8x/P)/r. The slip lasts one and a half times as long
+    # and covers 4.5 x²/(P r²).
     if (
         edge >= 0.0
         and state.slip == 0.0
@@ -63,7 +63,7 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
         clear = True
         if scene.particle is not None:
             gap = state.gap - state.wall * (v - state.v)
-            swing = 0.0 if isinstance(scene.base, SineForce) else 1.0  # of the base
+            swing = 0.0 if isinstance(scene.base, SineForce) else 1.0  # amplitude of the base
             clear = abs(gap - scene.particle.clearance_ratio) + swing <= scene.particle.clearance_ratio
         if clear:
             return State(v, 0.0, 0.0, state.wall, gap, 0.0, 0.0, 0, 0, state.dwell, state.slide), True
@@ -72,19 +72,18 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
 
 @kernel
 def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) -> tuple[State, float]:
-    """Locked state that a one-sided creep tends to with a particle that has friction; as `creep_limit`, on a shaken
-    base.
+    """Return the limit of a one-sided creep on a shaken base, like `creep_limit`, for a particle with friction.
 
-    Sliding or carried, the particle pulls the held mass by at most β min(κ, r²), at the time when the base pulls most.
-    So the edge is γ_F − r² − β min(κ, r²). A cycle is integrated to see whether the particle's motion repeats with the
-    mass held there.
+    A sliding or carried particle pulls the held mass with at most β min(κ, r²), at the time when the base pulls most.
+    So friction holds the mass up to the edge |v| = γ_F − r² − β min(κ, r²). A cycle is integrated with the mass held at
+    this edge, to test whether the particle's motion repeats.
 
     Returns
     -------
     limit : State
-        The mass at the edge, the particle in its present state.
+        State with the mass at the edge, and the present motion of the particle.
     apart : float
-        Distance from this state after one cycle; infinite if there is no such limit.
+        Distance between this state and the state one cycle later; infinite if no such limit exists.
     """
     particle = scene.particle
     if particle is not None and particle.friction is not None and particle.gravity is None:
@@ -112,9 +111,7 @@ def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) ->
 
 @kernel
 def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.float64], half: int) -> bool:
-    """Whether friction has held the mass for a cycle and holds it permanently: P + |v| ≤ γ_F, and the particle is at
-    rest.
-    """
+    """Whether friction has held the mass for a cycle and always will: P + |v| ≤ γ_F, with the particle at rest."""
     return (
         state.slip == 0.0
         and state.p_rate == 0.0
@@ -125,42 +122,43 @@ def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.fl
 
 @kernel
 def slowing_limit(state: State, friction: float, particle: Particle, scene: Scene) -> tuple[State, float]:
-    """Locked state that a mass under a force tends to while its particle moves ever more slowly between the walls.
+    """Return the locked state to which a mass under a force tends while the particle slows down between the walls.
 
     Parameters
     ----------
     state : State
-        At phase 0.
+        State at phase 0.
     friction, particle
         γ_F, and the particle.
     scene : Scene
-        Their scene.
+        Scene with the given friction and particle.
 
     Returns
     -------
     limit : State
-        The mass at its position or, if it still creeps, at the edge |v| = γ_F − P of the range where friction holds
-        it permanently; the particle at rest.
+        State with the particle at rest and the mass at its present position. A mass that still creeps is at the edge
+        |v| = γ_F − P of the range in which friction holds the mass permanently.
     way_left : float
-        Largest distance from this position at which the mass may end; infinite if unknown.
+        Bound on the distance from `limit` to the final position of the mass; infinite if no bound is known.
 
     Notes
     -----
-    Let c be the largest speed with which the walls creep, and s the speed of the particle. Impacts leave the particle
-    no faster than the larger of s and c (1 + e)/(1 − e). Once the mass is within |v| = γ_F − P, mass and particle only
-    lose energy. In all impacts together the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to
-    the mass.
+    Let c be the largest speed with which the walls creep, and s the speed of the particle. After an impact, the
+    particle is no faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle only lose
+    energy. In all impacts together the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to the
+    mass.
 
-    At a time τ from its maximum, |rτ| ≤ π, the forcing is at least P (1 − cos rτ) ≥ 2P (rτ/π)² below the limit of
-    friction and spring. So a slip that begins with the velocity W and passes one maximum ends within the time 2a + W
-    π²/(2P r² a²), for any a up to π/r; here a = W^¼. If there is a margin to the edge, W over the margin is another
-    bound on this time. During a slip of the creep or a contact, the mass may also move with W, so the durations of both
-    are added. A compliant wall whose largest force stays within the margin does not move the mass.
+    At a time τ from its maximum, |rτ| ≤ π, the forcing is below the limit of friction and spring by at least P (1 − cos
+    rτ) ≥ 2P (rτ/π)². So a slip that begins with the velocity W and passes one maximum ends within the time
+    2a + W π²/(2P r² a²), for any a up to π/r; here a = W^¼. If |v| is below γ_F − P by a margin, W divided by this
+    margin is also a bound on the time. The mass may also move with the velocity W during a creep slip and during a
+    contact, so the durations of a creep slip and of a contact are added. A compliant wall whose largest force stays
+    within the margin does not move the mass.
 
-    A displacement outwards makes the mass creep more, so the bound is computed again, allowing for twice its first
-    value. Two assumptions are confirmed by integrations, but not proved. First, the impacts during the creep, at most
-    one per cycle, move the mass no farther than the bound allows. Second, twice the first value is a bound if the
-    second value exceeds it.
+    A displacement outwards makes the mass creep more, so the bound is computed a second time, for an outward
+    displacement of twice the first bound. Two assumptions are confirmed by integrations, but not proved. First, the
+    impacts during the creep, at most one per cycle, move the mass no farther than the bound allows. Second, twice the
+    first bound is itself a bound if the second bound exceeds this value.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -183,18 +181,13 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 
 @kernel
 def slows_down(friction: float, particle: Particle, scene: Scene) -> bool:
-    """Whether every motion ends with the mass locked and the particle at rest, as it does under a force below the
-    friction limit.
-    """
+    """Whether every motion ends with mass and particle at rest, as under a force below the friction limit."""
     return _edge(friction, largest_forcing(scene.base)) >= 0.0 and particle.restitution < 1.0
 
 
 @kernel
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
-    """Bound on the total displacement by which impacts can still move a locked mass.
-
-    The bound is valid as long as the mass has moved outwards by at most `moved`.
-    """
+    """Bound on the total displacement of a locked mass by impacts, for outward motion of at most `moved`."""
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
     restitution = _restitution_of_a_held_wall(particle)
@@ -227,7 +220,7 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
 def _restitution_of_a_held_wall(particle: Particle) -> float:
     """Largest restitution at a wall that friction holds at rest.
 
-    A compliant wall then stops the mass β instead of the reduced mass β/(1 + β), so the damping ratio of the contact is
+    At a compliant wall at rest, the mass in contact is β instead of the reduced mass β/(1 + β), so the damping ratio is
     smaller by the factor √(1 + β). So the restitution is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
     """
     if particle.wall is not None:

@@ -1,4 +1,4 @@
-"""A run of whole half cycles: its scene, its memory, and its continuation."""
+"""Integration of a run over half cycles, and the data that are recorded during the run."""
 
 from math import inf
 from typing import NamedTuple
@@ -31,11 +31,10 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinate
 from damperlab.worker.steady.section.recurrence import LONGEST, RING
 
 EVENTS_PER_CYCLE = 100
-"""Average number of events per cycle allowed in the longest run, `max_cycles`; a run with more events ends early, with
-the measures so far.
-"""
+"""Largest average number of events per cycle, over `max_cycles` cycles; a run with more events ends early."""
 
-# Largest number of events in a cycle, and in each of its panels; beyond these, impacts follow too fast to resolve.
+# Largest number of events in a cycle and, in addition, in each panel. With more events, impacts follow too fast to be
+# resolved.
 _EVENTS_AT_ONCE = 2000
 _EVENTS_PER_WINDOW = 4
 _WINDOWS_PER_EVENT = 128  # number of panels without events that take about as long as one event
@@ -43,33 +42,33 @@ _LOG_ROWS = 4096
 
 
 class Notes(NamedTuple):
-    """The memory of a run.
+    """The recorded data of a run.
 
     Attributes
     ----------
     ring : array, shape (RING, SECTION_SIZE)
-        The last section points.
+        The section points of the last half cycles.
     struck : array, shape (RING,)
-        Impacts of the run up to each section point in `ring`.
+        Number of impacts of the run up to each section point in `ring`.
     recurrences, recurrences_before : array, shape (LONGEST + 1,)
-        Distance between the present section point and the one a period ago, for each period: at this examination and at
-        the previous one.
+        Distance between the last section point and the section point one period earlier, for each period, at the
+        current and at the previous examination.
     trace : array, shape (half cycles + 1, columns)
-        One row per metered half cycle; row 0 is the beginning.
+        One row per metered half cycle; row 0 is the start of metering.
     cycles : array, shape (2, cycles)
-        Per metered cycle, the mean of the peaks of |u| and |v| over the two one-cycle intervals that begin in it.
+        Peaks of |u| and |v| of each metered cycle (`trace.cycle_peaks`).
     series : array, shape (cycles,)
         Buffer for other series per cycle.
     meter : Meter
         Sums over the metered half cycles.
     log : Transitions
-        The transitions of one half cycle, for its Jacobian.
+        Transitions of one half cycle, from which the Jacobian is computed.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
-        Jacobian of the last orbit searched.
+        Jacobian of the orbit that was searched last.
     candidate_point, candidate_departure : array, shape (SECTION_SIZE,)
-        Section point of the candidate orbit, and the run's recorded distance from it.
+        Section point of the candidate orbit, and the recorded difference between the run and this point.
     candidate_jacobian : array, shape (SECTION_SIZE, SECTION_SIZE)
-        Jacobian of that orbit.
+        Jacobian of the candidate orbit.
     """
 
     ring: NDArray[np.float64]
@@ -89,14 +88,14 @@ class Notes(NamedTuple):
 
 @kernel
 def probe_of(scene: Scene) -> Scene:
-    """The same scene for the search for orbits, with separate counts, so that those of the run are never changed."""
+    """Return a copy of a scene with separate counts, for the search for orbits."""
     base, free, loaded, friction, particle, _, _ = scene
     return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), zero_counts(COUNTS))
 
 
 @kernel
 def begin_probe(probe: Scene, scene: Scene, halves: int) -> None:
-    """Start a search with the run's number of impacts and with room for the events of some half cycles."""
+    """Reset the counts of a probe for a search over `halves` half cycles, but copy the run's number of impacts."""
     for i in range(COUNTS):
         probe.counts[i] = 0
     probe.counts[IMPACTS] = scene.counts[IMPACTS]
@@ -105,14 +104,14 @@ def begin_probe(probe: Scene, scene: Scene, halves: int) -> None:
 
 @kernel
 def _room(scene: Scene, halves: int) -> int:
-    """Number of events allowed in some half cycles."""
+    """Largest allowed number of events in a number of half cycles."""
     room: int = halves * (_EVENTS_AT_ONCE // 2 + _EVENTS_PER_WINDOW * scene.base.windows)
     return room
 
 
 @kernel
 def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None) -> Notes:
-    """Empty notes of a run, with a meter for energies and acceleration as in `observe.meter.Meter`."""
+    """Make empty notes of a run; `energies` and `acceleration` are passed to the meter (`observe.meter.Meter`)."""
     cycles = max_cycles + LONGEST
     return Notes(
         zero_matrix(RING, SECTION_SIZE),
@@ -133,7 +132,7 @@ def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None
 
 @inlined
 def notes_on_addresses(notes: Notes) -> Notes:
-    """The same notes with addresses for the arrays of meter and log; the arrays must outlive it."""
+    """Replace the arrays of meter and log in the notes by addresses. The arrays must outlive the result."""
     ring, struck, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian = (
         notes
     )
@@ -145,8 +144,9 @@ def notes_on_addresses(notes: Notes) -> Notes:
 
 @kernel
 def work_done(scene: Scene, half: int) -> int:
-    """Work of a run so far, in events. It is a count instead of a time, so that the same study has the same bits
-    everywhere.
+    """Computational work of a run so far, in events.
+
+    The work is a count and not a time, so that the same study has the same bits everywhere.
     """
     done: int = scene.counts[SEGMENTS] + half * scene.base.windows // _WINDOWS_PER_EVENT
     return done
@@ -154,7 +154,7 @@ def work_done(scene: Scene, half: int) -> int:
 
 @kernel
 def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
-    """Start metering: row 0 of the trace."""
+    """Start metering, and write row 0 of the trace."""
     clear_meter(notes.meter)
     for i in range(COLUMNS):
         notes.trace[0, i] = 0.0
@@ -169,22 +169,22 @@ def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
 def advance(
     state: State, half: int, halves: int, row: int, scene: Scene, notes: Notes
 ) -> tuple[State, int, int]:
-    """Integrate some half cycles, recording every section point and, if metered, a row of the trace.
+    """Integrate half cycles, and record the section point and, if metered, a row of the trace after each half cycle.
 
     Parameters
     ----------
     state : State
         State after `half` half cycles.
     halves : int
-        How many.
+        Number of half cycles to integrate.
     row : int
-        Last written row of the trace; −1: not metered.
+        Last written row of the trace; −1 if the half cycles are not metered.
 
     Returns
     -------
     state : State
     half : int
-        Half cycles since the start of the run.
+        Number of half cycles since the start of the run.
     outcome : int
         ARRIVED, or the reason of an early end.
     """

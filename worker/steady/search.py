@@ -1,7 +1,6 @@
-"""The run towards the steady response, until it repeats or until its orbit or its mean peak is known.
+"""The run towards the steady response, which ends when the motion repeats, or when an orbit or the mean peak is known.
 
-The run itself is a plain integration. The search for orbits works on copies of its state with separate counts, so
-the run is always the same.
+The search for orbits uses copies of the state and separate counts, so the search does not change the run.
 """
 
 from math import inf, pi
@@ -39,17 +38,19 @@ from damperlab.worker.steady.stopping_rules import (
 )
 
 _UNBOUNDED = int(Status.UNBOUNDED)
-# Half cycles between two examinations of the section; while metering there are twice as many. The number is even, so
-# that whole cycles lie between two examinations. The smaller one is used if a half cycle takes long.
+# Number of half cycles between two examinations of the section, which is doubled while metering. The number is even, so
+# that whole cycles lie between two examinations. `_SHORT_CHUNK` is used if a half cycle has more than `_LONG_HALF`
+# panels and so takes long.
 _CHUNK = 32
 _SHORT_CHUNK = 8
-_LONG_HALF = 1000  # panels
-_SPARE_EVENTS = 20_000  # added to the number allowed for its cycles, so that a short run is not cut off
-# number of metered half cycles before the burn-in is over; `advance` and `look_farther` treat any negative number alike
+_LONG_HALF = 1000  # Number of panels above which a half cycle takes long.
+# Added to the number of events allowed for all cycles, so that a short run is not cut off.
+_SPARE_EVENTS = 20_000
+# Value of `metered_halves` during the burn-in; `advance` and `look_farther` treat all negative numbers alike.
 _NOT_METERED = -1
-_LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
-# First, the remaining displacement, over the static one, that a run ignores at any time. Second, the least amplitude to
-# which `tolerance` refers once the metered cycles suffice for a mean.
+_LOCKED_LAG = 2  # Period of a locked mass [half cycles], which is the period of the excitation.
+# `_AT_ONCE` is the remaining displacement of the mass at which a run may end before the metered cycles suffice for a
+# mean. `_SMALL` is the least amplitude to which `tolerance` refers afterwards. Both are relative to F₀/k.
 _AT_ONCE = 1e-6
 _SMALL = 1e-2
 
@@ -60,21 +61,21 @@ class Found(NamedTuple):
     Attributes
     ----------
     state : State
-        State on the orbit, or at the end of the run. If a particle still moves and the limit is a locked state, it is
-        the state at the end of the run too.
+        State on the orbit; without an orbit, or for a locked state with a moving particle, the state at the end of the
+        run.
     outcome : int
-        ARRIVED, or why the run ended early, for example because its peaks grow without a visible bound.
+        ARRIVED, or the reason for an early end, for example peaks that grow without a visible bound.
     look : SectionLook
-        At the end of the run.
+        Section data at the end of the run.
     orbit : Orbit
-        The orbit that the run tends to; its `period_halves` is 0 if no repetition was found.
+        The orbit to which the run tends; its `period_halves` is 0 if no repetition was found.
     mean : Estimate
         Estimate from the metered cycles; meaningful only if no repetition was found.
     known : bool
         Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit
         is known that the run may still reach.
     way_left : float
-        Distance from the orbit at which the mass may end, for a locked state with a moving particle.
+        Bound on the distance from `orbit` to the final position of a locked mass while the particle still moves.
     """
 
     state: State
@@ -93,13 +94,13 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     Parameters
     ----------
     start : State
-        At phase 0.
+        State at phase 0.
     scene, probe : Scene
         The scene of the run, and its copy for the search for orbits.
     notes : Notes
-        Filled during the run.
+        Data that are recorded during the run.
     settings : Settings
-        When to stop.
+        Rules for stopping the run.
 
     Returns
     -------
@@ -111,7 +112,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     work_allowed = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
     needed = burn_in_of(scene, settings)
     burn_in = needed // chunk * chunk
-    # metered cycles of the burn-in, since it ends between two examinations
+    # number of metered cycles that still belong to the burn-in, which ends between two examinations
     left_out = (needed - burn_in + 1) // 2
     state = start
     half = 0
@@ -166,8 +167,9 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
 
 @kernel
 def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: Notes) -> tuple[Orbit, float]:
-    """The locked state that the run is in or tends to, and the distance from it at which the mass may end. Its period
-    is 0 if there is none.
+    """Return the locked state that the run has reached or tends to, and a bound on the remaining displacement.
+
+    The period of the state is 0 if no such state exists.
     """
     if scene.particle is not None and scene.particle.friction is not None:
         if scene.friction is not None and not isinstance(scene.base, SineForce):
@@ -190,20 +192,21 @@ def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: No
 
 @kernel
 def _waited_for(locked: Orbit, metered_halves: int, settings: Settings) -> float:
-    """Remaining displacement, of a mass with a decelerating particle, that a run ignores."""
+    """Remaining displacement of a locked mass at which a run may end while the particle slows down."""
     return _allowed(locked, settings) if metered_halves >= 2 * FEWEST_MEASURED else _AT_ONCE
 
 
 @kernel
 def _allowed(locked: Orbit, settings: Settings) -> float:
-    """Distance from its locked state at which the position of a mass counts as known."""
+    """Distance from a locked state within which the position of the mass is considered known."""
     return settings.tolerance * max(abs(locked.state.v), _SMALL)
 
 
 @kernel
 def _slows_down(scene: Scene) -> bool:
-    """Whether the run tends to rest. If so, the mean of its peaks does not belong to a steady response, whatever they
-    do.
+    """Whether the run tends to rest.
+
+    If so, the mean peak does not describe a steady response, even if the error of the mean is small.
     """
     if scene.friction is not None:
         if scene.particle is not None and isinstance(scene.base, SineForce) and not rubs(scene.particle):
@@ -225,8 +228,7 @@ def _mean_so_far(left_out: int, metered_halves: int, notes: Notes) -> Estimate:
 def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
     """Number of leading section coordinates in which an orbit of the run closes.
 
-    The position of a particle with friction in its cavity matters only if it has struck a wall in the remembered
-    half cycles.
+    The position of a particle with friction matters only if the particle has struck a wall in the stored half cycles.
     """
     if rubs(scene.particle):
         before = notes.struck[(half - min(half, RING - 1)) % RING]
@@ -236,9 +238,7 @@ def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
 
 @kernel
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
-    """Whether the particle moves but has met no wall in the cycles of a mean, so that the mean lacks the impact to
-    come. A particle with friction drifts ever more slowly; if it meets no wall, the motion repeats in the end.
-    """
+    """Whether a moving particle has met no wall in the cycles of a mean, so that the mean lacks a future impact."""
     if scene.particle is not None:
         before, after = (
             notes.trace[2 * mean.first, IMPACTS_SO_FAR],
@@ -254,7 +254,7 @@ def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
     """Whether the peaks of the metered cycles grow, with no sign of an end.
 
     Without viscous damping at resonance, a cycle of amplitude A supplies π A and loses 4 γ_F A to friction as long as
-    the particle meets no wall. So a growth never ends in this case. Otherwise the peaks decide.
+    the particle meets no wall. So growth never ends if γ_F < π/4. In all other cases the trend of the peaks decides.
     """
     undamped = scene.base.two_zeta == 0.0 and scene.base.frequency_ratio == 1.0 and scene.counts[IMPACTS] == 0
     undamped = undamped and not rubs(scene.particle)
@@ -279,11 +279,11 @@ def _end_of_search(
     notes: Notes,
     settings: Settings,
 ) -> Found:
-    """The result of a run at its limit: the mean of the metered part or, without one, of one further cycle.
+    """Result of a run at the limit on cycles or events: the mean over the metered cycles, or over one further cycle.
 
-    If the peaks grow to the end of the run, their mean is not that of a steady response.
+    If the peaks grow to the end of the run, the outcome is UNBOUNDED.
     """
-    if metered_halves == _NOT_METERED:  # nothing remains after the burn-in
+    if metered_halves == _NOT_METERED:  # the limit was reached during the burn-in
         metered_halves = 0
         begin_trace(state, scene, notes)
     if metered_halves < 2:

@@ -1,4 +1,4 @@
-"""From a start state to the steady response of one design point."""
+"""Computation of the steady response of one design point from a start state."""
 
 from math import nan
 
@@ -56,8 +56,8 @@ _LOCKED = int(ResponseClass.LOCKED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
 _MODULATED = int(ResponseClass.MODULATED)
 _CHAOTIC = int(ResponseClass.CHAOTIC)
-_CLOSED = 1e-9  # relative distance within which a state repeats
-_ROUNDING = 1e-12  # rounding of displacements of the size of the excitation
+_CLOSED = 1e-9  # Relative distance within which a state repeats.
+_ROUNDING = 1e-12  # Rounding error of displacements, over the amplitude of the excitation.
 
 
 @kernel
@@ -69,39 +69,39 @@ def settle(
     settings: Settings,
     start: State,
 ) -> tuple[Response, State]:
-    """Steady response of one design point.
+    """Compute the steady response of one design point.
 
     Parameters
     ----------
     damping_ratio : float
         ζ.
     frequency_ratio : float or Forced
-        r of a shaken base, or of a force on the structure: all lengths are then over F₀/k.
+        r of a shaken base, or `Forced` for a force on the structure. Lengths are then divided by F₀/k.
     friction : float or None
-        γ_F > 0, or None: no friction in the kernel.
+        γ_F > 0; None for a kernel without friction.
     particle : Particle or None
-        With β > 0, or None: no particle in the kernel.
+        Particle with β > 0; None for a kernel without a particle.
     settings : Settings
-        When to stop.
+        Rules for stopping the run.
     start : State
         State at phase 0, for example `start.at_rest`.
 
     Returns
     -------
     response : Response
-        Its status gives the outcome of the search; nothing is raised.
+        The response, whose status gives the outcome of the search. No error is raised.
     end : State
-        State on the response, at phase 0 of the mirrored base.
+        State on the steady response, at phase 0 of the mirrored base.
 
     Notes
     -----
-    The run continues until one of these conditions is met. First, it repeats to rounding, or its remaining distance
-    from repetition is below `periodic_tolerance`, and the orbit does not repel it. Second, Newton's method finds a
-    periodic orbit, stable by its multipliers, and the run approaches it just as its linearisation predicts; the run
-    then tends to this orbit. Third, friction holds the mass permanently, or the mass creeps to such a position. Fourth,
+    The run continues until one of these conditions is met. First, the run repeats to rounding, or its remaining
+    distance from repetition is below `periodic_tolerance`, and the orbit does not repel the run. Second, Newton's
+    method finds a periodic orbit that is stable by its multipliers, and the run approaches this orbit as the
+    linearisation predicts. Third, friction holds the mass permanently, or the mass creeps to such a position. Fourth,
     under a force and with a decelerating particle, the remaining displacement is within `tolerance`. Fifth, after a
-    burn-in, the standard error of the mean peak is below `tolerance`, no particle is flying to its first wall, and the
-    run does not tend to rest. Last, `max_cycles` or the limit on events is reached.
+    burn-in, the standard error of the mean peak is below `tolerance`, a moving particle has met a wall, and the run
+    does not tend to rest. Last, `max_cycles` or the limit on events is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
     notes = make_notes(settings.max_cycles, settings.energies, settings.acceleration)
@@ -112,11 +112,9 @@ def settle(
 def _settled(
     start: State, scene: Scene, probe: Scene, notes: Notes, settings: Settings
 ) -> tuple[Response, State]:
-    """Do the work of `settle` after its arrays are created. The caller keeps them alive, and all later functions
-    receive their addresses.
+    """Compute the response for `settle`, with addresses in place of all arrays, which the caller keeps alive.
 
-    An address is one number, whereas numba represents an array by seven and writes code for all seven whenever the
-    array is passed on.
+    An address is one number, whereas numba passes an array as seven numbers and emits code for all seven.
     """
     scene, probe, notes = on_addresses(scene), on_addresses(probe), notes_on_addresses(notes)
     found = search(start, scene, probe, notes, settings)
@@ -131,8 +129,9 @@ def _settled(
 def _measured_orbit(
     found: Found, scene: Scene, probe: Scene, notes: Notes, settings: Settings
 ) -> tuple[Response, State]:
-    """Response over one period, and the state after it. The response counts as converged only if the orbit itself is
-    known to `settings.tolerance`.
+    """Return the response over one period, and the state after this period.
+
+    The response is converged only if the orbit itself is known to `settings.tolerance`.
     """
     state = found.orbit.state
     cycles = found.look.half // 2
@@ -159,7 +158,7 @@ def _measured_orbit(
     )
     error = found.orbit.error + found.way_left
     mean = mean_of_period(notes.trace, period_halves, error)
-    # a response of the size of rounding cannot be known more closely
+    # a response as small as rounding errors cannot be known more accurately
     is_known = found.known and found.orbit.error <= settings.tolerance * max(mean.amplitude, _ROUNDING)
     status = _CONVERGED if is_known else _MAX_CYCLES
     response = measured_response(
@@ -171,13 +170,13 @@ def _measured_orbit(
         _acceleration_of_period(period_halves, halves, notes),
         Kind(response_class, period, multiplier, error, cycles, status),
     )
-    # if the particle still moves, a continuation starts from the present state
+    # if the particle still moves, a continuation starts from the state at the end of the run
     return response, state if found.way_left == 0.0 else found.state
 
 
 @kernel
 def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tuple[Response, State]:
-    """Response over the metered stretch of a run that does not repeat, and its final state."""
+    """Return the response over the metered stretch of a run that does not repeat, and the final state of the run."""
     state = found.state
     mean = found.mean
     stretch = stretch_of(notes.trace, 2 * mean.first, 2 * mean.last)
@@ -185,7 +184,7 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
     # without a particle all motions converge: see `candidate.attracts_all`
     if probe.particle is not None:
         if share_stuck(stretch, probe.base.frequency_ratio) >= FEWEST_STUCK:
-            response_class = _LOCKED  # the particle alone does not repeat
+            response_class = _LOCKED  # only the motion of the particle does not repeat
         else:
             begin_probe(probe, scene, HALVES_FOLLOWED)
             if is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size):
@@ -212,7 +211,7 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
 
 @kernel
 def _acceleration_of_period(period_halves: int, halves: int, notes: Notes) -> tuple[float, float] | None:
-    """Results for u'' from the trace of an orbit; None if it was not metered."""
+    """Mean peak of |u''|, and ∫u''² dτ, on an orbit; None if u'' was not metered."""
     if notes.meter.acceleration is not None:
         return acceleration_of_period(notes.trace, period_halves, halves)
     return None
@@ -220,7 +219,7 @@ def _acceleration_of_period(period_halves: int, halves: int, notes: Notes) -> tu
 
 @kernel
 def _acceleration_of_run(first: int, last: int, notes: Notes) -> tuple[float, float] | None:
-    """Results for u'' from the trace of a run that does not repeat; None if it was not metered."""
+    """Mean peak of |u''|, and ∫u''² dτ, in a run that does not repeat; None if u'' was not metered."""
     if notes.meter.acceleration is not None:
         return acceleration_of_run(notes.trace, first, last)
     return None
@@ -228,9 +227,9 @@ def _acceleration_of_run(first: int, last: int, notes: Notes) -> tuple[float, fl
 
 @kernel
 def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, notes: Notes) -> int:
-    """The shortest part of a period after which the state already repeats, within the error of the orbit.
+    """Shortest part of the period after which the state already repeats within the error of the orbit.
 
-    It must be the orbit itself that repeats: just beyond a period doubling, a shorter orbit that repels is very near.
+    No other orbit is searched, because just beyond a period doubling a shorter, repelling orbit is very near.
     """
     period_halves = found.orbit.period_halves
     known = _CLOSED * found.look.scale + 100.0 * found.orbit.error
@@ -242,7 +241,7 @@ def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, not
             begin_probe(probe, scene, shorter)
             there, complete = march_with_jacobian(state, shorter, probe, notes.log, notes.monodromy)
             coordinates(there, scene.particle, end)
-            # half a cycle is not a period with gravity, which is not mirrored
+            # half a cycle is not a period under gravity, because gravity is not mirrored
             if complete and down_of(there.slide) == down_of(state.slide) and _is_near(end, start, known):
                 return shorter
     return period_halves
@@ -250,7 +249,7 @@ def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, not
 
 @kernel
 def _is_near(point: NDArray[np.float64], other: NDArray[np.float64], known: float) -> bool:
-    """Whether two section points agree within their errors, in every coordinate."""
+    """Whether two section points agree within `known` in every coordinate."""
     near = True
     for i in range(SECTION_SIZE):
         near = near and abs(point[i] - other[i]) <= known

@@ -10,7 +10,7 @@ from damperlab.worker.solver.state import State
 
 @kernel
 def at_rest(frequency_ratio: float | Forced, friction: float | None, particle: Particle | None) -> State:
-    """Everything at rest in the absolute frame: v' = −r, or 0 under a force, which begins at 0.
+    """Make a state with mass and particle at rest in the absolute frame: v' = −r, or v' = 0 under a force.
 
     The particle is in the middle of its cavity or, under gravity, on the lower wall.
     """
@@ -24,7 +24,7 @@ def at_rest(frequency_ratio: float | Forced, friction: float | None, particle: P
         if particle.friction is not None:
             riding = 1.0
         if particle.gravity is not None:
-            gap = 0.0  # on the lower wall
+            gap = 0.0
     return State(
         0.0,
         0.0 - base_rate_at_phase_zero(frequency_ratio),
@@ -51,9 +51,9 @@ def carried(
     Parameters
     ----------
     state : State
-        At phase 0.
+        State at phase 0.
     excitation_before, excitation : float or Forced
-        Frequency of the state, and the new frequency.
+        Frequency of the excitation for the given state, and the new frequency.
     shrinks : float
         Ratio of the previous to the present reference length.
     """

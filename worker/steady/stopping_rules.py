@@ -8,27 +8,24 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.steady.response.standard_errors import Estimate
 
 LARGEST_BURN_IN = 0.2
-"""Largest share of `max_cycles`, or of the events allowed, for a burn-in; without damping there is no other bound."""
+"""Largest fraction of `max_cycles`, or of the allowed events, for a burn-in; without damping this is the only bound."""
 FEWEST_MEASURED = 768
-"""Cycles before a standard error is used."""
+"""Least number of measured cycles for which a standard error is used."""
 
-_TRANSIENT_LEFT = 0.02  # remaining share of a free vibration after the burn-in
-# Frequency ratio below which a burn-in is longer, 1/e. At this ratio the remainder is 0.02 e² = 15 % of the response's
-# velocity, which the test of stationarity detects. With 1 instead, a burn-in at r = 0.5 would be a third longer, by ln
-# 4 in addition to ln 50.
+_TRANSIENT_LEFT = 0.02  # Fraction of a free vibration that remains after the burn-in.
+# Frequency ratio, 1/e, below which a burn-in is longer. At this ratio the remaining transient is 0.02 e² = 15 % of the
+# response's velocity, which the test of stationarity detects.
 _SLOW = 0.37
-_CORRELATIONS = 100.0  # least number of correlation times measured
-# Smallest and largest factor from the cycles of one check to those of the next. An error is itself uncertain by a
-# tenth, so the number of cycles that it requires is uncertain by a fifth, and a later check would overshoot by that
-# much.
+_CORRELATIONS = 100.0  # Least number of correlation times in the measured cycles.
+# Smallest and largest ratio of the number of cycles at one check to the number at the previous check. An estimated
+# error is uncertain by a tenth, so the number of cycles that it requires is uncertain by a fifth. A later check could
+# exceed the required number by this much.
 _SOONEST_LOOK = 1.05
 _LATEST_LOOK = 1.25
 
 
 class Settings(NamedTuple):
-    """Criteria for stopping, from the study's `steady` block, and whether energies and acceleration are measured (as in
-    `Meter`).
-    """
+    """Criteria for stopping, from the study's `steady` block, and whether energies and acceleration are measured."""
 
     max_cycles: int
     tolerance: float
@@ -39,15 +36,14 @@ class Settings(NamedTuple):
 
 @kernel
 def burn_in_of(scene: Scene, settings: Settings) -> int:
-    """Half cycles after which the slowest free vibration, that of the structure, has nearly decayed; it falls as
-    e^(−ζτ).
+    """Number of half cycles after which the free vibration of the structure, e^(−ζτ), has nearly decayed.
 
     The burn-in ends when `_TRANSIENT_LEFT` of the vibration remains, after ln(50) r/(2πζ) = 0.62 r/ζ cycles and at
     least one. A longer transient is detected from the data (`standard_errors.estimate`).
 
-    Far below resonance a run from rest starts with the velocity r of the base, whereas the response's velocity against
-    the base is of the order r³. So below `_SLOW` the transient must fall by correspondingly more. It falls as e^(−ζτ/(1
-    + β)), the rate of both bodies, since the particle is carried along.
+    Far below resonance a run from rest starts with the velocity r of the base, whereas the response's velocity relative
+    to the base is of the order r³. So for r below `_SLOW` the transient must decay further. With a particle, which is
+    carried along, the transient decays as e^(−ζτ/(1 + β)).
     """
     longest = LARGEST_BURN_IN * settings.max_cycles
     base = scene.base
@@ -64,9 +60,7 @@ def burn_in_of(scene: Scene, settings: Settings) -> int:
 
 @kernel
 def is_known(mean: Estimate, settings: Settings) -> bool:
-    """Whether the mean of a response that does not repeat is known to the tolerance, from enough data, without a
-    drift.
-    """
+    """Whether the mean of a response that does not repeat is known to the tolerance, from enough stationary data."""
     measured = mean.last - mean.first
     return (
         mean.error <= settings.tolerance * mean.mean
@@ -78,10 +72,10 @@ def is_known(mean: Estimate, settings: Settings) -> bool:
 
 @kernel
 def next_estimate(mean: Estimate, settings: Settings) -> int:
-    """Number of metered cycles at the next check, planned from this one.
+    """Number of metered cycles at the next check, planned from the current estimate.
 
-    There are few checks, each at a length fixed before its data are known, because checking until the error happens to
-    be small would understate it.
+    The time of a check is fixed in advance. Checks that were repeated until the error happened to be small would
+    understate the error.
     """
     measured = mean.last - mean.first
     needed = _CORRELATIONS * mean.correlation

@@ -1,1 +1,1 @@
-"""The process of a worker: how it joins, checks itself, computes blocks and leaves."""
+"""The process of a worker, which joins a cluster, checks its own results, computes blocks and leaves."""

@@ -1,8 +1,8 @@
-"""Computes a block in a separate process, so that its effect on that process is visible and harmless.
+"""Computes a block in a separate process, so that a block that crashes does not end its worker.
 
-A lost worker may have been killed by its block, switched off with its machine, or asked to leave: all three look alike
-from outside. If a process ends by a signal and its parent survives, either its computation crashed, or the system
-ended it to free memory.
+If a worker is lost, the coordinator cannot see the reason. The block may have crashed, the machine may have been
+switched off, or the worker may have been asked to leave. If a separate process ends by a signal and the worker
+survives, the block has crashed, or the system has ended the process to free memory.
 """
 
 import os
@@ -18,32 +18,32 @@ import cloudpickle
 from damperlab.worker.outcomes import Crashed, Leaving
 
 _TO_ALL = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""Signals that are sent to all processes of a worker to end it."""
+"""Signals that the system sends to all processes of a worker in order to end the worker."""
 
 
 def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Call a function in a separate process, which ends with this one.
+    """Call a function in a separate process, which ends with this process.
 
     Parameters
     ----------
     function : callable
         The function.
     *arguments : object
-        Its arguments.
+        Arguments of the function.
 
     Returns
     -------
     object
-        What the function returned.
+        Result of the function.
 
     Raises
     ------
     Crashed
-        The process ended during the call.
+        If the separate process ended during the call.
     Leaving
-        It was asked to end by another process.
+        If another process asked the separate process to end.
     Exception
-        What the function raised.
+        If the function raised this exception.
     """
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     process = subprocess.Popen(
@@ -60,8 +60,8 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
             process.stdin.write(len(asked).to_bytes(8, "big") + asked)
             process.stdin.flush()
         except BrokenPipeError:
-            pass  # its exit status tells more
-        # its standard input stays open; the process ends when it is closed, for example by the death of this process
+            pass  # the exit status of the process gives the reason
+        # the separate process ends when its standard input is closed, for example by the end of this process
         answer = process.stdout.read()
         status = process.wait()
     if status != 0 or not answer:
@@ -76,7 +76,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def _answer(source: int, sink: int) -> None:
-    """Read a call from one descriptor, write its result to another, and end the process."""
+    """Read a function call from the descriptor `source`, write its result to `sink`, and end the process."""
     with os.fdopen(source, "rb") as calls:
         asked = calls.read(int.from_bytes(calls.read(8), "big"))
         threading.Thread(target=_end_with_parent, args=(source,), daemon=True).start()
@@ -87,7 +87,7 @@ def _answer(source: int, sink: int) -> None:
             told = False, error
         with os.fdopen(sink, "wb") as out:
             out.write(cloudpickle.dumps(told))
-        # the reading thread would prevent the interpreter from ending cleanly
+        # the thread that reads standard input would prevent a normal end of the interpreter
         os._exit(0)
 
 
@@ -97,7 +97,7 @@ def _end_with_parent(source: int) -> None:
 
 
 if __name__ == "__main__":
-    # the function's output goes to the log, not into the answer
+    # prints of the function go to standard error, because standard output carries the answer
     answer_to = os.dup(1)
     os.dup2(2, 1)
     _answer(0, answer_to)

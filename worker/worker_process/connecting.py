@@ -1,4 +1,4 @@
-"""Connects a worker to its scheduler: finds the address at which it can be reached, and waits to be accepted."""
+"""Connects a worker to its scheduler."""
 
 import asyncio
 import socket
@@ -14,24 +14,29 @@ from distributed.comm import connect
 from damperlab.worker.cluster.certificates import refusal
 
 ASK_AGAIN_SECONDS = 1.0
-"""Interval between checks for a route to the scheduler."""
+"""Interval between checks for a route to the scheduler [s]."""
 REFUSED_AGAIN_SECONDS = 5.0
-"""Time after which a refused worker tries again, since the certificates of either side may have been renewed."""
+"""Time after which a refused worker tries again [s], since the certificates may have been renewed meanwhile."""
 
 
 async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: float) -> str | None:
-    """Give this machine's address on the route to the scheduler, once there is one; None if the wait is over.
+    """Wait for a route to the scheduler, and return the address of this machine on that route.
 
-    Without a route, the library would use the loopback address, at which nobody could reach the worker later.
+    Without a route, Dask would use the loopback address, and other machines could not reach the worker later.
 
     Parameters
     ----------
     scheduler : str
-        Its address.
+        Address of the scheduler.
     told : Future
-        Future that is done once the worker is asked to leave.
+        Future that is done when the worker is asked to leave.
     limit_seconds : float
         Longest wait [s].
+
+    Returns
+    -------
+    str or None
+        The address. None if the worker was asked to leave, or there was no route within the limit.
     """
     loop = asyncio.get_running_loop()
     parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
@@ -41,7 +46,7 @@ async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: f
             found = await loop.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_DGRAM)
             family, kind, protocol, _, address = found[0]
             with socket.socket(family, kind, protocol) as probe:
-                # nothing is sent
+                # a datagram socket sends nothing when it connects
                 probe.connect(address)
                 return str(probe.getsockname()[0])
         if not waits:
@@ -55,24 +60,31 @@ async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: f
 async def joined(
     worker: Worker, security: Security, told: "asyncio.Future[str]", limit_seconds: float
 ) -> bool:
-    """Start a worker once its scheduler accepts it; False if the wait ends before that.
+    """Wait until the scheduler accepts connections of a worker, and start the worker.
 
     Parameters
     ----------
     worker : Worker
-        Not started yet.
+        The worker, which has not been started yet.
     security : Security
-        Its certificate.
-    told, limit_seconds : Future, float
-        As for `own_host`.
+        TLS settings with the worker's certificate.
+    told : Future
+        Future that is done when the worker is asked to leave.
+    limit_seconds : float
+        Longest wait [s].
+
+    Returns
+    -------
+    bool
+        Whether the worker has started. False if the worker was asked to leave, or the limit has passed.
     """
 
     async def join() -> None:
-        # if certificates do not match, the library would try ten times a second forever without reporting it
+        # if the certificates do not match, Dask would try to connect ten times a second for ever, without a message
         await _let_in(worker.scheduler.address, security)
         await worker.start()
 
-    # the library would wait forever, without noticing a request to leave
+    # Dask alone would wait for ever, even if the worker is asked to leave
     joining = asyncio.ensure_future(join())
     awaited: list[asyncio.Future[Any]] = [joining, told]
     limit = limit_seconds if limit_seconds < float("inf") else None
@@ -86,14 +98,14 @@ async def joined(
 
 
 async def _let_in(scheduler: str, security: Security) -> None:
-    """Wait until a scheduler accepts this worker."""
+    """Wait until a scheduler accepts connections of this worker."""
     said = ""
     while True:
         began = time.monotonic()
         try:
-            # the certificates are read again at each attempt
+            # each attempt reads the certificates from their files again
             comm = await connect(scheduler, **security.get_connection_args("worker"))
-        # the other side causes a value error if it sends before encryption has begun
+        # ValueError is raised if the other side sends data before the connection is encrypted
         except (OSError, ValueError) as error:
             why = refusal(error) or ("" if isinstance(error, OSError) else str(error))
         else:

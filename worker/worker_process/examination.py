@@ -1,4 +1,4 @@
-"""Tests before a worker computes for a study: its code, its access to the data, and a few points."""
+"""Test of a worker before its first block. The test compares the code, reads the data and computes a few points."""
 
 import hashlib
 from collections import Counter
@@ -15,20 +15,20 @@ from damperlab.worker.provenance import computing, require_code
 from damperlab.worker.worker_process.tasks import solve_stored
 
 POINTS = 3
-"""Number of points that every worker computes before its first block; for a continuation they are one row."""
+"""Number of points in the test of a worker. In a continuation study, the test has one row of points instead."""
 _MEASURED = ("run_time",)
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A worker's answer.
+    """Result of the test of a worker.
 
     Parameters
     ----------
     facts : dict of str
-        What `computing()` gives at the worker.
+        Result of `computing()` at the worker.
     bits : str
-        Bits of the requested points, see `bits_of`; empty if none were requested.
+        Hash of the results at the requested points, see `bits_of`; empty if no points were requested.
     """
 
     facts: dict[str, str]
@@ -36,14 +36,20 @@ class Answer:
 
 
 def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Answer:
-    """Report this worker's solver, after reading the study from its cube. A Dask task calls this function.
+    """Read a study from its cube at a worker, compute a few points, and return the result of this test.
 
     Parameters
     ----------
     cube_path, digest, code : str
-        As for `damperlab.worker.worker_process.tasks.run_block`.
+        Arguments of `damperlab.worker.worker_process.tasks.run_block`.
     canary : Block, optional
-        A few points to compute.
+        Points to compute.
+
+    Returns
+    -------
+    Answer
+        This worker's solver, and the hash of the points' results. If the computation raises an exception, a description
+        of the exception replaces the hash.
 
     Raises
     ------
@@ -59,13 +65,13 @@ def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Ans
     except OSError:
         raise
     except Exception as error:
-        # this is an answer like others: if all workers give it, the points are the cause
+        # the answer contains the exception: if all workers give the same answer, the points are the cause
         bits = f"raises {type(error).__name__}: {error}"
     return Answer(computing(), bits)
 
 
 def canary_of(plan: Plan, block: int) -> Block:
-    """Choose points of a block that are cheap to compute.
+    """Choose a few points of a block as a test of the workers.
 
     Parameters
     ----------
@@ -77,8 +83,8 @@ def canary_of(plan: Plan, block: int) -> Block:
     Returns
     -------
     Block
-        A box in its first corner: few points along the last dimension, or one complete row if it must not be
-        divided.
+        The first `POINTS` points along the last dimension, at the first index of all other dimensions. A study whose
+        rows must not be divided gets the complete row.
     """
     box = plan.block(block)
     points = box.shape[-1] if plan.study.whole_rows else min(box.shape[-1], POINTS)
@@ -86,7 +92,7 @@ def canary_of(plan: Plan, block: int) -> Block:
 
 
 def bits_of(values: Mapping[str, Any]) -> str:
-    """Hash every bit of some values, except measured times; 16 hex digits."""
+    """Return a hash of all values except measured times, as 16 hexadecimal digits."""
     digest = hashlib.sha256()
     for name in sorted(set(values) - set(_MEASURED)):
         digest.update(f"{name}\n".encode())
@@ -95,9 +101,7 @@ def bits_of(values: Mapping[str, Any]) -> str:
 
 
 def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str]) -> str:
-    """Hash the stored results of some points in the same way as `bits_of` does for a worker's.
-
-    Empty if a point has no computed result: its block failed, or its file is missing, or is removed meanwhile.
+    """Return the hash of the stored results at some points, see `bits_of`.
 
     Parameters
     ----------
@@ -109,6 +113,11 @@ def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str
         Points of a block that is done.
     names : collection of str
         Names of the stored variables.
+
+    Returns
+    -------
+    str
+        The hash; empty if the result of a point is missing, because its block failed or its file was removed.
     """
     where = dict(zip(study.coordinates, canary.slices, strict=True))
 
@@ -123,12 +132,12 @@ def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str
 
 
 def majority(answers: Mapping[str, str]) -> str | None:
-    """Give the answer of a majority; None if there is none.
+    """Return the answer that more than half of the workers give; None if there is no such answer.
 
     Parameters
     ----------
     answers : mapping
-        Answers by worker; a single one counts as a majority.
+        Answers by worker.
     """
     if not answers:
         return None

@@ -1,4 +1,4 @@
-"""Self-check of a worker: it computes points with known values, and the time of a file shows the last success."""
+"""Self-check of a worker. The worker computes points with known results, and touches a file after each success."""
 
 import asyncio
 from collections.abc import Callable
@@ -11,22 +11,22 @@ from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
 
 EVERY_SECONDS = 10.0
-"""Interval between computations of the known block, which take milliseconds."""
+"""Interval between self-checks [s]. Each self-check takes milliseconds."""
 
 _DAMPING_RATIO = 0.0038
 _METRIC = "relative_amplitude_ratio"
 KNOWN = {
-    # at r = 1 without friction it is 1/(2ζ)
+    # without friction, the ratio at r = 1 is 1/(2ζ)
     0.0: 1.0 / (2.0 * _DAMPING_RATIO),
-    # Den Hartog's exact solution of slip without stops, eight digits
+    # eight digits of Den Hartog's exact solution for slip without stops
     0.6: 31.059792,
 }
-"""Relative amplitude over that of the base at r = 1 and ζ = 0.0038, by the friction ratio."""
+"""Known ratio of the relative amplitude to the base amplitude at r = 1 and ζ = 0.0038, by friction ratio."""
 _TOLERANCE = 1e-6
 
 
 def known_study() -> Study:
-    """Give the study of the known block: one block, two points."""
+    """Return the study of the self-check, which has two points in one block."""
     axes = {"friction_ratio": list(KNOWN), "frequency_ratio": 1.0}
     document = {"particle": False, "damping_ratio": _DAMPING_RATIO, "axes": axes}
     found = parse_study(document)
@@ -35,12 +35,17 @@ def known_study() -> Study:
 
 
 def wrong_answers(solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block) -> str:
-    """Compute the known block; describe wrong values, or return an empty text.
+    """Compute the points of the self-check and compare the results with the known values.
 
     Parameters
     ----------
     solve : callable
-        Computes a block.
+        Function that computes a block.
+
+    Returns
+    -------
+    str
+        Description of the wrong values; empty if all values are right.
     """
     study = known_study()
     values = solve(study, Block.whole(study.shape))[_METRIC].ravel()
@@ -57,10 +62,10 @@ async def show_alive(
     tell: Callable[[str], None],
     solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block,
 ) -> None:
-    """Touch a file as long as the known block is right; otherwise call `tell` with the error."""
+    """Repeat the self-check, and touch a file after each success. After a failure, call `tell` and stop."""
     loop = asyncio.get_running_loop()
     while True:
-        # in a thread, so that this worker answers requests meanwhile
+        # a thread computes, so that this worker can answer requests in the meantime
         wrong = await loop.run_in_executor(None, wrong_answers, solve)
         if wrong:
             tell(f"it computes wrong values for known points: {wrong}")

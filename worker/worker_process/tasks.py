@@ -1,4 +1,4 @@
-"""The tasks that Dask runs at a worker: to compute and store a block, and to answer the coordinator."""
+"""Functions that Dask tasks call at a worker. They compute and store a block, or compute points without storing."""
 
 import json
 import time
@@ -37,37 +37,37 @@ def run_block(
     sources: tuple[Source, ...] = (),
     solver: str = "",
 ) -> BlockOutcome:
-    """Solve one block and write its region. A Dask task calls this function.
+    """Compute one block of a study and write its results to the cube. A Dask task calls this function.
 
-    The study's definition is not sent with the task: it may have axes of a million values, and the worker must reach
-    the cube anyway.
+    The worker reads the study's definition from the cube, because the axes of a study may have a million values.
 
     Parameters
     ----------
     cube_path : str
         Address of the cube.
     digest : str
-        Digest of the study, so that the definition of another study is never taken from a cache.
+        Digest of the study, which is compared with the digest in the cube.
     block : Block
         The block.
     code : str
-        `code_hash()` of the coordinator. Checked with every block: workers join while a study runs.
+        Result of `code_hash()` at the coordinator, checked for every block, because workers can join during a run.
     generation : str
-        Identifies this attempt's file; no other attempt of any run has the same generation.
+        Part of the name of the block's file, unique among all attempts of all runs.
     sources : tuple of Source
-        Known points of the block in earlier studies.
+        Parts of earlier studies from which points of the block are taken.
     solver : str
-        The identity of the study's solver; empty for this worker's.
+        Identity of the study's solver; if empty, the solver of this worker is accepted.
 
     Returns
     -------
     BlockOutcome
-        `kernel_seconds` is CPU time of this thread inside `solve_block`, with kernels already loaded.
+        Report on the block. The field `kernel_seconds` is the CPU time of this thread for the computation, after the
+        kernels were loaded.
 
     Raises
     ------
     WrongCode
-        If this worker's sources differ from the coordinator's, or its results would differ from the study's.
+        If this worker's sources differ from the coordinator's, or this worker's solver differs from the study's.
     OSError
         If the cube cannot be read or written.
     """
@@ -104,7 +104,7 @@ def _computed(
 
 @lru_cache(maxsize=8)
 def _motion(cube_path: str, source: RecordSource) -> GroundMotion:
-    """Read a record from the study's own copy: no worker needs the folder of the records."""
+    """Read a ground-motion record from the copy in the cube, so that workers do not need the folder of records."""
     try:
         return source.read(_shelf(cube_path).get(source.key))
     except (FileNotFoundError, ValueError) as error:
@@ -114,14 +114,21 @@ def _motion(cube_path: str, source: RecordSource) -> GroundMotion:
 
 
 def solve_stored(cube_path: str, digest: str, block: Block | None) -> dict[str, np.ndarray] | None:
-    """Compute some points of a study from its cube, and store nothing.
+    """Read a study from its cube, and compute some points without storing the results.
 
     Parameters
     ----------
-    cube_path, digest : str
-        As for `run_block`.
+    cube_path : str
+        Address of the cube.
+    digest : str
+        Digest of the study.
     block : Block, optional
-        The points; without them the study is only read.
+        Points to compute. By default, no points are computed and the study is only read.
+
+    Returns
+    -------
+    dict of ndarray or None
+        Stored variables at the points; None if there is no `block`.
 
     Raises
     ------
@@ -133,17 +140,20 @@ def solve_stored(cube_path: str, digest: str, block: Block | None) -> dict[str, 
 
 
 def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
-    """Give the values of a block that could not be computed.
+    """Return the values to store for a block that could not be computed.
 
     Parameters
     ----------
-    study, block : AnyStudy, Block
+    study : AnyStudy
+        The study.
+    block : Block
         The block.
 
     Returns
     -------
     dict of ndarray
-        Every stored variable, shaped `block.shape`: the status is BLOCK_FAILED, all other values are empty.
+        Array of shape `block.shape` for each stored variable. The status is BLOCK_FAILED at all points, and all other
+        variables have their fill values.
     """
     values = {
         variable.name: np.full(block.shape, variable.fill, dtype=variable.dtype)
@@ -154,11 +164,11 @@ def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
 
 
 def _shelf(cube_path: str) -> Shelf:
-    """Open a cube; raise `OSError` also if this worker lacks the keys or the library for it."""
+    """Open a cube. Raise `OSError` if it cannot be reached, or this worker lacks the store's access keys or library."""
     try:
         return open_shelf(cube_path)
     except StoreFault as error:
-        # this is the worker's fault, not that of its points
+        # the worker is the cause; OSError prevents the points from being recorded as failed
         raise OSError(str(error)) from error
 
 
@@ -168,10 +178,10 @@ def _study(cube_path: str, digest: str) -> Study | Suite:
     if described.digest != digest:
         raise OSError(f"the cube {cube_path} holds study {described.digest}, not {digest}")
     try:
-        # this is the submitted definition, since its digest is compared
+        # the check of the digest above ensures that this is the definition of the submitted study
         return parse_stored(json.loads(str(described.attributes["study"])), digest)
     except (DefinitionDamaged, ValueError) as error:
-        # the points are not at fault, so the study stops and none of them is recorded as failed
+        # the points are not the cause; with OSError the study stops, and no point is recorded as failed
         raise OSError(
             f"the description of the cube {cube_path} is damaged ({error}); `damperlab store verify "
             "--repair` writes it again"

@@ -1,6 +1,4 @@
-"""A worker process that leaves cleanly: when asked to leave, it takes no more blocks, completes or returns its block,
-and exits.
-"""
+"""The main loop of a worker process. Before the worker exits, it completes or gives back its running block."""
 
 import asyncio
 import math
@@ -23,33 +21,34 @@ from damperlab.worker.worker_process.connecting import REFUSED_AGAIN_SECONDS, jo
 from damperlab.worker.worker_process.self_check import show_alive
 
 LOOK_SECONDS = 0.2
-"""Interval between checks for a notice and of the remaining work."""
+"""Interval between checks for a reason to leave, and between checks of the remaining work [s]."""
 ASK_SECONDS = 5.0
-"""Interval between requests for a notice from an address: notices come 30 to 120 s before the machine ends."""
+"""Interval between requests to `Terms.notice_url` [s]. Clouds announce the end of a machine at least 30 s before."""
 ANSWER_SECONDS = 2.0
-"""Longest time of a request for a notice."""
+"""Longest wait for the answer to a request to `Terms.notice_url` [s]."""
 _NOT_YET = (b"false", b"none", b"")
 
 
 @dataclass(frozen=True)
 class Terms:
-    """Conditions for leaving.
+    """Conditions under which a worker leaves its cluster.
 
     Parameters
     ----------
     leave_within_s : float
-        Longest time from the request to leave until the worker is gone [s]; a block that still runs then is returned.
+        Longest time from the request to leave until the worker has ended [s]. A block that still runs after this time
+        is given back.
     lifetime_s : float, optional
-        It leaves before this time has passed [s], for example before a batch system ends it.
+        Longest time from the start of the worker until it has left [s], for example the time of its job in a batch
+        system.
     notice : Path, optional
-        It leaves once this file exists, which for example the watcher of a spot market creates.
+        File whose existence makes the worker leave. A program that detects the end of the machine can create the file.
     notice_url : str, optional
-        It leaves once this address announces the end of the machine, see `announced`; empty for no address.
+        Web address that announces the end of the machine, see `announced`. The announcement makes the worker leave.
     leave_idle_s : float, optional
-        It leaves after this time without a block, or without a scheduler that answers [s].
+        Time without a block, or without an answer of a scheduler, after which the worker leaves [s].
     alive : Path, optional
-        Every few seconds it computes points with known values and then touches this file; if the values are wrong, it
-        leaves.
+        File that the worker touches after each successful self-check. If a self-check fails, the worker leaves.
     """
 
     leave_within_s: float = 25.0
@@ -61,25 +60,25 @@ class Terms:
 
 
 async def work(scheduler: str, security: Security, terms: Terms, memory_limit: str, name: str | None) -> int:
-    """Work for a scheduler until asked to leave. If the scheduler is lost, wait for it and continue.
+    """Run a worker until it is asked to leave. If the scheduler is lost, wait until it comes back.
 
     Parameters
     ----------
     scheduler : str
-        Its address.
+        Address of the scheduler.
     security : Security
-        This worker's certificate.
+        TLS settings with this worker's certificate.
     terms : Terms
-        Conditions for leaving.
+        Conditions under which the worker leaves.
     memory_limit : str
-        In Dask's notation: "auto", "4GB", "0" for none.
+        Memory limit in Dask's notation, for example "auto", "4GB", or "0" for no limit.
     name : str, optional
-        Its name.
+        Name of the worker.
 
     Returns
     -------
     int
-        Exit status: 0 if it left on request, 1 if no scheduler answered in time, or its results are wrong.
+        Exit status: 0 if the worker left on request, 1 if no scheduler answered in time or a self-check failed.
     """
     loop = asyncio.get_running_loop()
     told: asyncio.Future[str] = loop.create_future()
@@ -97,7 +96,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
         if not told.done():
             told.set_result(reason)
 
-    # started before a scheduler is found, because a waiting worker is alive too
+    # the self-checks begin before a scheduler is found, because a waiting worker must touch the file too
     showing = None if terms.alive is None else asyncio.ensure_future(show_alive(terms.alive, give_up))
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, tell, signal.Signals(number).name)
@@ -120,7 +119,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
 
 
 def _patience(terms: Terms, began: float) -> float:
-    """Give the remaining wait for a scheduler [s]."""
+    """Return the longest time to wait for a scheduler from now on [s]."""
     lifetime = math.inf if terms.lifetime_s is None else began + terms.lifetime_s - time.monotonic()
     return max(0.0, min(lifetime, math.inf if terms.leave_idle_s is None else terms.leave_idle_s))
 
@@ -133,7 +132,7 @@ async def _connected(
     memory_limit: str,
     name: str | None,
 ) -> Worker | None:
-    """Give a worker that its scheduler has accepted; None if that fails."""
+    """Return a started worker; None if the worker must leave, or no scheduler answers in time."""
     gives_up_at = time.monotonic() + limit_seconds
     while (left := gives_up_at - time.monotonic()) > 0.0:
         host = await own_host(scheduler, told, left)
@@ -150,7 +149,7 @@ async def _connected(
         )
         try:
             return worker if await joined(worker, security, told, left) else None
-        # for example if the scheduler ends meanwhile, or has not yet noticed that a worker of this name has gone
+        # for example, the scheduler ends meanwhile, or it has not noticed yet that a worker with this name has left
         except (OSError, RuntimeError, ValueError) as error:
             say(f"{scheduler} did not accept this worker: {error}")
             await asyncio.wait([told], timeout=REFUSED_AGAIN_SECONDS)
@@ -159,12 +158,12 @@ async def _connected(
 
 
 async def _leave(worker: Worker, reason: str, seconds: float) -> None:
-    """Take no more blocks, complete or return the running one, and exit within a time."""
+    """Accept no more blocks, complete the running block or give it back, and close the worker within a time limit."""
     deadline = time.monotonic() + seconds
     say(f"leaving ({reason}): no more blocks, gone within {seconds:g} s")
-    # the scheduler then reports that this worker takes no more tasks
+    # with this status, the scheduler knows that this worker accepts no more tasks
     worker.status = Status.closing_gracefully
-    # wait for running blocks, and until every result has been fetched
+    # wait until the running blocks have ended and every result has been fetched
     while worker.state.tasks and time.monotonic() < deadline:
         await asyncio.sleep(LOOK_SECONDS)
     given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))
@@ -174,7 +173,7 @@ async def _leave(worker: Worker, reason: str, seconds: float) -> None:
 
 @asynccontextmanager
 async def _asking(url: str | None, told: "asyncio.Future[str]") -> AsyncIterator[None]:
-    """Ask an address for a notice, as long as the context lasts."""
+    """Within the context, set the result of `told` when a web address announces the end of the machine."""
 
     async def ask(url: str) -> None:
         while not told.done():
@@ -191,7 +190,7 @@ async def _asking(url: str | None, told: "asyncio.Future[str]") -> AsyncIterator
 
 
 async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms, began: float) -> str:
-    """Wait; give the reason for leaving, or empty if the scheduler was lost."""
+    """Wait until the worker must leave, and return the reason. Return an empty string if the scheduler is lost."""
     ends = None if terms.lifetime_s is None else began + max(0.0, terms.lifetime_s - terms.leave_within_s)
     busy = time.monotonic()
     while worker.status not in (Status.closing, Status.closed, Status.failed):
@@ -210,7 +209,7 @@ async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms,
 
 
 def faulty(url: str) -> str | None:
-    """Describe the fault of an address for notices; None if it is valid."""
+    """Return an error message if a string is no valid address for `Terms.notice_url`; None if it is valid."""
     try:
         parts = urlsplit(url)
         usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
@@ -220,25 +219,26 @@ def faulty(url: str) -> str | None:
 
 
 def announced(url: str) -> bool:
-    """Ask whether this machine is about to be ended.
+    """Ask a web address whether this machine is about to end.
+
+    Redirects are not followed, and no proxy is used.
 
     Parameters
     ----------
     url : str
-        The address answers 200 in this case, and another status before. An answer 200 with an empty body, FALSE or NONE
-        is not a notice either. Redirects are not followed, and no proxy is used.
+        Address of the cloud provider's service for such notices.
 
     Returns
     -------
     bool
-        False also if nobody answers, since a notice is optional.
+        Whether the status of the answer is 200 and the body is a notice. An empty body, FALSE or NONE is no notice.
     """
     parts = urlsplit(url)
     kind = HTTPSConnection if parts.scheme == "https" else HTTPConnection
     connection = kind(str(parts.hostname), parts.port, timeout=ANSWER_SECONDS)
     path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
     try:
-        # Google's address refuses requests without this header
+        # Google's service refuses requests without this header
         connection.request("GET", path, headers={"Metadata-Flavor": "Google"})
         answer = connection.getresponse()
         return answer.status == 200 and answer.read(64).strip().lower() not in _NOT_YET
@@ -251,10 +251,10 @@ def announced(url: str) -> bool:
 def serve_worker(
     scheduler: str, security: Security, terms: Terms, memory_limit: str = "auto", name: str | None = None
 ) -> None:
-    """Work until asked to leave, then end the process; see `work`."""
+    """Run a worker until it is asked to leave, then end the process; see `work`."""
     os.environ.update(ONE_THREAD)
     settings = {"distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s"}
     with dask.config.set(settings):
         status = asyncio.run(work(scheduler, security, terms, memory_limit, name))
-    # a kernel that still runs in its thread would prevent the interpreter from ending
+    # the interpreter could not end normally while a kernel still runs in a thread
     os._exit(status)

@@ -1,1 +1,1 @@
-"""Identification of a prototype from one time history: the table, the question, and the result."""
+"""Identification of a prototype from one time history: the table, the definition of the fit, and the result."""

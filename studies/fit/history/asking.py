@@ -1,4 +1,4 @@
-"""Assembles a question to a time history from known values and parameters to estimate, and names every fault."""
+"""Assemble the definition of a fit from a time history, known values and parameters, and report every fault."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -29,22 +29,18 @@ from damperlab.studies.fit.question import NAMED, RATIO_OF, Free, drop
 from damperlab.studies.variables import MADE_BY
 
 SWING, LEAST_SWINGS = 0.2, 4
-"""A swing of a decay counts if it reaches this share of the largest displacement; the second number is how many swings
-are needed.
-"""
+"""A free decay gives default ranges if at least `LEAST_SWINGS` half cycles exceed `SWING` of the largest amplitude."""
 SLOWER, FASTER = 0.9, 1.25
-"""Bounds of the natural frequency, as multiples of the frequency of a decay. A particle that sticks to its wall lowers
-the frequency of the decay by the root of 1 + mass ratio.
-"""
+"""Bounds of the natural frequency, as multiples of the frequency of a decay. A particle lowers this frequency."""
 MOST_FRICTION = 1.5
-"""Largest friction in the search, as a multiple of the friction that alone would cause the loss in a typical swing."""
+"""Largest friction in the search, as a multiple of the friction that alone would explain the median decay."""
 IN_UNITS = ("friction_force_n", "damping_n_s_per_m", "particle_mass_kg")
-"""Quantities that affect the structure only by their ratio to its mass."""
+"""Quantities of which only the ratio to the mass of the structure has an effect."""
 OF_SETTINGS = ("name", "particle", "contact")
 SAMPLED = 8.0
 """Fewest samples per period of the structure."""
 NEAR_START, NOISY = 0.1, 6.0
-"""Range of the release around the first sample: the larger of a share of it and a number of standard deviations."""
+"""Search range of the release position around the first sample, as a share of the sample and in standard deviations."""
 
 
 def make_history_question(
@@ -57,30 +53,30 @@ def make_history_question(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> HistoryQuestion:
-    """Assemble a question and check it.
+    """Assemble the definition of a fit and check it.
 
     Parameters
     ----------
     measured : History
-        The displacements.
+        The measured time history.
     structure : mapping
-        The known values in the form of a study: `damping_ratio`, `axes`, `physical`, `particle`, `contact`. An axis is
-        estimated within its range, as if it were given in `fit`.
+        The known values in the form of a study: `damping_ratio`, `axes`, `physical`, `particle`, `contact`. A
+        quantity with an axis is a parameter to estimate within the range of the axis.
     fit : mapping
         The parameters to estimate and their ranges: (lowest, highest), or None for the default range.
     known : mapping, optional
-        Numbers that override those of `structure`, by the names of `KNOWN`.
+        Numbers that override numbers in `structure`. The keys are names of `KNOWN`.
     share : float, optional
         Standard deviation relative to the largest displacement, if the measurement states none.
     confidence : float
-        Of the intervals.
+        Confidence of the intervals.
     seed : int
-        Of all draws.
+        Seed of all random draws.
 
     Raises
     ------
     StudyFaults
-        With every fault.
+        If the definition is invalid. The exception contains all faults.
     """
     faults: list[Fault] = []
     numbers, ranges, settings = taken_apart(structure, faults)
@@ -135,7 +131,7 @@ def _without_base(name: str) -> Fault:
 
 
 def _usual(name: str, known: Mapping[str, float], measured: History) -> tuple[float, float] | None:
-    """Give the default range of a parameter; None if there is no default."""
+    """Return the default range of a parameter, or None if there is no default."""
     if name == "clearance_m":
         return 0.02 * measured.largest_m, 1.5 * measured.largest_m
     if name == "natural_frequency_hz" and name in known:
@@ -144,7 +140,7 @@ def _usual(name: str, known: Mapping[str, float], measured: History) -> tuple[fl
 
 
 def _shown(name: str, known: Mapping[str, float], measured: History) -> tuple[float, float] | None:
-    """Give the range that a free decay implies for the natural frequency or for the friction."""
+    """Return the range of natural frequency or friction that a free decay implies; None without a clear decay."""
     moved = measured.displacement_m
     swings = np.flatnonzero(np.abs(moved) > SWING * measured.largest_m)
     parts = np.split(swings, np.flatnonzero(np.diff(np.sign(moved[swings]))) + 1)
@@ -156,7 +152,7 @@ def _shown(name: str, known: Mapping[str, float], measured: History) -> tuple[fl
         return SLOWER * shown, FASTER * shown
     lost = -float(np.median(np.diff([np.abs(moved[part]).max() for part in parts])))
     stiffness = known.get("mass_kg", 1.0) * (2.0 * pi * known.get("natural_frequency_hz", shown)) ** 2
-    # friction alone reduces the amplitude by 2F/k in each swing
+    # friction alone reduces the amplitude by 2F/k in each half cycle
     return (
         (0.0, MOST_FRICTION * stiffness * lost / 2.0) if name == "friction_force_n" and lost > 0.0 else None
     )

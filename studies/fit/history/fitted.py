@@ -1,4 +1,4 @@
-"""The result of a fit of a time history: parameters with intervals, and the stretch that determined them."""
+"""The result of a fit of a time history: parameters with intervals, and the part of the history that was used."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,13 +20,13 @@ class FittedHistory(Outcome):
     Parameters
     ----------
     question : HistoryQuestion
-        The question.
+        The definition of the fit.
     rows : int
-        Samples that are used: the longest initial stretch with a predictable response.
+        Number of samples that are used: the longest initial part with a predictable response.
     model_m : ndarray, shape (rows of the measurement,)
         Displacement with the best parameters [m].
     deviation_m : ndarray, shape (rows of the measurement,)
-        Standard deviation of the measurement [m]; the estimate, if none was given.
+        Standard deviation of the measurement [m]; an estimate if none was given.
     correlated : float
         Upper bound of the factor by which intervals are widened because residuals are correlated from sample to sample.
     """
@@ -38,17 +38,17 @@ class FittedHistory(Outcome):
     correlated: float = 1.0
 
     def study(self) -> dict[str, Any]:
-        """Write the prototype as a study over a band around its natural frequency; see `harmonic_document`."""
+        """Write the prototype as a study over a band around the natural frequency; see `harmonic_document`."""
         return harmonic_document(self.question, self.values)
 
     @property
     def stretch_s(self) -> float:
-        """Duration of the predictable stretch [s]."""
+        """Duration of the part that is used [s]."""
         return (self.rows - 1) * self.question.measured.step_s
 
     @property
     def whole(self) -> bool:
-        """Whether the predictable stretch is the complete history."""
+        """Whether the complete history is used."""
         return self.rows == self.question.measured.rows
 
     @property
@@ -59,10 +59,7 @@ class FittedHistory(Outcome):
 
     @property
     def probability(self) -> float | None:
-        """Probability of a chi-square at least this large if the model is right.
-
-        None if the deviation was estimated from the scatter.
-        """
+        """Probability of at least this chi-square for a right model; None without a given deviation."""
         if self.question.measured.deviation_m is None:
             return None
         from scipy.special import chdtrc

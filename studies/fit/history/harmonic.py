@@ -1,4 +1,4 @@
-"""A prototype from a time history under a sine: the band, and the amplitude of the base."""
+"""The study of a prototype that was fitted to a time history, over a band around resonance."""
 
 from collections.abc import Mapping
 from math import pi
@@ -12,9 +12,7 @@ from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
 from damperlab.studies.fit.question import study_document
 
 BAND = 0.8, 1.25
-"""Band of the study, as multiples of the natural frequency. It includes the resonance with the particle on its wall,
-for m/M up to 0.5.
-"""
+"""Band of the study, as multiples of the natural frequency. The band includes the resonance of M + m for m/M ≤ 0.5."""
 CURVE_VALUES = 101
 """Number of frequencies of the study."""
 
@@ -25,23 +23,23 @@ def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) ->
     Parameters
     ----------
     question : HistoryQuestion
-        The known values.
+        The definition of the fit, with the known values.
     values : mapping of float
         The estimated parameters.
 
     Returns
     -------
     dict
-        The definition, over `BAND`, with the base amplitude of `base_amplitude_m`.
+        The definition of the study over `BAND`, with the base amplitude from `base_amplitude_m`.
 
     Raises
     ------
     StudyFaults
-        As `base_amplitude_m` does.
+        If no base amplitude can be determined; see `base_amplitude_m`.
     """
     given = {name: value for name, value in question.given(values).items() if name != RELEASE}
     if given.get("friction_force_n") == 0.0:
-        # without a force the ratio needs no mass
+        # a friction of 0 can be given as a ratio, which needs no mass
         del given["friction_force_n"]
         given["friction_ratio"] = 0.0
     given["base_amplitude_m"] = base_amplitude_m(question.measured, given)
@@ -55,30 +53,30 @@ def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) ->
 
 
 def check_study(question: HistoryQuestion) -> None:
-    """Refuse, before anything is computed, a question whose answer could not be written as a study.
+    """Check before the computation that the result of a fit can be written as a study.
 
     Raises
     ------
     StudyFaults
-        As `base_amplitude_m` does.
+        If no base amplitude can be determined; see `base_amplitude_m`.
     """
     harmonic_document(question, question.values(np.full(len(question.free), 0.5)))
 
 
 def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
-    """Give an amplitude of the base under which the prototype moves about as it did in the measurement.
+    """Return a base amplitude under which the prototype moves about as much as in the measurement.
 
-    If the base moved, it is the amplitude of a sine at the natural frequency with the base's largest acceleration.
-    After a release at X, it is the amplitude that keeps the structure at X at resonance, if its particle does nothing.
-    A base a quarter of a cycle ahead supplies πkZX per cycle; damping dissipates 2πζkX² and friction 4FX, so Z = 2ζX +
-    4F/(πk).
+    If the base moved, the result is the amplitude of a sine at the natural frequency with the base's largest
+    acceleration. After a release at X, the result is the base amplitude under which the structure vibrates with the
+    amplitude X at resonance, if the particle has no effect. A base that is a quarter of a cycle ahead supplies the
+    energy πkZX per cycle. Damping dissipates 2πζkX² and friction 4FX, so Z = 2ζX + 4F/(πk).
 
     Parameters
     ----------
     measured : History
         The measurement.
     given : mapping of float
-        The prototype, in the names of a study.
+        Values of the prototype, by the names of a study.
 
     Raises
     ------
@@ -94,8 +92,8 @@ def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
     base_m = 2.0 * damping * measured.largest_m + friction
     if base_m == 0.0:
         told = (
-            "The decay of a structure without damping and friction gives no base amplitude: at any "
-            "amplitude it would resonate without bound."
+            "Without damping and friction of the structure, the decay does not determine a base amplitude "
+            "for the fitted study."
         )
         advice = "give the damping ratio, or estimate it; or measure with a base that moves"
         raise StudyFaults([Fault("damping_ratio", "0", "damping or friction", advice, told)])

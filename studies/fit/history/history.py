@@ -19,16 +19,17 @@ class History:
     step_s : float
         Time between samples [s].
     displacement_m : ndarray, shape (rows,)
-        Displacement of the structure [m]; without a base motion, from its rest position without friction.
+        Displacement of the structure [m]. If the base rests, the displacement is measured from the structure's rest
+        position without friction.
     relative : bool
-        Whether the displacement is relative to the base; without a base motion this makes no difference.
+        Whether the displacement is relative to the base. Without base motion, relative and absolute displacement agree.
     base_m_s2 : ndarray, shape (rows,), optional
         Acceleration of the base [m/s²], linear between samples; None if the base rests and the structure is
         released.
     deviation_m : ndarray, shape (rows,), optional
         Standard deviation of each displacement [m]; None if it is estimated from the scatter.
     before_release : int
-        Rows of the table before the release, which are left out.
+        Number of rows before the release, which are left out of the columns.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A question to a time history: known values of the prototype, and the parameters to estimate."""
+"""The definition of a fit of a time history: known values of the prototype, and the parameters to estimate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,24 +12,24 @@ from damperlab.studies.fit.question import NAMED, Free, drop
 from damperlab.studies.variables import BEFORE
 
 OVER_BASE = ("base_amplitude_m", "clearance_ratio", "friction_ratio", *BEFORE)
-"""Quantities without meaning unless the base has a harmonic amplitude."""
+"""Quantities that are defined only if the base moves harmonically."""
 KNOWN: tuple[str, ...] = tuple(name for name in NAMED if name not in OVER_BASE)
-"""Values of a prototype that may be known."""
+"""Quantities of a prototype whose values may be known."""
 FREE: tuple[str, ...] = tuple(name for name in KNOWN if name != "mass_kg")
 """Parameters that may be estimated."""
 INSTANT = InstantContact()
 RELEASE = "initial_displacement_m"
-"""Position of the release. It is estimated too, since the first sample is as noisy as the others."""
+"""Name of the release position, which is estimated because the first sample is as noisy as all other samples."""
 
 
 @dataclass(frozen=True)
 class HistoryQuestion:
-    """A time history, and the question to it.
+    """The definition of a fit: a measured time history, known values, and the parameters to estimate.
 
     Parameters
     ----------
     measured : History
-        The displacements.
+        The measured time history.
     known : mapping of float
         Known values of the prototype, by the names of `KNOWN`.
     free : tuple of Free
@@ -39,9 +39,9 @@ class HistoryQuestion:
     contact : Contact
         The model of an impact.
     confidence : float
-        Of the intervals.
+        Confidence of the intervals.
     seed : int
-        Of all draws.
+        Seed of all random draws.
     """
 
     measured: History
@@ -53,11 +53,11 @@ class HistoryQuestion:
     seed: int = 0
 
     def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
-        """Give the parameters at given fractions of their ranges, each from 0 to 1."""
+        """Return the values of the parameters at given fractions of the ranges, from 0 to 1."""
         return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
 
     def given(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Combine known and estimated values; the latter take precedence."""
+        """Combine known and estimated values. Estimated values take precedence."""
         found = dict(self.known)
         for name, value in values.items():
             drop(found, name)
@@ -66,6 +66,6 @@ class HistoryQuestion:
 
     @property
     def frequency_hz(self) -> float:
-        """The natural frequency, or the middle of its range [Hz]."""
+        """The natural frequency [Hz], or the middle of the range of natural frequencies."""
         middle = np.full(len(self.free), 0.5)
         return self.given(self.values(middle))["natural_frequency_hz"]

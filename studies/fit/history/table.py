@@ -1,4 +1,4 @@
-"""A time history read from a table of text; every fault names its line."""
+"""Read a time history from a table of text. Every fault states the line."""
 
 import numpy as np
 
@@ -13,20 +13,16 @@ from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
 LARGEST = 1e12
-"""Bound on every number: beyond it the unit must be wrong."""
+"""Largest allowed number; the unit of a larger number must be wrong."""
 HELD, RESTING = 0.8, 0.2
-"""Shares of the largest displacement: the least value while a structure is held aside, and the largest value when
-shaking begins.
-"""
+"""Lower limit for a held structure, and upper limit for a structure at rest, as shares of the largest displacement."""
 BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
-"""A struck structure is above `HELD` for about as long as it then takes to swing on to `BEYOND`. A structure counts as
-held aside if it is above `HELD` for more than `LONGER` times as long. A release within the phase `AT_ONCE_RAD` after
-the first row counts as a release in the first row.
+"""A structure is held aside if the displacement stays above `HELD` for more than `LONGER` times the duration of the
+fall to `BEYOND`. A release within the phase `AT_ONCE_RAD` after the first row counts as a release in the first row.
 """
 FALL, WINDOW = (0.8, 0.3), 5
-"""The fall after a release is measured between the shares of `FALL`, because an impact may change it further down.
-The constant position of a held structure is fitted to the samples before the fall, at most `WINDOW` times as many as in
-the fall.
+"""The motion after a release is examined between the shares `FALL` of the largest displacement. The position before the
+release is fitted to at most `WINDOW` times as many samples.
 """
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
@@ -49,7 +45,7 @@ COLUMNS = (
 
 
 def is_history(lines: Lines) -> bool:
-    """Whether the heading of a table says that it is a time history."""
+    """Return whether a table has a column of times, and is therefore a time history."""
     return any(says_time(cell) for cell in lines.cells(lines.heading[1]))
 
 
@@ -59,8 +55,8 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     Parameters
     ----------
     text : bytes or str
-        A table whose first line names the columns with their units. ``time (s)`` has equal steps. The other column is
-        ``displacement (mm)`` of the structure, or ``relative displacement (mm)`` against its base. If the base moves,
+        A table whose first line names the columns with their units. ``time (s)`` has equal steps. The second column is
+        ``displacement (mm)`` of the structure, or ``relative displacement (mm)`` to the base. If the base moves,
         ``base acceleration (m/s2)`` is needed. The standard deviation may be given as ``deviation (mm)``, or as
         ``deviation (%)`` of the largest displacement.
     name : str
@@ -69,7 +65,7 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     Raises
     ------
     StudyFaults
-        With every fault of the table.
+        If the table is invalid. The exception contains all faults.
     """
     lines = lines_of(text)
     names, factors = _headings(lines)
@@ -135,7 +131,7 @@ def _cell(name: str, factor: float, cell: str) -> float | Fault:
 
 
 def _step(time: np.ndarray, resolution: float, numbers: list[int], faults: list[Fault]) -> float:
-    """Find the time step; record a fault, with its line, if the steps are not equal."""
+    """Return the time step, and record a fault if the steps are not equal."""
     step, wrong = equal_step(time, resolution)
     if wrong is not None:
         told, advice = wrong_step(numbers[wrong], time[wrong - 1], time[wrong], step)
@@ -147,10 +143,9 @@ def _step(time: np.ndarray, resolution: float, numbers: list[int], faults: list[
 
 
 def _released(moved: np.ndarray) -> int | None:
-    """Find the row at which a structure that was held aside is released; None if it swings before its largest
-    displacement.
+    """Return the row of the release, or None if the structure oscillates before the largest displacement.
 
-    It is the row for which a constant before it and a cosine after it fit the samples best.
+    A constant before the release and a cosine after the release fit the samples best.
     """
     share = moved / np.abs(moved).max()
     first = int(np.argmax(np.abs(share) >= HELD))
@@ -183,7 +178,7 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
     share = f"{100 * first / largest:.3g} % of the largest displacement in the first row"
     if release is None:
         told = "Without a base acceleration the history must begin at a release from rest, or while the structure is held."
-        told += f" This structure has {share}, and swings before it is farthest away."
+        told += f" This history has {share}, and oscillates before the largest displacement."
         advice = "hold the structure aside for half a period, or add the column `base acceleration (m/s2)`"
         return [Fault(field, share, f"at least {100 * HELD:g} %", advice, told)]
     if moved.size - release < LEAST_ROWS:
@@ -201,7 +196,7 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
         told = "The base acceleration is 0 throughout."
         return [Fault(BASE, "0", "a base that moves", "leave the column out of a free decay", told)]
     if base is not None and first > RESTING * largest:
-        told = f"A history with a base acceleration must begin at rest; it has {share}."
+        told = f"A history with a base acceleration must begin at rest; this history has {share}."
         advice = "begin the table where the base begins to move"
         return [Fault(field, share, f"at most {100 * RESTING:g} %", advice, told)]
     return []

@@ -1,1 +1,1 @@
-"""Maintenance of a store: verify, sweep, back up, rebuild."""
+"""Maintenance of a store: verification, removal of unused files, backup, and reconstruction of the catalogue."""

@@ -1,7 +1,7 @@
-"""A copy of a store that is consistent while studies run: the catalogue at one moment, and its files.
+"""Backup of a store. The copy is consistent even if studies run meanwhile.
 
-A backup is a data directory like any other. Files are copied first, then all rows of the catalogue are written in
-one transaction. So an interrupted backup holds no study without its files.
+A backup is a data directory, too. Files are copied first; then one transaction writes all rows of the catalogue. So an
+interrupted backup contains no study without its files.
 """
 
 import hashlib
@@ -39,12 +39,12 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import ENDED
 
 RECORDS = "records"
-"""The folder of the uploaded ground-motion records, in the data directory."""
+"""Name of the folder of the uploaded ground-motion records in the data directory."""
 
-_TRIES = 5  # tried again if the blocks of a study are invalidated during the copy
+_TRIES = 5  # number of attempts to copy a study whose blocks are invalidated during the copy
 
 _Copy = tuple[Row[Any], Sequence[Row[Any]], int]
-"""A study's row, its marks, and the number of bytes copied now."""
+"""Row of a study, rows of the study's done-marks, and number of copied bytes."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +53,12 @@ class Copied:
 
     Parameters
     ----------
-    studies, blocks, bytes : int
-        Counts.
+    studies, blocks : int
+        Number of studies and of blocks in the backup.
+    bytes : int
+        Number of bytes that this backup copied.
     damaged : tuple of str
-        Damaged items that could not be copied, one sentence each. The backup keeps its earlier copies of these items,
-        if any.
+        One message for each damaged item that could not be copied. The target keeps an earlier copy of the item.
     """
 
     studies: int
@@ -67,31 +68,30 @@ class Copied:
 
 
 def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copied:
-    """Copy every study with its done blocks, the keys, the events, the uploaded records and the designs.
+    """Copy every study with its done blocks, the idempotency keys, the events, the uploaded records and the designs.
 
-    Running studies are queued in the copy, with their done blocks and without a claim. Only new content is copied
-    into an earlier backup of the same store. Every file is compared with its checksums during the copy. A damaged
-    study is reported and keeps its earlier copy; all others are copied. The copy's catalogue changes last, in one
-    transaction: an interrupted backup keeps its previous state and can be repeated.
+    A study that is running in the source is queued in the copy. If the target is an earlier backup of the same store,
+    only new files are copied. Every copied file is compared with its checksums. A damaged study is reported, and the
+    target keeps the earlier copy of this study. An interrupted backup can be repeated.
 
     Parameters
     ----------
     source : Store
-        The store to copy; it may be in use.
+        The store to copy, which may be in use.
     target : Store
-        Holds no study yet, or is an earlier backup of `source`, to which nothing was submitted.
+        A store without studies, or an earlier backup of `source` to which no study was submitted.
     for_good : bool
         Whether the copy becomes an independent store, which no later backup can update.
 
     Returns
     -------
     Copied
-        The content of the backup, and the number of bytes copied now.
+        The content of the backup, and the number of copied bytes.
 
     Raises
     ------
     StoreFault
-        If the target holds other studies or studies that the source has lost, or a file cannot be written.
+        If the target contains other studies, or studies that the source has lost, or if a file cannot be written.
     """
     mine = catalogue_id(source.catalogue)
     _require_target(source, target, mine)
@@ -135,7 +135,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
         for row, _, _ in copies:
             if row.state in ENDED:
                 keep_marks(target, row.id, {})
-        # remove the files of studies that the source has deleted since
+        # remove the cubes of studies that were deleted in the source after the earlier backup
         names = {cube_name(row.id, row.number) for row, _, _ in copies}
         for name in list(target.shelf.shelves()):
             if parse_cube_name(name) and name not in names:
@@ -158,7 +158,7 @@ def _require_target(source: Store, target: Store, mine: str) -> None:
                     "data_dir",
                     f"{target.data_dir}, which holds these studies already",
                     "a data directory without studies",
-                    "use it as it is, or name another folder",
+                    "use this folder as it is, or name another folder",
                     told,
                 )
             )
@@ -166,7 +166,7 @@ def _require_target(source: Store, target: Store, mine: str) -> None:
             Fault(
                 "data_dir",
                 f"{target.data_dir}, which holds other studies",
-                "a data directory without studies, or an earlier backup of the same one",
+                "a data directory without studies, or an earlier backup of the same data directory",
                 "name another folder",
                 f"{target.data_dir} holds other studies; a backup goes into a folder without studies, or into an earlier "
                 "backup of the same data directory.",
@@ -175,7 +175,7 @@ def _require_target(source: Store, target: Store, mine: str) -> None:
 
 
 def _require_nothing_lost(source: Store, target: Store) -> None:
-    """Refuse if an earlier backup holds studies that the source neither has nor deleted."""
+    """Raise `StoreFault` if the target contains studies that the source does not have and has never deleted."""
     with source.catalogue.reading() as connection:
         rows = connection.execute(select(studies.c.id, studies.c.number)).all()
     known = {cube_name(row.id, row.number) for row in rows}
@@ -199,9 +199,7 @@ def _require_nothing_lost(source: Store, target: Store) -> None:
 
 
 def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
-    """Copy the uploaded ground-motion records, which future studies may name; return the new bytes, and what is
-    damaged.
-    """
+    """Copy the uploaded records. Return the number of copied bytes, and a message for each damaged record."""
     here, there = source.data_dir / RECORDS, target.data_dir / RECORDS
     damaged_records = dict(Records(source.data_dir).damaged())
     size = 0
@@ -220,22 +218,20 @@ def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
 
 
 def _copy_designs(source: Store, target: Store) -> tuple[int, list[str]]:
-    """Copy the designs with their answers and reports; return the new bytes, and what is damaged."""
+    """Copy the designs. Return the number of copied bytes, and a message for each damaged design."""
     here, there = Designs(source.data_dir), Designs(target.data_dir)
     damaged_designs = dict(here.damaged())
     size = 0
     with using(str(target.data_dir / DESIGNS)):
         for design_id in sorted(here.ids() - damaged_designs.keys()):
             pieces = here.pieces(design_id)
-            if REQUEST in pieces:  # otherwise it was deleted meanwhile
+            if REQUEST in pieces:  # otherwise the design was deleted meanwhile
                 size += there.take_over(design_id, pieces)
     return size, list(damaged_designs.values())
 
 
 def _earlier(source: Store, target: Store, study_id: str) -> _Copy | None:
-    """Give the entry of an earlier backup for a study that cannot be copied now; None if it has no study of that
-    number.
-    """
+    """Return the rows of a damaged study from an earlier backup; None if that backup does not contain the study."""
     with source.catalogue.reading() as connection:
         number = connection.execute(select(studies.c.number).where(studies.c.id == study_id, ALIVE)).scalar()
     with target.catalogue.reading() as connection:
@@ -253,7 +249,7 @@ def _copy_study(source: Store, target: Store, study_id: str) -> _Copy | None:
         with source.catalogue.reading() as connection:
             row = connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
             if row is None:
-                return None  # deleted meanwhile
+                return None  # the study was deleted meanwhile
             marks = connection.execute(select(done_blocks).where(done_blocks.c.study == row.number)).all()
         try:
             return row, marks, _copy_files(source, target, row, marks)
@@ -274,7 +270,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
     size = 0
     with using(there.address):
         sizes = {entry.key: entry.size for entry in here.entries()}
-        # files of an earlier backup are not read again; their sizes show whether one was truncated since
+        # a file of the earlier backup is not copied again if it has the same size as the file in the source
         have = {entry.key for entry in there.entries() if entry.size == sizes.get(entry.key)}
         there.fill(found, (BLOCKS,))
         for mark in marks:
@@ -287,7 +283,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
 
 
 def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, bytes]]:
-    """Read all files of a cube except its blocks, and check that they are intact."""
+    """Read all files of a cube except the blocks, and check that the files are intact."""
     with telling(shelf, None, "the cube's description"):
         metadata = shelf.get(DESCRIPTION)
         described = describe_cube(metadata)
@@ -308,7 +304,7 @@ def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, b
 
 
 def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> bytes:
-    """Read one file of a block, and check that it is intact."""
+    """Read the file of a block, and check that the file is intact."""
     with telling(shelf, mark.block, key):
         content = shelf.get(key)
         whole_block(content, described.arrays, described.digest, mark.block, mark.generation)

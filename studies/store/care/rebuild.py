@@ -1,7 +1,6 @@
-"""The catalogue reconstructed from the cubes: from their descriptions, their marks, and the headers of their blocks.
+"""Reconstruction of the catalogue from the files of the cubes.
 
-Nothing is removed. Missing entries are added study by study, each in one transaction. So `rebuild` may be killed
-at any moment and run again, with the same result.
+Missing studies are added one by one, each in one transaction. So `rebuild` may be killed at any moment and run again.
 """
 
 import json
@@ -47,22 +46,22 @@ from damperlab.studies.store.record import BlockOutcome
 
 @dataclass
 class Rebuilt:
-    """What `rebuild` found and added.
+    """Result of `rebuild`.
 
     Parameters
     ----------
     studies, blocks : int
-        Studies and blocks added to the catalogue.
+        Number of studies and of blocks that were added to the catalogue.
     known : int
-        Studies that the catalogue had before.
+        Number of studies that the catalogue already had.
     restored : int
-        Known studies whose lost end or provenance was restored.
+        Number of known studies whose lost final state or provenance was restored.
     deleted : int
-        Deleted studies whose files still exist: they stay deleted.
+        Number of deleted studies whose files still exist. These studies stay deleted.
     trouble : list of str
-        Cubes that could not be read, with reasons.
+        Cubes and files that could not be used, with the reasons.
     set_aside : str, optional
-        New name of a catalogue that could not be read.
+        New name of a damaged catalogue; None if the catalogue was intact or missing.
     """
 
     studies: int = 0
@@ -75,7 +74,7 @@ class Rebuilt:
 
 
 def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None) -> Rebuilt:
-    """Add the studies in the cubes to their catalogue; create the catalogue if it is missing.
+    """Add every study that has a cube to the catalogue. Create the catalogue if it is missing.
 
     Parameters
     ----------
@@ -84,13 +83,12 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     address : str, optional
         Address of a PostgreSQL database for the catalogue; by default the catalogue is a SQLite file in `data_dir`.
     cubes : str, optional
-        Location of the cubes, `s3://bucket/prefix`; by default the location stored in the catalogue, or else a
-        folder in `data_dir`.
+        Location of the cubes, `s3://bucket/prefix`; by default the location in the catalogue, else `data_dir`.
 
     Raises
     ------
     StoreFault
-        If the catalogue belongs to other cubes and has studies of its own, or the location cannot be read.
+        If the catalogue contains studies whose cubes are elsewhere, or the location of the cubes cannot be read.
     """
     data_dir = Path(data_dir).expanduser().absolute()
     found = Rebuilt()
@@ -106,7 +104,7 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     try:
         shelf = _own(catalogue, data_dir, cubes)
         cubes_there = [(parsed, name) for name in shelf.shelves() if (parsed := parse_cube_name(name))]
-        # the newest first: if a study has two cubes, the older one was deleted
+        # start with the newest cube: if a study has two cubes, the older cube belongs to a deleted study
         for (study_id, number), name in sorted(cubes_there, key=lambda cube: cube[0][1], reverse=True):
             try:
                 _add(catalogue, shelf.at(name), study_id, number, found)
@@ -134,9 +132,7 @@ def _opened(data_dir: Path, address: str | None) -> Catalogue:
 
 
 def _set_damaged_aside(data_dir: Path) -> str | None:
-    """Rename a damaged SQLite catalogue and its companion files; give the new name. None if the catalogue is intact or
-    missing.
-    """
+    """Rename a damaged SQLite catalogue, and return the new name; None if the catalogue is intact or missing."""
     file = data_dir / SQLITE_FILE
     if not file.is_file():
         return None
@@ -159,7 +155,7 @@ def _set_aside(file: Path) -> str:
 
 
 def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
-    """Assign the cubes to the catalogue, and give their shelf."""
+    """Record that the catalogue and the location of the cubes belong together, and return the location."""
     with catalogue.reading() as connection:
         address = address or fact(connection, "cubes")
         mine = fact(connection, "id")
@@ -169,7 +165,7 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     if address is None:
         folder = Folder(data_dir / CUBES)
         if marked and alive and owner_of(folder) is None and not any(map(parse_cube_name, folder.shelves())):
-            # a marker here would later be mistaken for the one on the disk that is usually mounted here
+            # the disk of the cubes is probably not mounted; an owner marker must not be written into the empty folder
             raise no_cubes(catalogue, folder)
         place: Shelf = folder
         shelf = place
@@ -184,8 +180,8 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
             Fault(
                 "catalogue",
                 f"{catalogue.name}, which holds studies whose cubes are not those in {place.address}",
-                "the catalogue of these cubes, an empty one, or none",
-                "move it away, or name an empty database, and run `damperlab store rebuild` again",
+                "the catalogue of these cubes, an empty catalogue, or no catalogue",
+                "move the catalogue away, or name an empty database, and run `damperlab store rebuild` again",
                 f"{catalogue.name} holds studies whose cubes are not those in {place.address}.",
             )
         )
@@ -213,7 +209,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
     except FileNotFoundError:
         if deleted is None:
             raise
-        shelf.clear()  # an interrupted removal
+        shelf.clear()  # complete an interrupted removal
         found.deleted += 1
         return
     study = parse_stored(json.loads(str(described.attributes["study"])), described.digest)
@@ -232,15 +228,15 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             select(studies).where(or_(studies.c.number == number, studies.c.id == study_id))
         ).all():
             if not is_sound(studies, one):
-                # the row is damaged: the cube has the same data
+                # delete the damaged row, because the cube contains the same data
                 connection.execute(delete(done_blocks).where(done_blocks.c.study == one.number))
                 connection.execute(delete(studies).where(studies.c.number == one.number))
                 row = None if one.number == number else row
         other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
         if row is not None and not row.id:
-            # the number was reserved for this cube, but its study was never entered or the catalogue has lost it
+            # the number is only reserved: the study was never entered, or the catalogue has lost the study
             if not marks and connection.execute(other).first() is not None:
-                return  # interrupted submission, which was repeated since
+                return  # the submission was interrupted, and repeated later
             connection.execute(delete(studies).where(studies.c.number == number))
             row = None
         if deleted is None and row is None and connection.execute(other).first() is not None:
@@ -249,7 +245,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             twice = connection.execute(other).first() is not None
             if deleted is None and (marks or not twice):
                 raise ValueError(_taken(study_id, number, str(row.id)))
-            return  # left by an interrupted and repeated submission, or by a deleted study
+            return  # the cube is left from a deleted study, or from a submission that was interrupted
         if row is not None and row.deleted is not None:
             return
         if row is not None and deleted is not None:
@@ -266,14 +262,14 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             advance_counters(connection)
             if deleted is not None:
                 found.deleted += 1
-                return  # the next removal of deleted studies' files finds it
+                return  # `Submissions.bury` will remove the files
             found.studies += 1
             restored = True
         else:
             found.known += 1
             restored = lost_end(kept, row, last_event(connection, study_id))
             if not row.blocks_done and provenance != json.loads(row.provenance):
-                # the solver of a study is recorded in its cube first
+                # a new solver is recorded in the cube first, so the provenance in the cube is newer
                 said = {
                     "provenance": json.dumps(provenance),
                     **asked_by(provenance),
@@ -300,7 +296,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
 
 
 def _drop_damaged(catalogue: Catalogue) -> None:
-    """Remove damaged rows that no cube can restore: events, keys of submissions, and access keys."""
+    """Remove damaged rows that cannot be restored from a cube: events, idempotency keys, and access keys."""
     with catalogue.writing() as connection:
         for table in (keys, events, access_keys):
             own = next(iter(table.primary_key.columns))
@@ -310,9 +306,10 @@ def _drop_damaged(catalogue: Catalogue) -> None:
 
 
 def _headers(shelf: Shelf, described: Description, identity: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
-    """Give the marks in the headers of complete blocks; if a block has several files, the first by name.
+    """Yield the done-marks in the headers of the blocks' files. If a block has several files, use the file whose name
+    sorts first.
 
-    A block by another solver than the cube's is left out, as the catalogue refuses it a mark.
+    Blocks of another solver are left out, because a cube must not contain results of two solvers.
     """
     seen: set[int] = set()
     for entry in sorted(shelf.at(BLOCKS).entries(), key=lambda entry: entry.key):
@@ -348,7 +345,7 @@ def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any
 
 def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any], restored: bool) -> None:
     change = sums_of_marks(connection, number)
-    # a reader that knows revisions of the earlier catalogue must not take them for present ones
+    # use a revision above all revisions of the lost catalogue
     columns = studies.c.revision, studies.c.state
     before = connection.execute(select(*columns).where(studies.c.number == number)).one()
     revision = max(int(kept.get("revision", 0)), before.revision, 0) + total + 1

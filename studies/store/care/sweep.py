@@ -1,9 +1,7 @@
-"""Files that are no longer used: left by killed attempts, interrupted deletions and exports.
+"""Removal of files that interrupted computations, deletions, submissions and exports have left.
 
-A file is removed only if it certainly belongs to this catalogue and is superseded. A file of a block is removed if the
-block's mark names another one. A cube is removed if its study was deleted, or if it was left by an interrupted
-submission. In the second case it has no study in the catalogue and holds no result; it is kept for a long time, in case
-the catalogue has lost its study. All other files are listed and kept.
+A block's file is removed if the block's done-mark names another file. A cube is removed if its study was deleted. A
+cube that has neither a study nor results is removed after `ORPHAN_SECONDS`. All other files are listed and kept.
 """
 
 import math
@@ -30,26 +28,26 @@ from damperlab.studies.store.files.shelf import Entry, Shelf
 from damperlab.studies.store.store import Store
 
 LEFT_ALONE_SECONDS = 3600.0
-"""Age below which a file is kept, because it may belong to a running attempt or export."""
+"""Age below which a file is kept [s], because a running computation or export may need the file."""
 
 ORPHAN_SECONDS = 7 * 86_400.0
-"""Age until which a cube without a study is kept, so that `rebuild` can add its study if the catalogue has lost it."""
+"""Age below which a cube without a study is kept [s], because `rebuild` can add a lost study to the catalogue."""
 
 
 @dataclass(frozen=True)
 class Swept:
-    """Removed files, or files to remove.
+    """Files that were removed; after a dry run, files that would be removed.
 
     Parameters
     ----------
     paths : int
-        Files and folders.
+        Number of removed files and folders.
     bytes : int
-        Their size.
+        Total size of the removed files.
     what : tuple of str
-        Each removed item, and the reason.
+        A text for each removed file or folder, with the reason.
     unknown : tuple of str
-        Files that were kept because their owner is unknown.
+        A text for each file or folder that was kept because its use is unknown.
     """
 
     paths: int = 0
@@ -58,7 +56,7 @@ class Swept:
     unknown: tuple[str, ...] = ()
 
     def __add__(self, other: "Swept") -> "Swept":
-        """Add the counts of two sweeps."""
+        """Return the files of both sweeps together."""
         return Swept(
             self.paths + other.paths,
             self.bytes + other.bytes,
@@ -68,34 +66,34 @@ class Swept:
 
 
 def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool = False) -> Swept:
-    """Remove superseded files of a study's blocks: files other than the one that the block's done-mark names.
+    """Remove incomplete and superseded files of a study's blocks. The done-mark of a block names the valid file.
 
-    Only the owner of the study's claim may call this; without a claim, anybody may.
+    If the study has a claim, only the owner of the claim may call this function.
 
     Parameters
     ----------
     store : Store
-        The store of the study.
+        Store of the study.
     study_id : str
-        Its complete id.
+        Complete id of the study.
     older_than : float
         Age below which files are kept [s].
     dry_run : bool
-        Report only, and remove nothing.
+        Whether to report the files without removing them.
 
     Raises
     ------
     StudyNotFound
         If there is no such study.
     StoreFault
-        If its files cannot be listed or removed.
+        If the files cannot be listed or removed.
     """
     record = store.find(study_id)
     shelf, marks = store.snapshot(record.id)
     swept = Swept()
     with using(shelf.address):
         strays = list(_strays(shelf, marks, _limit(older_than)))
-        # a damaged mark may name a file that never existed, so the files of its block stay
+        # if the row of a done-mark is damaged, its generation may be wrong, so the files of the block are kept
         doubted = _damaged_marks(store, record.id, {block for _, block in strays if block is not None})
         for stray in (entry for entry, block in strays if block not in doubted):
             if not dry_run:
@@ -112,26 +110,26 @@ def collect_garbage(
     orphan_seconds: float = ORPHAN_SECONDS,
     dry_run: bool = False,
 ) -> Swept:
-    """Remove files under a data directory that certainly have no use.
+    """Remove all unused files of a store.
 
-    These are superseded files of studies without a claim, cubes of deleted studies, interrupted exports, and cubes
-    without results that have long had no study. A study that was not deleted loses nothing.
+    The function removes superseded files of studies without a claim, cubes of deleted studies, interrupted exports, and
+    cubes without results that have had no study for `orphan_seconds`. No valid file of an existing study is removed.
 
     Parameters
     ----------
     store : Store
         The store.
     older_than : float
-        Files that changed later than this many seconds ago are kept.
+        Age below which files are kept [s].
     orphan_seconds : float
-        Cubes without a study whose files changed later than this many seconds ago are kept.
+        Age below which cubes without a study are kept [s].
     dry_run : bool
-        Report only, and remove nothing.
+        Whether to report the files without removing them.
 
     Returns
     -------
     Swept
-        Removed files, and those kept because their owner is unknown.
+        The removed files, and the files that were kept because their use is unknown.
     """
     limit = _limit(older_than)
     with using(store.shelf.address):
@@ -146,7 +144,7 @@ def collect_garbage(
         try:
             swept += _sweep_idle(store, study_id, older_than, dry_run)
         except StudyNotFound:
-            continue  # deleted meanwhile
+            continue  # the study was deleted meanwhile
     return swept
 
 
@@ -156,7 +154,7 @@ def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -
     found = sweep(store, study_id, older_than, dry_run=True)
     if dry_run or not found.paths:
         return found
-    # the study is claimed during the sweep, so no other worker can mark a file that is being removed
+    # claim the study during the sweep, so that no worker marks a file that is being removed
     owner = f"gc on {socket.gethostname()}, {uuid.uuid4().hex[:8]}"
     if not store.claim(study_id, owner):
         return Swept()
@@ -167,12 +165,12 @@ def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -
 
 
 def _limit(older_than: float) -> float:
-    # without an age limit, no times are compared: the files on a server have the times of its own clock
+    # an age of 0 gives infinity, because the clocks of a server and of this machine may differ
     return time.time() - older_than if older_than > 0.0 else math.inf
 
 
 def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: bool) -> Swept:
-    # a number is reserved before its cube is created: list the cubes first, then read the catalogue
+    # list the cubes before the catalogue is read, so that the number of every listed cube is already reserved
     names = sorted(store.shelf.shelves())
     with store.catalogue.reading() as connection:
         columns = studies.c.id, studies.c.number, studies.c.deleted, NEVER_ENTERED.label("reserved")
@@ -191,7 +189,7 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
         row = known.get(parsed[1]) if parsed else None
         if parsed is None or row is None:
             given = parsed is None or parsed[1] <= last
-            leave(name, "no known number" if given else "a number that the catalogue never gave")
+            leave(name, "its number is unknown" if given else "the catalogue has never assigned its number")
             continue
         deleted = row.id == parsed[0]
         before = limit if deleted else orphan_limit
@@ -206,7 +204,8 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
             continue  # a prefix without content that a server still lists
         if not deleted and holds_results(shelf):
             leave(
-                name, f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
+                name,
+                f"it holds results, and its number belongs to {f'study {row.id}' if row.id else 'no study'}",
             )
             continue
         lost = not deleted and not row.reserved and parsed[0] not in alive
@@ -216,7 +215,7 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
         if max((shelf.made(), *(entry.changed for entry in entries))) >= before:
             continue
         if row.reserved and not dry_run and not _take_back(store, row.number):
-            continue  # entered meanwhile
+            continue  # the study was entered meanwhile
         if not dry_run:
             shelf.clear()
         why = (
@@ -224,14 +223,14 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
             if deleted
             else "its study was never entered"
             if row.reserved
-            else f"its number is study {row.id}'s, and it holds no result"
+            else f"its number belongs to study {row.id}, and it holds no result"
         )
         swept += Swept(1, sum(entry.size for entry in entries), (f"remove {name}: {why}",))
     return swept
 
 
 def _describes(shelf: Shelf, study_id: str) -> bool:
-    """Whether a cube contains the definition of its study, so that it can be entered again."""
+    """Whether a cube contains the definition of the study, so that `rebuild` can enter the study again."""
     try:
         return describe_cube(shelf.get(DESCRIPTION)).digest[:12] == study_id.partition("-")[0]
     except (FileNotFoundError, StoreFault, ValueError):
@@ -239,9 +238,7 @@ def _describes(shelf: Shelf, study_id: str) -> bool:
 
 
 def _take_back(store: Store, number: int) -> bool:
-    """Withdraw a reserved number from a process that may still enter a study with it; False if that process was
-    faster.
-    """
+    """Withdraw a reserved number. Return False if a study with this number was already entered."""
     change = update(studies).where(studies.c.number == number, NEVER_ENTERED).values(state="cancelled")
     with store.catalogue.writing() as connection:
         return connection.execute(change).rowcount == 1
@@ -254,7 +251,7 @@ def _row_is_sound(store: Store, number: int) -> bool:
 
 
 def remove_exports(data_dir: Path, older_than: float = LEFT_ALONE_SECONDS, *, dry_run: bool = False) -> Swept:
-    """Remove exports left by a killed service; younger ones may still be written by services that share the folder."""
+    """Remove folders of interrupted exports that were last changed more than `older_than` seconds ago."""
     swept = Swept()
     for folder in (Folder(path) for path in data_dir.glob("export-*/")):
         if folder.made() < _limit(older_than):
@@ -266,7 +263,7 @@ def remove_exports(data_dir: Path, older_than: float = LEFT_ALONE_SECONDS, *, dr
 
 
 def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
-    """Give the blocks whose rows in the catalogue are damaged."""
+    """Return the blocks whose done-marks in the catalogue are damaged."""
     found: set[int] = set()
     with store.catalogue.reading() as connection:
         number = study_row(connection, study_id).number
@@ -278,10 +275,10 @@ def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
 
 
 def _strays(shelf: Shelf, marks: Marks, limit: float) -> Iterator[tuple[Entry, int | None]]:
-    """Give the files that are no longer used, each with its block if it is superseded, else with None.
+    """Yield the unused files of a cube, with the index of the block for a superseded file, else with None.
 
-    A file is superseded by the one in the block's mark, which must exist: an older copy of the catalogue may name a
-    file that was since removed.
+    A file is superseded if the done-mark of its block names another file that exists. If the named file does not exist,
+    the catalogue may be an older copy.
     """
     entries = list(shelf.entries())
     there = {entry.key for entry in entries}

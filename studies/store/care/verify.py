@@ -1,7 +1,7 @@
-"""Verification of a stored study: descriptions, coordinates, blocks, marks, and the catalogue.
+"""Verification of stored studies: the cube's description, coordinates and blocks, the done-marks, and the catalogue.
 
-Every study is described twice, by the catalogue and by the cube itself, and each description has checksums. So damage
-in one description is found, and repaired from the other. A block without any intact description is computed again.
+Both the catalogue and the cube contain a description of the study with checksums. A damaged description in the cube is
+repaired from the catalogue. A block whose file is damaged is computed again.
 """
 
 import json
@@ -40,9 +40,9 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import ENDED
 
 UNDER_WAY_SECONDS = 5.0
-"""Time after which a cube without a study counts as an interrupted submission."""
+"""Longest time to wait until the study of a new cube is in the catalogue [s]. A submission creates the cube first."""
 LOOK_SECONDS = 0.1
-"""Interval between checks whether a pending submission has ended."""
+"""Interval between checks whether the submission has entered the study [s]."""
 _HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
 
 
@@ -53,11 +53,11 @@ class Damage:
     Parameters
     ----------
     block : int or None
-        The block; None for the study as a whole.
+        Index of the damaged block; None if the damage concerns the whole study.
     found : str
-        What is damaged, in one sentence.
+        Description of the damage in one sentence.
     part : str
-        Its kind: `block`, the cube's `description`, its list of `marks`, or the study's row in the `catalogue`.
+        The damaged part: `block`, `description` of the cube, list of `marks` in the cube, or `catalogue`.
     """
 
     block: int | None
@@ -66,29 +66,29 @@ class Damage:
 
 
 def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: None) -> Iterator[Damage]:
-    """Read everything stored for a study and compare it with its marks.
+    """Read everything that is stored for a study, and compare it with the checksums and the done-marks.
 
     Parameters
     ----------
     store : Store
-        Where the study is.
+        Store of the study.
     record : Record
         The study.
     pause : callable
-        Called before each block, to slow the reading down.
+        Function that is called before each block, to slow the reading down.
 
     Yields
     ------
     Damage
-        First damaged rows of done-marks, then damage of the study as a whole, then of its blocks in the order of
-        their numbers. The blocks are not read if the definition or the cube's description is damaged.
+        First damaged rows of done-marks, then damage of the whole study, then damaged blocks in ascending order. The
+        blocks are not read if the definition or the cube's description is damaged.
 
     Raises
     ------
     StudyNotFound
-        If the study is gone.
+        If the study does not exist.
     StoreAway
-        If the location of the cubes does not answer.
+        If the location of the cubes cannot be reached, or denies access.
     """
     with store.catalogue.reading() as connection:
         row = study_row(connection, record.id)
@@ -127,20 +127,19 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
 
 
 def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> Iterator[str]:
-    """Check the catalogue by its checksums and against the existing cubes, and read the uploaded records and the
-    designs; give the findings.
+    """Check the rows of the catalogue, the existence of the cubes, the uploaded records, and the designs.
 
     Parameters
     ----------
     store : Store
-        The store to read.
+        The store to check.
     pause : callable
-        Called before each record, design and cube, to slow the reading down.
+        Function that is called before each record, design and cube, to slow the reading down.
 
     Yields
     ------
     str
-        One sentence for each finding.
+        Description of a damage in one sentence.
 
     Raises
     ------
@@ -169,10 +168,9 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
 
 
 def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:
-    """Give the rows of the studies, and the cubes without a row; wait briefly for pending submissions.
+    """Return the rows of the studies, and the names of cubes without a study.
 
-    A submission reserves its number, makes its cube and enters its study. If a cube still has no study after the wait,
-    its submission was interrupted or the catalogue has lost the study.
+    A submission creates the cube before it enters the study, so wait for the study up to `UNDER_WAY_SECONDS`.
     """
     until = time.monotonic() + UNDER_WAY_SECONDS
     while True:
@@ -187,20 +185,18 @@ def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequen
 
 
 def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Iterator[str]:
-    """Compare the cubes with the studies of the catalogue. Find entries that the catalogue has lost, for example
-    with the end of its write-ahead log, and lost cubes.
-    """
+    """Yield a message for each lost cube, and for each study, deletion or final state that the catalogue has lost."""
     cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
     rows, unknown = _unknown(store, cubes)
     alive = {row.id: row.number for row in rows if row.deleted is None}
-    # a study that was withdrawn meanwhile no longer has its cube
+    # a submission that was withdrawn meanwhile has removed its cube
     there = set(store.shelf.shelves()) if unknown else set()
     for name in sorted(there.intersection(unknown)):
-        # a cube without results, whose id has a study, was left by an interrupted submission that was repeated
+        # if a study with the same id exists, a cube without results is left from an interrupted submission
         if cubes[name][0] not in alive or holds_results(store.shelf.at(name)):
             yield f"cube {name} belongs to no study of the catalogue; `damperlab store rebuild` adds it"
     lost = {cube_name(study_id, number) for study_id, number in alive.items()}.difference(names)
-    if lost:  # entered since the names were read
+    if lost:  # some cubes may have been created after the names were read
         lost.difference_update(store.shelf.shelves())
     for name in sorted(lost):
         yield f"the cube {name} is lost; restore it from a backup, or delete its study"
@@ -213,47 +209,46 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
             kept = read_marks(shelf)
             buried = read_tombstone(shelf) is not None
         except (OSError, ValueError):
-            continue  # the study's own verification reports it
+            continue  # `verify` reports this damage
         if kept is None and not buried:
             continue
         with store.catalogue.reading() as connection:
             row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
             if row is None or row.deleted is not None or claim_owner(row) is not None:
-                continue  # deleted meanwhile, or ending just now
+                continue  # the study was deleted meanwhile, or a process is working on it
             ended = kept is not None and lost_end(kept[0], row, last_event(connection, study_id))
         if buried:
-            yield f"study {study_id} was deleted, and the catalogue has lost that; `damperlab store rebuild` deletes it again"
+            yield f"study {study_id} was deleted, but the catalogue has lost the deletion; `damperlab store rebuild` repeats it"
         elif ended and kept is not None:
             yield (
-                f"study {study_id} is {row.state} in the catalogue, which has lost that it was {kept[0]['state']}; "
-                "`damperlab store rebuild` restores it"
+                f"study {study_id} is {row.state} in the catalogue, but {kept[0]['state']} in its cube: the catalogue has "
+                "lost the final state, and `damperlab store rebuild` restores it"
             )
 
 
 def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
-    """Repair damage: write a description again from the other one, or invalidate marks so that blocks are computed
-    again.
+    """Repair a study: write a damaged description of the cube again, and invalidate the done-marks of damaged blocks.
 
     Parameters
     ----------
     store : Store
-        Where the study is.
+        Store of the study.
     record : Record
         The study.
     damages : list of Damage
-        Found by `verify`.
+        The damage that `verify` found.
 
     Returns
     -------
     Record
-        Its state afterwards. It is queued if blocks must be computed, and running it computes only those.
+        Record of the study after the repair. The study is queued if blocks must be computed.
 
     Raises
     ------
     StudyBusy
-        If a process works on it.
+        If a process works on the study.
     StudyFaults
-        If the cube has lost a ground-motion record, and the data directory does not have it either.
+        If a ground-motion record is lost both in the cube and in the data directory.
     """
     parts = {damage.part for damage in damages}
     with store.catalogue.reading() as connection:
@@ -277,15 +272,13 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
 def _damaged_mark(mark: Row[Any]) -> Damage:
     if isinstance(mark.block, int):
         return Damage(mark.block, "its done-mark in the catalogue is not what was written")
-    return Damage(None, "a done-mark of no block; `damperlab store rebuild` removes it", "catalogue")
+    return Damage(None, "a done-mark belongs to no block; `damperlab store rebuild` removes it", "catalogue")
 
 
 def _row(row: Row[Any], sums: Mapping[str, Any]) -> str | None:
-    """Compare a study's row with the sums over its marks. Sums of times are not compared: their last
-    digit depends on the order of summation.
-    """
+    """Compare the sums in a study's row with the done-marks. Times are not compared, because of rounding errors."""
     wrong = [
-        f"{name} is {getattr(row, name)}, its marks say {value}"
+        f"{name} is {getattr(row, name)}, but the done-marks say {value}"
         for name, value in sums.items()
         if getattr(row, name) != value and "seconds" not in name
     ]
@@ -296,7 +289,7 @@ def _row(row: Row[Any], sums: Mapping[str, Any]) -> str | None:
 
 
 def _description(shelf: Shelf, record: Record, study: Study | Suite) -> tuple[Description | None, str]:
-    """Read the cube's description; None, and the reason, if it does not match the study."""
+    """Return the cube's description. If the description is wrong or damaged, return None and the reason."""
     try:
         described = describe_cube(shelf.get(DESCRIPTION))
         coordinates = {name: one.read(shelf) for name, one in described.coordinates.items()}
@@ -318,7 +311,7 @@ def _description(shelf: Shelf, record: Record, study: Study | Suite) -> tuple[De
             return None, f"the {name} in the cube's description and in the catalogue differ"
     for name, values in study.coordinates.items():
         if name not in coordinates or not np.array_equal(coordinates[name], values):
-            return None, f"the coordinates along {name} are not the study's"
+            return None, f"the coordinates along {name} are not those of the study"
     return described, ""
 
 
@@ -330,7 +323,7 @@ def _parse_json(text: Any) -> Any:
 
 
 def _marks(shelf: Shelf, row: Row[Any], marks: Sequence[Row[Any]]) -> Iterator[Damage]:
-    """Compare the marks stored with the cube with those of the catalogue."""
+    """Compare the done-marks in the cube with the done-marks in the catalogue."""
     try:
         kept = read_marks(shelf)
     except ValueError as error:
@@ -342,14 +335,14 @@ def _marks(shelf: Shelf, row: Row[Any], marks: Sequence[Row[Any]]) -> Iterator[D
         return
     ours = {mark.block: (mark.generation, mark.checksum) for mark in marks}
     theirs = {mark["block"]: (mark["generation"], mark["checksum"]) for mark in kept[1]}
-    # blocks that were running when a study was cancelled are marked after its list was written
+    # the catalogue may also have marks of blocks that were still running when the study was cancelled
     unknown = theirs.items() - ours.items()
     if unknown or (row.state == "done" and ours != theirs):
         yield Damage(None, "the marks in the cube and in the catalogue differ", "marks")
 
 
 def _trouble(shelf: Shelf, described: Description, mark: Row[Any]) -> str | None:
-    """Read the file of a block once, compare every byte with its checksums, and compare its header with its mark."""
+    """Compare the file of a block with its checksums and with the done-mark in the catalogue."""
     if not 0 <= mark.block < math.prod(described.grid):
         return "the study has no such block"
     try:

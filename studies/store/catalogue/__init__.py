@@ -1,1 +1,1 @@
-"""The catalogue of a store: its tables, rows, owners, and quotas."""
+"""The catalogue of a store: database, tables, quotas, access keys, and location of the cubes."""

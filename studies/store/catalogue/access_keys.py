@@ -1,4 +1,4 @@
-"""Keys for access to a service: created, listed, revoked, recognised. The catalogue stores only their hashes."""
+"""Access keys of a service. The catalogue stores only the hashes of the keys."""
 
 import hmac
 import re
@@ -24,27 +24,27 @@ _OWNER = re.compile(r"[^\s\x00-\x1f\x7f](?:[^\x00-\x1f\x7f]{0,98}[^\s\x00-\x1f\x
 
 
 class KeyFault(StoreFault):
-    """A key that cannot be created, or that does not exist."""
+    """An access key cannot be created or does not exist."""
 
 
 @dataclass(frozen=True)
 class AccessKey:
-    """A key as stored in the catalogue, without the secret.
+    """An access key without the secret part, as the catalogue stores keys.
 
     Parameters
     ----------
     id : str
-        The public part of the key.
+        Public part of the key.
     owner : str
-        Owner of the studies submitted with it.
+        Owner of the key and of the studies that are submitted with it.
     scopes : tuple of str
-        Of `SCOPES`.
+        Scopes of the key, in the order of `SCOPES`.
     created, expires, revoked : datetime
-        In UTC; None if it does not apply or has not happened.
+        Times of creation, expiry and revocation in UTC; None if the key does not expire or was not revoked.
     hash : str
-        SHA-256 of the secret, 64 hex digits, to which a session is bound.
+        SHA-256 hash of the secret, 64 hex digits. A session stores the hash, to recognise the key.
     sound : bool
-        Whether the row is intact; a damaged one grants nothing.
+        Whether the row in the catalogue is intact. A key with a damaged row is not valid.
     """
 
     id: str
@@ -58,12 +58,12 @@ class AccessKey:
 
     @property
     def valid(self) -> bool:
-        """Whether it grants anything now."""
+        """Whether the key can be used now."""
         lasts = self.expires is None or self.expires.timestamp() > time.time()
         return self.sound and self.revoked is None and lasts
 
     def document(self) -> dict[str, Any]:
-        """Give the public fields, as JSON-able values."""
+        """Return the public fields as JSON-able values."""
         times = {
             name: None if (at := getattr(self, name)) is None else at.isoformat()
             for name in ("created", "expires", "revoked")
@@ -78,7 +78,7 @@ class AccessKey:
 
 
 class AccessKeys:
-    """The keys of one catalogue.
+    """The access keys in a catalogue.
 
     Parameters
     ----------
@@ -92,23 +92,23 @@ class AccessKeys:
     def create(
         self, owner: str, scopes: tuple[Scope, ...], lasts_seconds: float | None = None
     ) -> tuple[AccessKey, str]:
-        """Make a key.
+        """Create an access key.
 
         Parameters
         ----------
         owner : str
-            Its owner: one line of at most 100 characters.
+            Owner of the key: one line of 1 to 100 characters.
         scopes : tuple of str
-            Of `SCOPES`; a higher one includes the lower ones.
+            One or more of `SCOPES`. The key also gets all lower scopes.
         lasts_seconds : float, optional
-            Time until it expires; by default never.
+            Time until the key expires [s]; by default it does not expire.
 
         Returns
         -------
         key : AccessKey
-            As stored.
+            The new key without the secret part.
         secret : str
-            The key itself, which is not stored and cannot be shown again.
+            The key with its secret part, which is not stored and cannot be shown again.
 
         Raises
         ------
@@ -142,19 +142,19 @@ class AccessKeys:
         return made, f"dlk_{key_id}_{secret}"
 
     def all(self) -> list[AccessKey]:
-        """Give every key, the oldest first."""
+        """Return all keys, the oldest first."""
         with self._catalogue.reading() as connection:
             rows = connection.execute(select(access_keys).order_by(access_keys.c.created)).all()
         return [_key(row) for row in rows]
 
     def find(self, key_id: str) -> AccessKey | None:
-        """Give a key by its id; None if there is none."""
+        """Return the key with this id; None if there is no such key."""
         with self._catalogue.reading() as connection:
             row = connection.execute(select(access_keys).where(access_keys.c.id == key_id)).one_or_none()
         return None if row is None else _key(row)
 
     def revoke(self, key_id: str) -> AccessKey:
-        """Revoke a key; a revoked one stays revoked.
+        """Revoke a key. If the key is already revoked, nothing changes.
 
         Raises
         ------
@@ -179,23 +179,23 @@ class AccessKeys:
         return found
 
     def recognise(self, secret: str) -> AccessKey | None:
-        """Give the valid key for a secret; None for anything else."""
+        """Return the valid key that a caller has sent; None if the text is not a valid key."""
         parts = _KEY.fullmatch(secret)
         found = None if parts is None else self.find(parts[1])
-        # an unknown id is compared too, so that the time taken does not reveal which ids exist
+        # compare a hash also for an unknown id, so that the duration does not reveal which ids exist
         known = found.hash if found else "0" * 64
         same = hmac.compare_digest(known, _hashed(parts[2] if parts else ""))
         return found if found is not None and same and found.valid else None
 
 
 def _hashed(secret: str) -> str:
-    # 256 random bits need no slow hash: they cannot be guessed
+    # a fast hash is sufficient, because 256 random bits cannot be guessed
     return sha256(secret.encode()).hexdigest()
 
 
 def _key(row: Row[Any]) -> AccessKey:
     if not is_sound(access_keys, row):
-        # none of its values is trusted: a time may be invalid, and the owner wrong
+        # use no value of a damaged row except the id: a time may be invalid, and the owner wrong
         return AccessKey(row.id, "damaged", (), None, None, None, "0" * 64, sound=False)
     return AccessKey(
         row.id,

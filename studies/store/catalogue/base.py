@@ -1,4 +1,4 @@
-"""Base of every part of the store: the data directory, the catalogue, the location of the cubes."""
+"""Base class of all parts of a store, with the data directory, the catalogue, and the location of the cubes."""
 
 import threading
 from pathlib import Path
@@ -11,16 +11,16 @@ from damperlab.studies.store.files.shelf import Shelf
 
 
 class StoreBase:
-    """The catalogue and the shelf of the cubes.
+    """Base class of the parts of a store.
 
     Parameters
     ----------
     data_dir : Path
         The data directory; see `Store.open`.
     catalogue : Catalogue
-        Its catalogue.
+        Catalogue of the store.
     shelf : Shelf
-        The shelf of the cubes.
+        Storage location of the cubes.
     quota : Quota
         Quota of all studies.
     """
@@ -32,13 +32,13 @@ class StoreBase:
         self.quota = quota
         self._marks: dict[int, tuple[int, Marks]] = {}
         self._marks_lock = threading.Lock()
-        # for every claimed study: its latest renewal, and when this process first saw it, by the monotonic clock
+        # for every claimed study: the latest renewal, and the monotonic time when this process first saw the renewal
         self._renewals: dict[int, tuple[tuple[str, float], float]] = {}
 
     def close(self) -> None:
-        """Close the catalogue's connections."""
+        """Close the connections to the catalogue."""
         self.catalogue.close()
 
     def cube_shelf(self, study_id: str, number: int) -> Shelf:
-        """Give the shelf of a cube by its study's id and number."""
+        """Return the storage location of a study's cube, given the id and the number of the study."""
         return self.shelf.at(cube_name(study_id, number))

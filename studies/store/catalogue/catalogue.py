@@ -1,8 +1,8 @@
-"""The catalogue: one row per study and one per done block, in SQLite or PostgreSQL.
+"""The catalogue: a database in SQLite or PostgreSQL, with a row for each study and a row for each done block.
 
-SQLite uses WAL, so readers continue while one process writes. synchronous=FULL makes a committed done-mark survive a
-power cut. Every writing transaction begins IMMEDIATE, so it waits for the write lock and does not fail half-way.
-In PostgreSQL, an advisory lock serialises writers in the same way, and readers see one snapshot.
+SQLite uses a write-ahead log (WAL), so readers continue while one process writes. With synchronous=FULL, a committed
+done-mark survives a power cut. A writing transaction waits for the write lock at its start: BEGIN IMMEDIATE in SQLite,
+an advisory lock in PostgreSQL.
 """
 
 import math
@@ -38,61 +38,61 @@ from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
 from damperlab.studies.store.files.folder import sync_path
 
 BUSY_SECONDS = 60.0
-"""Default time that a transaction waits for the write lock [s]."""
+"""Longest time that a transaction waits for the write lock by default [s]."""
 
 SQLITE_FILE = "catalogue.sqlite"
-"""The catalogue in the data directory, if no database is named."""
+"""Name of the SQLite file in the data directory."""
 
 REVISION = 2
-"""Revision of the tables, stored in the catalogue; that of 0.1.0 was 1."""
+"""Revision of the tables, which is stored in the catalogue. Version 0.1.0 of damperlab had revision 1."""
 
 _REVISION_KEY = "revision"
-"""The fact under which the revision is stored."""
+"""Key of the revision in the table `facts`."""
 
 _WRITER = "-writer"
-"""Suffix of a file, next to SQLite's own, that names the writing process."""
+"""Suffix of the name of the file that contains the id of the writing process."""
 
 _IDLE_SECONDS = 60
-"""Time after which PostgreSQL ends a paused writer in a transaction, and releases its lock."""
+"""Time after which PostgreSQL ends an idle writing transaction, and so releases the write lock [s]."""
 
 _STATEMENT_SECONDS = 30
-"""Time after which PostgreSQL ends a statement."""
+"""Time after which PostgreSQL ends a statement [s]."""
 
 _POOL_SECONDS = 10
-"""Longest wait of a thread for one of the connections."""
+"""Longest time that a thread waits for a free connection [s]."""
 
 _PATIENCE = {
     "connect_timeout": 5,
-    # a server behind a broken link is abandoned within seconds, also during an answer
+    # detect a broken connection within seconds
     "keepalives": 1,
     "keepalives_idle": 5,
     "keepalives_interval": 3,
     "keepalives_count": 3,
     "tcp_user_timeout": 10_000,
 }
-"""Longest times to establish a connection to PostgreSQL and to confirm that it is alive [s; the last one in ms]."""
+"""Longest times to connect to PostgreSQL, and to notice a broken connection [s; `tcp_user_timeout` in ms]."""
 
 _DAMAGED = ("not a database", "malformed", "no such table", "no such column")
-"""SQLite's messages for a file that is damaged, or whose tables have changed."""
+"""Parts of SQLite's messages for a damaged file, and for missing tables and columns."""
 
 _LOST = {"UndefinedTable", "UndefinedColumn"}
-"""Errors of PostgreSQL's driver for tables that have changed."""
+"""Exceptions of PostgreSQL's driver for missing tables and columns."""
 
 _TROUBLES = {
     "OperationalError",
     "InterfaceError",
     "LockNotAvailable",
     "UnicodeDecodeError",
-    # a server that ended an idle transaction, refuses writes, or has revoked a right
+    # the server has ended an idle transaction, refuses writes, or has revoked a right
     "InternalError",
     "InsufficientPrivilege",
-    # SQLAlchemy's own: no connection was free in time, or the one in use broke
+    # exceptions of SQLAlchemy: no connection was free in time, or the connection was lost
     "TimeoutError",
     "DisconnectionError",
     "PendingRollbackError",
     "ResourceClosedError",
 }
-"""Base classes of errors outside the program."""
+"""Names of exception classes whose cause is outside the program."""
 _FAULTS = (
     DBAPIError,
     DisconnectionError,
@@ -102,40 +102,37 @@ _FAULTS = (
     sqlite3.Error,
     UnicodeDecodeError,
 )
-"""Exceptions of SQLAlchemy and the drivers. `_TROUBLES` separates trouble of the database from defects of the
-program.
-"""
-_WRITERS_LOCK = 0x64616D70  # an arbitrary number that every damperlab uses
+"""Exceptions that are converted to `StoreFault` if the database is damaged or one of `_TROUBLES` is the cause."""
+_WRITERS_LOCK = 0x64616D70  # arbitrary number that identifies the write lock
 
 
 class Catalogue:
-    """The catalogue of one data directory; usable from several threads, in parallel with other processes.
+    """The catalogue of a data directory. Several threads and processes may use one catalogue at the same time.
 
     Parameters
     ----------
     url : URL
-        Address of the database, `sqlite:///path` or `postgresql://…`; its tables are created or brought up to date.
+        Address of the database, `sqlite:///path` or `postgresql://…`. Missing tables are created.
     wait_seconds : float
-        Longest wait of a transaction for the write lock [s].
+        Longest time that a transaction waits for the write lock [s].
 
     Raises
     ------
     StoreFault
-        If the database cannot be reached, opened or written, is not a catalogue, or was made by a newer version.
+        If the database cannot be used, is not a catalogue, or contains the tables of another version.
     """
 
     def __init__(self, url: URL, wait_seconds: float = BUSY_SECONDS) -> None:
         self._url = url
         self.read_only = False
-        """Whether every change is refused."""
+        """Whether the catalogue refuses every change."""
         self._wait_seconds = wait_seconds
-        # one thread of this process waits for the database and the others wait for that thread, so that connections
-        # remain for readers
+        # at most one thread of this process waits for the database's write lock, so that connections remain for readers
         self._turn = threading.Lock()
         self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
-        """The file, or the address without its password."""
+        """Path of the SQLite file, or address of the PostgreSQL database without the password."""
         self.is_file = url.get_backend_name() == "sqlite"
-        """Whether it is a file in its data folder, which moves with the folder."""
+        """Whether the catalogue is a SQLite file in the data directory."""
         with self._faults():
             self._engine = _sqlite_engine(url, wait_seconds) if self.is_file else _postgresql_engine(url)
             self._greeting = _greeting_engine(url)
@@ -155,18 +152,18 @@ class Catalogue:
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
-        """Open one snapshot of the catalogue."""
+        """Open a transaction that reads one snapshot of the catalogue."""
         with self._faults(), self._engine.begin() as connection:
             yield connection
 
     def greet(self) -> None:
-        """Return once the database has answered over a separate connection; raise `StoreFault` if it refuses."""
+        """Send a query to the database over a separate connection; raise `StoreFault` if the query fails."""
         with self._faults(), self._greeting.connect() as connection:
             connection.exec_driver_sql("SELECT 1 FROM facts")
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
-        """Open one transaction that excludes other writers; it commits at the end, or not at all."""
+        """Open a transaction that excludes other writers. An exception in the context rolls the transaction back."""
         if self.read_only:
             raise StoreFault(
                 Fault(
@@ -196,7 +193,7 @@ class Catalogue:
             self._turn.release()
 
     def _sign(self) -> None:
-        """Record the present writer, so that processes that wait in vain can name it. This is not a lock."""
+        """Write the id of this process into a file, so that messages of waiting processes can name the writer."""
         if self.is_file and self._url.database:
             with suppress(OSError):
                 Path(f"{self._url.database}{_WRITER}").write_text(
@@ -204,7 +201,7 @@ class Catalogue:
                 )
 
     def _writer_told(self) -> str:
-        """Name the latest writer that still seems to be writing."""
+        """Describe, for a message, the process that seems to have the write lock."""
         try:
             pid, host, since = Path(f"{self._url.database}{_WRITER}").read_text().split()
             seconds = max(0.0, time.time() - float(since))
@@ -213,9 +210,7 @@ class Catalogue:
         return f"process {pid} on {host} has held it for {seconds:.0f} s; if it stands still, end it (kill -9 {pid})"
 
     def integrity(self) -> list[str]:
-        """Let SQLite check its own file; give its findings, empty if all is well. For a PostgreSQL database,
-        the list is always empty.
-        """
+        """Return SQLite's messages about damage in the file; an empty list for PostgreSQL, which is not checked."""
         if not self.is_file:
             return []
         with self.reading() as connection:
@@ -231,7 +226,7 @@ class Catalogue:
         self._engine.dispose()
 
     def _prepare(self) -> None:
-        # most opens find the catalogue ready and need no write lock
+        # if the tables exist already, no write lock is needed
         with self._engine.begin() as connection:
             found = _revision(connection)
         if found == REVISION:
@@ -253,22 +248,22 @@ class Catalogue:
             sync_path(Path(self._url.database).parent)
 
     def _another(self, found: str | int) -> StoreFault:
-        """Make the fault for a catalogue whose tables have the revision of another version, or of none."""
+        """Return the error for a catalogue whose revision is not `REVISION`."""
         if not isinstance(found, int):
             return self._damaged(f"catalogue revision {found!r}, which no version has written")
         if found < REVISION:
             kind: type[StoreFault] = CatalogueDamaged
             advice = (
-                "export its studies with `damperlab export` of that version, or choose another data "
-                "directory; if no older version has opened it, it is damaged: run `damperlab store "
+                "export its studies with `damperlab export` of the older version, or choose another data "
+                "directory; if no older version has opened the catalogue, the catalogue is damaged: run `damperlab store "
                 "rebuild`"
             )
             told = f"{self.name} was made by a damperlab older than 0.2.0."
         else:
             kind = StoreFault
             advice = (
-                "upgrade damperlab, or choose another data directory; if no newer version has opened it, it is damaged: "
-                "move it away and make it again with `damperlab store rebuild`"
+                "upgrade damperlab, or choose another data directory; if no newer version has opened the catalogue, the "
+                "catalogue is damaged: move it away, and make a new one with `damperlab store rebuild`"
             )
             told = (
                 f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this "
@@ -282,7 +277,7 @@ class Catalogue:
         return CatalogueDamaged(Fault(self.name, found, f"revision {REVISION}", advice, told))
 
     def _switch_to_wal(self) -> None:
-        # several processes may open a new folder simultaneously, and switching to WAL ignores the busy timeout
+        # repeat the switch to WAL while another process opens the folder, because the switch ignores the busy timeout
         give_up = time.monotonic() + BUSY_SECONDS
         while True:
             connection = self._engine.raw_connection()
@@ -302,13 +297,12 @@ class Catalogue:
             yield
         except _FAULTS as error:
             cause = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
-            # drivers have their own exception classes for many errors, for example a time-out or a server that shuts
-            # down
+            # look at the names of all base classes, because drivers have subclasses for many errors, such as a time-out
             kinds = {kind.__name__ for kind in type(cause).__mro__}
             broken = isinstance(error, DBAPIError) and error.connection_invalidated
             found = str(cause).strip() or type(cause).__name__
             damaged = any(each in found for each in _DAMAGED) or bool(kinds & _LOST)
-            # only a name of a table or column can fail to decode here: texts of rows are decoded with replacements
+            # with SQLite, only damaged names of tables or columns can raise a UnicodeDecodeError
             damaged |= self.is_file and isinstance(cause, UnicodeDecodeError)
             if not (broken or damaged or kinds & _TROUBLES or "invalid connection option" in found):
                 raise
@@ -347,9 +341,9 @@ def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
 
     @event.listens_for(engine, "connect")
     def _connect(connection: Any, _: Any) -> None:
-        # transactions begin in `_begin`, not where the driver guesses
+        # `_begin` starts transactions, not the driver
         connection.isolation_level = None
-        # a text with flipped bits is detected by its row's checksum, and affects no other row
+        # decode invalid texts with replacements: the row's checksum shows the damage, and other rows stay readable
         connection.text_factory = partial(str, encoding="utf-8", errors="replace")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
@@ -365,7 +359,7 @@ def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
 
 
 def _postgresql_engine(url: URL) -> Engine:
-    # a connection that died in the pool is replaced before it is used
+    # pool_pre_ping: a connection of the pool is tested before it is used, and replaced if it is broken
     engine = create_engine(url, pool_pre_ping=True, pool_timeout=_POOL_SECONDS, connect_args=_patience(url))
 
     @event.listens_for(engine, "begin")
@@ -373,7 +367,7 @@ def _postgresql_engine(url: URL) -> Engine:
         seconds = connection.get_execution_options().get("writes")
         if seconds is not None:
             connection.exec_driver_sql(f"SET LOCAL lock_timeout = {math.ceil(1000 * seconds)}")
-            # waiting for the write lock is a single statement
+            # the limit includes the wait for the write lock, because the wait is a statement, too
             longest = math.ceil(1000 * (seconds + _STATEMENT_SECONDS))
             connection.exec_driver_sql(f"SET LOCAL statement_timeout = {longest}")
             connection.exec_driver_sql(
@@ -388,20 +382,20 @@ def _postgresql_engine(url: URL) -> Engine:
 
 
 def _greeting_engine(url: URL) -> Engine:
-    """Make an engine that connects anew each time, since hanging connections may block the pool."""
+    """Return an engine that opens a new connection each time, because all connections of the pool may be blocked."""
     return create_engine(url, poolclass=NullPool, connect_args=_patience(url))
 
 
 def _patience(url: URL) -> dict[str, int]:
-    """Settings of a connection to PostgreSQL; those in its address take precedence."""
+    """Return the arguments of a connection to PostgreSQL: the items of `_PATIENCE` that the address does not set."""
     if url.get_backend_name() == "sqlite":
         return {}
     return {name: value for name, value in _PATIENCE.items() if name not in url.query}
 
 
 def _revision(connection: Connection) -> str | int | None:
-    """Give the revision of the tables: a text if it is invalid, None if there are no tables yet."""
-    # 0.1.0 stored it in SQLite's own place for such a number
+    """Return the revision of the tables; None if there are no tables. An invalid revision is returned as a text."""
+    # version 0.1.0 stored the revision in SQLite's `user_version`
     first = connection.dialect.name == "sqlite" and connection.exec_driver_sql("PRAGMA user_version").scalar()
     if first or not inspect(connection).has_table(facts.name):
         return int(first) if first else None
@@ -412,7 +406,7 @@ def _revision(connection: Connection) -> str | int | None:
 def open_catalogue(
     data_dir: Path, address: str | None = None, wait_seconds: float = BUSY_SECONDS
 ) -> Catalogue:
-    """Open the catalogue of a data directory, creating both if they are missing.
+    """Open the catalogue of a data directory. The directory and the catalogue are created if they are missing.
 
     Parameters
     ----------
@@ -421,12 +415,12 @@ def open_catalogue(
     address : str, optional
         URL of the database; by default a SQLite file in the data directory.
     wait_seconds : float
-        See `Catalogue`.
+        Longest time that a transaction waits for the write lock [s].
 
     Raises
     ------
     StoreFault
-        If the folder cannot be created or written, or its catalogue belongs to another program.
+        If the folder cannot be created or written, or the catalogue cannot be used; see `Catalogue`.
     """
     fault = Fault(
         "data_dir",
@@ -437,11 +431,11 @@ def open_catalogue(
     )
     try:
         data_dir.parent.mkdir(parents=True, exist_ok=True)
-        # private to this user; to share a folder, create it with other permissions
+        # only this user may read a new folder; a folder for several users must be created in advance
         data_dir.mkdir(mode=0o700, exist_ok=True)
         (data_dir / "cubes").mkdir(mode=0o700, exist_ok=True)
         if address is None and not (data_dir / SQLITE_FILE).exists():
-            # SQLite gives its other files the permissions of this one
+            # create the file with restricted permissions, which SQLite also gives to its other files
             for name in (SQLITE_FILE, f"{SQLITE_FILE}{_WRITER}"):
                 (data_dir / name).touch(mode=0o600)
     except OSError as error:
@@ -457,17 +451,17 @@ def _postgresql_url(address: str) -> URL:
     try:
         url = make_url(address)
         if url.get_backend_name() == "postgresql":
-            # the only supported driver, however the address was spelled
+            # psycopg is the only supported driver, so replace any other driver that the address names
             url = url.set(drivername="postgresql+psycopg")
             url.get_dialect().import_dbapi()
             return url
         found = f"a database of kind {url.get_backend_name()}"
         advice = "leave it out for a SQLite file in the data directory"
-    except (ArgumentError, NoSuchModuleError, ValueError):  # ValueError for a port that is no number
+    except (ArgumentError, NoSuchModuleError, ValueError):  # ValueError: the port is not a number
         found, advice = "no address of a database", "write postgresql://user:password@host/database"
     except ImportError:
         found = "an address of PostgreSQL, for which the driver is not installed"
         advice = "install damperlab[postgresql]"
-    # the address itself may hold a password and is not repeated
+    # the address may contain a password, so the message does not repeat it
     told = f"The catalogue's address must be of the form postgresql://…, and this is {found}."
     raise StoreFault(Fault("catalogue", found, "postgresql://…", advice, told))

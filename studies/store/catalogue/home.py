@@ -1,9 +1,7 @@
-"""Location and ownership of a catalogue's cubes: the catalogue and the location each store the other's identity.
+"""Location of a catalogue's cubes, and the check that the catalogue and the cubes belong together.
 
-A catalogue would take the cubes of another one for garbage, so each catalogue has an id. The location of its cubes, a
-folder or a bucket, holds an owner marker with that id, which is written once and never replaced. A mismatch is refused
-before anything is read or removed. It shows that the catalogue is another one, an empty one or an older copy, or that
-a disk is not mounted.
+Each catalogue has an id, and the folder or bucket of the cubes contains an owner marker with this id. If the ids
+differ, the store is not opened, because the catalogue would remove the cubes of another catalogue as garbage.
 """
 
 import json
@@ -23,34 +21,34 @@ from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf
 
 MARKER = "damperlab.json"
-"""The piece with the owner of a location's cubes."""
+"""Name of the owner marker: the file with the id of the catalogue to which the cubes belong."""
 
 CUBES = "cubes"
-"""The shelf of the cubes, in the data directory or under the bucket's prefix."""
+"""Name of the folder of the cubes, in the data directory or under the bucket's prefix."""
 
 BACKUP_OF = "backup_of"
-"""The fact, in the catalogue of a copy, that names the catalogue whose studies are copied there."""
+"""Key in the table `facts` of a backup's catalogue; the value is the id of the catalogue that is backed up."""
 
 UNKNOWN_RESULTS = "unknown_results"
-"""The fact that names a cube with results that the catalogue lacks; the catalogue is then an older copy."""
+"""Key in the table `facts`; the value is the name of a cube with results that the catalogue lacks."""
 
 _REBUILD = "make the catalogue again from the cubes with `damperlab store rebuild`"
-_NAME_IT = "name the catalogue that belongs to them (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
+_NAME_IT = "name the catalogue that belongs to the cubes (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
 
 
 def cube_name(study_id: str, number: int) -> str:
-    """Give the name of a cube's shelf."""
+    """Return the name of a cube's folder."""
     return f"{study_id}-{number}.zarr"
 
 
 def parse_cube_name(name: str) -> tuple[str, int] | None:
-    """Read the study's id and number from the name of a cube's shelf; None for any other name."""
+    """Read the study's id and number from the name of a cube's folder; return None for any other name."""
     found = re.fullmatch(r"([0-9a-f]{12}(?:-[0-9]{1,9})?)-([0-9]{1,18})\.zarr", name)
     return (found[1], int(found[2])) if found else None
 
 
 def require_catalogue(data_dir: Path) -> None:
-    """Refuse to create a SQLite catalogue in a folder that belongs to some catalogue already.
+    """Check that a SQLite catalogue exists in a folder, or may be created there.
 
     Raises
     ------
@@ -62,18 +60,18 @@ def require_catalogue(data_dir: Path) -> None:
         marked = any((place / MARKER).exists() for place in (data_dir, cubes))
         holds = _holds_cubes(Folder(cubes).shelves())
         owned = not catalogue.exists() and (marked or holds)
-        # checked again: a process that opens a new folder creates the catalogue before its marker and its first cube
+        # look for the catalogue again, because another process creates the catalogue before the owner marker
         if not owned or catalogue.exists():
             return
     except OSError:
-        return  # opening the catalogue gives a better message
+        return  # the error of opening the catalogue has a better message
     if not holds:
         raise StoreFault(
             Fault(
                 "catalogue",
                 f"no {SQLITE_FILE} in {data_dir}, which belongs to a catalogue that is elsewhere",
                 "the catalogue that the folder belongs to",
-                f"set DAMPERLAB_CATALOGUE to the address of its PostgreSQL database; if it is lost, {_REBUILD}",
+                f"set DAMPERLAB_CATALOGUE to the address of the PostgreSQL database; if the database is lost, {_REBUILD}",
                 f"The data folder {data_dir} belongs to a catalogue that is not in it.",
             )
         )
@@ -89,22 +87,22 @@ def require_catalogue(data_dir: Path) -> None:
 
 
 def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
-    """Give the shelf of a catalogue's cubes.
+    """Return the storage location of a catalogue's cubes.
 
     Parameters
     ----------
     catalogue : Catalogue
-        The catalogue; the first call stores the location in it.
+        The catalogue, which stores the location.
     data_dir : Path
-        Location of the cubes unless another one is named or stored.
+        The data directory, which contains the cubes if `address` is None and the catalogue has no stored address.
     address : str, optional
-        `s3://bucket/prefix`.
+        Location of the cubes in an object store, `s3://bucket/prefix`; by default the stored address.
 
     Raises
     ------
     StoreFault
-        If the location cannot be used, belongs to another catalogue, does not hold the cubes, or holds results that the
-        catalogue lacks.
+        If the location cannot be used, belongs to another catalogue, does not contain the cubes, or contains results
+        that the catalogue does not have.
     """
     with catalogue.reading() as connection:
         known = fact(connection, "cubes")
@@ -127,8 +125,8 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
                 "store",
                 bucket.address,
                 f"the data directory {data_dir}, where the studies of this catalogue are",
-                "leave it out; or copy them: `damperlab store backup FOLDER`, and `damperlab store restore FOLDER` with "
-                "a new data directory and this store",
+                "leave `store` out; or copy the studies: `damperlab store backup FOLDER`, and `damperlab store restore FOLDER` "
+                "with a new data directory and this store",
                 f"The studies of this catalogue are in the data directory {data_dir}, not in {bucket.address}.",
             )
         )
@@ -140,17 +138,14 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
 
 
 def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) -> None:
-    """Check that a data folder belongs to this catalogue.
-
-    A catalogue may have several data folders if its cubes are in a bucket.
-    """
+    """Raise `StoreFault` if a data folder belongs to another catalogue. If `mark` is true, write a missing marker."""
     folder = Folder(data_dir)
     if not mark and owner_of(folder) is None:
         return
     others = Fault(
         "data_dir",
         f"{data_dir}, which belongs to a catalogue other than {catalogue.name}",
-        "a new folder, or one of this catalogue's",
+        "a new folder, or a folder of this catalogue",
         "name the folder of this catalogue (--data-dir), or the catalogue of this folder (DAMPERLAB_CATALOGUE)",
         f"The data folder {data_dir} belongs to a catalogue other than {catalogue.name}.",
     )
@@ -158,9 +153,7 @@ def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) ->
 
 
 def _own(place: Shelf, mine: str, others: Fault) -> None:
-    """Write the owner marker if there is none; raise `StoreFault` with a fault if the location belongs to another
-    catalogue.
-    """
+    """Write a missing owner marker. If the location belongs to another catalogue, raise `StoreFault(others)`."""
     found = owner_of(place)
     with using(place.address):
         if found is None and not mark_owner(place, mine):
@@ -170,7 +163,7 @@ def _own(place: Shelf, mine: str, others: Fault) -> None:
 
 
 def catalogue_id(catalogue: Catalogue) -> str:
-    """Give the id of a catalogue; the first call creates it."""
+    """Return the id of a catalogue. The first call creates the id."""
     with catalogue.reading() as connection:
         known = fact(connection, "id")
     if known is not None:
@@ -180,7 +173,7 @@ def catalogue_id(catalogue: Catalogue) -> str:
 
 
 def owner_of(place: Shelf) -> str | None:
-    """Give the id of the catalogue that owns a location; None if there is no marker.
+    """Return the id in the owner marker of a location; None if there is no marker.
 
     Raises
     ------
@@ -211,7 +204,7 @@ def owner_of(place: Shelf) -> str | None:
 
 
 def mark_owner(place: Shelf, owner: str) -> bool:
-    """Write the owner marker if there is none; say whether the location belongs to this owner now."""
+    """Write a missing owner marker. Return whether the location now belongs to the catalogue with the id `owner`."""
     return place.put_new(MARKER, _marker(owner))
 
 
@@ -220,12 +213,12 @@ def _marker(owner: str) -> bytes:
 
 
 def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
-    # the folder is read first, then the catalogue, because a writer writes the catalogue first
+    # read the folder before the catalogue, because another process writes the catalogue before the folder
     found = owner_of(folder)
     names = list(folder.shelves())
     holds = _holds_cubes(names)
     if found is None and holds:
-        # a process that opens a new folder marks it before its first cube
+        # read the marker again: another process that opens a new folder writes the marker before the first cube
         found = owner_of(folder)
     with catalogue.reading() as connection:
         mine = fact(connection, "id")
@@ -233,7 +226,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
         copied = fact(connection, BACKUP_OF) is not None
         last = int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
     if found is None and marked:
-        # a process that opens a new folder writes the marker before it records it in the catalogue
+        # read the marker again: another process writes the marker before it stores "marked" in the catalogue
         found = owner_of(folder)
     if found is None:
         _require_own_cubes(catalogue, folder, holds, used, marked)
@@ -241,15 +234,15 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
     others = Fault(
         "data_dir",
         f"cubes in {folder.address} that belong to a catalogue other than {catalogue.name}",
-        "the catalogue that they belong to",
+        "the catalogue that the cubes belong to",
         f"{_NAME_IT}; if it is lost, {_REBUILD}",
         f"The cubes in {folder.address} belong to a catalogue other than {catalogue.name}.",
     )
     _own(folder, mine or "", others)
-    # a copy's files come before its rows, so an interrupted copy can be continued
+    # skip this check for a backup, because an interrupted backup has copied files without copying the rows
     for name in () if copied else names:
         parsed = parse_cube_name(name)
-        # an interrupted submission leaves a cube that its catalogue does not have, but without results
+        # a cube without results may come from an interrupted submission, and does not show that the catalogue is old
         if parsed and parsed[1] > last and holds_results(folder.at(name)):
             raise older_copy(f"{folder.address}/{name}", catalogue.name)
     if not marked:
@@ -258,7 +251,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
 
 
 def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: bool, marked: bool) -> None:
-    """Refuse a folder without a marker if it cannot belong to this catalogue."""
+    """Raise `StoreFault` if a folder without an owner marker cannot belong to this catalogue."""
     if holds and not used and not marked:
         raise StoreFault(
             Fault(
@@ -286,12 +279,12 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
 
 
 def no_cubes(catalogue: Catalogue, folder: Folder) -> StoreFault:
-    """Make the fault for a folder of a catalogue's cubes that has lost its marker and all cubes."""
+    """Return the error for a folder of cubes that has lost its owner marker and all cubes."""
     return StoreFault(
         Fault(
             "data_dir",
             f"none of the cubes of {catalogue.name} in {folder.address}",
-            "the folder that holds them",
+            "the folder that holds the cubes",
             "check that its disk is mounted; if the cubes are lost for good, restore a backup",
             f"{folder.address} holds none of the cubes of {catalogue.name}.",
         )
@@ -303,9 +296,7 @@ def _holds_cubes(shelves: Iterable[str]) -> bool:
 
 
 def disk_gone(shelf: Shelf) -> str | None:
-    """Report that the folder of the cubes was exchanged since it was opened, for example by unmounting. None if it
-    was not, and for a bucket.
-    """
+    """Return a message if the folder of the cubes has no owner marker, as after an unmount; else None."""
     if not isinstance(shelf, Folder):
         return None
     try:
@@ -316,11 +307,11 @@ def disk_gone(shelf: Shelf) -> str | None:
 
 
 def older_copy(cube: str, catalogue: str) -> StoreFault:
-    """Make the fault for a cube with results that is missing from the catalogue."""
+    """Return the error for a cube with results that the catalogue does not have."""
     return StoreFault(
         Fault(
             "catalogue",
-            f"results in {cube} that {catalogue} does not have: it is an older copy",
+            f"results in {cube} that {catalogue} does not have: the catalogue is an older copy",
             "the newest state of the catalogue",
             "put the newest catalogue back, or add the missing studies to this one with `damperlab store "
             "rebuild`",
@@ -330,17 +321,17 @@ def older_copy(cube: str, catalogue: str) -> StoreFault:
 
 
 def holds_results(cube: Shelf) -> bool:
-    """Whether a cube holds the file of any block, done or not."""
+    """Whether a cube contains the file of a block, with or without a done-mark."""
     return any(map(is_of_block, cube.entries()))
 
 
 def is_of_block(entry: Entry) -> bool:
-    """Whether a piece of a cube belongs to a block: the name of such a piece contains a generation."""
+    """Whether a file of a cube belongs to a block. The names of such files contain a generation after a tilde."""
     return "~" in entry.key
 
 
 def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
-    """Check that a bucket holds this catalogue's cubes; `elsewhere` is their last known location."""
+    """Raise `StoreFault` if this catalogue does not own a bucket; `elsewhere` is the recorded location of the cubes."""
     if elsewhere is not None and owner_of(bucket) is None:
         raise StoreFault(
             Fault(
@@ -354,7 +345,7 @@ def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
     others = Fault(
         "store",
         f"{bucket.address}, which holds the cubes of another catalogue",
-        "a bucket, or a prefix in one, of this catalogue's own",
+        "a bucket, or a prefix in a bucket, that no other catalogue uses",
         f"{_NAME_IT}, or another prefix; if the catalogue is lost, {_REBUILD}",
         f"{bucket.address} holds the cubes of another catalogue.",
     )
@@ -362,18 +353,18 @@ def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
 
 
 def fact(connection: Connection, key: str) -> str | None:
-    """Give the catalogue's own fact under a key."""
+    """Return the value of a key in the table `facts`; None if there is no such key."""
     found = connection.execute(select(facts.c.value).where(facts.c.key == key)).scalar()
     return None if found is None else str(found)
 
 
 def forget(connection: Connection, key: str) -> None:
-    """Remove a key and its value from the catalogue."""
+    """Remove a key and its value from the table `facts`."""
     connection.execute(delete(facts).where(facts.c.key == key))
 
 
 def remember(connection: Connection, key: str, value: str) -> str:
-    """Store a fact about the catalogue itself, replacing the one under that key."""
+    """Store the value of a key in the table `facts`, replacing an earlier value, and return the value."""
     forget(connection, key)
     connection.execute(insert(facts).values(key=key, value=value))
     return value

@@ -1,4 +1,4 @@
-"""Quota of the studies in a store, checked at submission. Sizes are those of complete studies before compression."""
+"""Quota of the studies in a store, which is checked at submission. Sizes are for complete, uncompressed studies."""
 
 from dataclasses import dataclass
 from typing import Optional
@@ -14,14 +14,14 @@ _ADVICE = "delete studies that are not needed (`damperlab delete`), ask for fewe
 
 @dataclass(frozen=True)
 class Taken:
-    """Usage of the studies in a store, including deleted ones whose files still exist.
+    """Usage of a store by its studies, including deleted studies whose files still exist.
 
     Parameters
     ----------
     points, bytes : int
-        Totals when every study is complete, before compression.
+        Number of points and bytes of all studies when they are complete, before compression.
     unfinished : int
-        Waiting and running studies; 0 if not counted.
+        Number of waiting and running studies; 0 if these studies were not counted.
     """
 
     points: int
@@ -29,24 +29,24 @@ class Taken:
     unfinished: int = 0
 
     def plus(self, points: int, size: int, count: int = 1) -> "Taken":
-        """Give the usage with additional points, bytes and studies."""
+        """Return the usage after `count` more studies with `points` and `size` bytes in total."""
         return Taken(self.points + points, self.bytes + size, self.unfinished + count)
 
 
 @dataclass(frozen=True)
 class Quota:
-    """Limits of all studies together; None for no limit.
+    """Limits on the studies of a store or of one owner.
 
     Parameters
     ----------
     points, bytes : int, optional
-        Bytes are counted before compression, so they are known before any point is computed.
+        Largest number of points and of bytes before compression; None for no limit.
     unfinished : int, optional
-        Waiting and running studies.
+        Largest number of waiting and running studies; None for no limit.
     of_owner : Quota, optional
-        Limits of the studies of each owner of keys.
+        Limits on the studies of each owner of access keys; None for no limits.
     setting : str
-        Prefix of the settings for quotas.
+        Prefix of the names of the settings with these limits, for messages.
     """
 
     points: int | None = None
@@ -57,21 +57,23 @@ class Quota:
 
     @property
     def limited(self) -> bool:
-        """Whether there is a limit to all studies together."""
+        """Whether there is a limit on all studies together."""
         return not self.points is self.bytes is self.unfinished is None
 
     def require(self, before: Taken, after: Taken) -> None:
-        """Refuse studies that exceed the remaining quota.
+        """Raise an error if new studies exceed the quota.
 
         Parameters
         ----------
         before, after : Taken
-            Usage without them and with them.
+            Usage without and with the new studies.
 
         Raises
         ------
         QuotaReached
-            With their usage and the remaining quota; `TooManyUnfinished` if waiting frees some quota.
+            If the points or bytes exceed the quota.
+        TooManyUnfinished
+            If too many studies would wait or run.
         """
         for unit, limit, used, wanted in (
             ("points", self.points, before.points, after.points - before.points),
@@ -98,12 +100,12 @@ class Quota:
 
 
 class Ledger:
-    """Usage while studies are entered in one transaction: in total, and by each owner.
+    """Counts the usage, in total and of each owner, while one transaction enters several studies.
 
     Parameters
     ----------
     connection : Connection
-        Connection of the transaction, before any study is entered.
+        Connection of the transaction, in which no study has been entered yet.
     quota : Quota
         The limits.
     """
@@ -114,12 +116,12 @@ class Ledger:
         self._sums: dict[str | None, Taken] = {}
 
     def enter(self, owner: str | None, points: int, size: int, count: int) -> None:
-        """Count studies of one owner before they are entered. If they exceed a quota, none is counted.
+        """Add new studies of one owner to the usage. If the studies exceed a quota, no study is added.
 
         Raises
         ------
         QuotaReached
-            As `Quota.require`.
+            If the points, the bytes or the number of unfinished studies exceed a quota (`Quota.require`).
         """
         each = self._quota.of_owner if owner is not None else None
         after: dict[str | None, Taken] = {}
@@ -134,10 +136,10 @@ class Ledger:
 
 
 def taken(connection: Connection, owner: str | None = None, *, unfinished: bool = False) -> Taken:
-    """Add up the usage of all studies, or of one owner."""
+    """Return the usage by all studies, or by the studies of one owner."""
     c = studies.c
     sums = select(func.coalesce(func.sum(c.points_total), 0), func.coalesce(func.sum(c.bytes_total), 0))
-    # a study whose files have been removed leaves an empty row
+    # leave out deleted studies whose files have been removed; their rows have an empty definition
     sums = sums.where(c.definition != "")
     count = select(func.count()).select_from(studies).where(WAITING)
     if owner is not None:

@@ -1,4 +1,4 @@
-"""Rows of the catalogue, as records, flags and faults."""
+"""Reading of the catalogue's rows: queries of studies and done-marks, and errors for missing rows."""
 
 import base64
 import binascii
@@ -21,23 +21,23 @@ from damperlab.studies.store.solver import is_outdated
 Item = TypeVar("Item")
 
 ALIVE = studies.c.deleted.is_(None)
-"""The studies that were not deleted."""
+"""Condition for studies that were not deleted."""
 
 LAST_SECONDS = 60.0
-"""Time before the files of a deleted study may be removed, because clocks of processes may differ."""
+"""Time between the last moment at which a deleted study can be restored and the removal of its files [s]."""
 NEVER_ENTERED = and_(studies.c.id == "", studies.c.digest == "")
-"""Numbers reserved for studies while their cubes are created; an entered study takes over the row."""
+"""Condition for rows that reserve a number while the cube of a new study is created."""
 RESERVED = and_(NEVER_ENTERED, studies.c.state == "queued")
-"""Reserved numbers that were not withdrawn as garbage."""
+"""Condition for rows of reserved numbers that were not withdrawn as garbage."""
 
 
 def in_trash() -> ColumnElement[bool]:
-    """Say whether a row's study was deleted and can still be restored."""
+    """Return the condition for studies that were deleted and can still be restored."""
     return and_(studies.c.deleted > time.time() + LAST_SECONDS, studies.c.definition != "")
 
 
 def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:
-    """Find a study by its complete id; None if there is none."""
+    """Return the row of the study with this complete id; None if there is no such study."""
     row = connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
     if row is not None:
         require_row(studies, row, study_id)
@@ -45,7 +45,7 @@ def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:
 
 
 def study_row(connection: Connection, study_id: str) -> Row[Any]:
-    """Find a study by its complete id; raise `StudyNotFound` if there is none."""
+    """Return the row of the study with this complete id; raise `StudyNotFound` if there is no such study."""
     row = alive_row(connection, study_id)
     if row is None:
         raise unknown_study(connection, study_id)
@@ -55,13 +55,13 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
 VALUES = 500
 """Largest number of values, or rows, in one statement."""
 FIRST_DIGITS = 4
-"""Fewest digits that identify an id; a shorter text may as well be a mistyped name."""
+"""Smallest number of first digits by which a study can be named. A shorter text is more likely a mistyped name."""
 NAMES_COMPARED = 1000
-"""Newest studies whose names are searched for a mistyped one."""
+"""Number of newest studies whose names are compared with a mistyped name."""
 
 
 def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
-    """Find the newest version of a definition; None if there is none."""
+    """Return the row of the newest version of the study with this digest; None if there is no such study."""
     query = select(studies).where(studies.c.digest == digest, ALIVE)
     row = connection.execute(query.order_by(studies.c.version.desc()).limit(1)).one_or_none()
     if row is not None:
@@ -70,23 +70,21 @@ def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
 
 
 def asked_for(purpose: str) -> ColumnElement[bool]:
-    """Say whether a program submitted a row's study for this purpose."""
-    # the test for null comes first, so that the negation is true for a study submitted by a user
+    """Return the condition for studies that were submitted for this purpose, a design or a refinement."""
+    # without the test for null, the negation would not be true for a study that a user submitted
     return and_(studies.c.purpose.is_not(None), studies.c.purpose == purpose)
 
 
 def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
-    """Make the fault for a missing study. It says when the study was deleted, which one was probably meant, and names a
-    few others.
-    """
+    """Return the error for a missing study. The message names a similar study and the newest studies."""
     order = studies.c.number.desc()
     there = select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
-    # studies submitted by programs are named only if there are no others
+    # name studies of designs only if there are no other studies
     own = there.where(not_(asked_for(DESIGNS)))
     newest = connection.execute(own).all() or connection.execute(there).all()
     known = ", ".join(f"{row.id} ({row.name})" for row in newest[:3])
     near = nearest(ref, dict.fromkeys(row.name for row in newest if row.name))
-    advice = f"did you mean {near}?" if near else "`damperlab studies` lists what there is"
+    advice = f"did you mean {near}?" if near else "`damperlab studies` lists the studies"
     allowed = (
         f"an id, a name, or the first digits of an id; newest: {known}"
         if known
@@ -115,7 +113,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
 
 
 def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
-    """Make the fault for the first digits of an id that are too few, or match several studies."""
+    """Return the error for too few first digits of an id, or for first digits that fit several studies."""
     known = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
     if len(ref) < FIRST_DIGITS:
         allowed = f"a name, or at least the first {FIRST_DIGITS} digits of an id; these digits begin {known}"
@@ -131,7 +129,16 @@ def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
 def marks_of(
     connection: Connection, row: Row[Any], *, after: int | None = None, upto: int | None = None
 ) -> dict[int, str]:
-    """Give the generation of every done block of a study, or of those done between two revisions, by the block's index.
+    """Return the generation of every done block of a study, by the block's index.
+
+    Parameters
+    ----------
+    connection : Connection
+        Connection to the catalogue.
+    row : Row
+        Row of the study.
+    after, upto : int, optional
+        Revisions of the study. Only blocks that were done after `after`, and not later than `upto`, are returned.
 
     Raises
     ------
@@ -158,11 +165,11 @@ SUMS = {
     "seconds": "seconds",
     "kernel_seconds": "kernel_seconds",
 }
-"""The columns of a study with sums of columns of its done-marks."""
+"""Columns of `studies` that contain sums over done-marks, with the summed columns of `done_blocks`."""
 
 
 def sums_of_marks(connection: Connection, number: int) -> dict[str, Any]:
-    """Add up the done-marks of a study, by the names of the columns for the sums."""
+    """Return the sums over the done-marks of a study. The keys are names of columns of `studies`."""
     b = done_blocks.c
     columns = [func.coalesce(func.sum(b[column]), 0).label(name) for name, column in SUMS.items()]
     query = select(func.count().label("blocks_done"), *columns).where(b.study == number)
@@ -170,9 +177,7 @@ def sums_of_marks(connection: Connection, number: int) -> dict[str, Any]:
 
 
 def lost_marks(row: Row[Any], found: int) -> str | None:
-    """Report that the number of done-marks differs from a study's row, or that a study is done although marks are
-    missing; None if all is well.
-    """
+    """Return a message if done-marks are missing, else None; `found` is the number of existing done-marks."""
     if found != row.blocks_done:
         return f"{found} done-marks where {row.blocks_done} blocks are done"
     if row.state == "done" and found < row.blocks_total:
@@ -181,8 +186,8 @@ def lost_marks(row: Row[Any], found: int) -> str | None:
 
 
 def claim_owner(row: Row[Any]) -> str | None:
-    """Give the present owner of the claim on the study."""
-    # the time has no checksum; an invalid one counts as past
+    """Return the owner of the claim on a study; None if there is no claim, or the claim has ended."""
+    # claims have no checksum, so the time may be invalid; the claim is then regarded as ended
     ends = row.claim_expires if isinstance(row.claim_expires, float) else 0.0
     return str(row.claim_owner) if row.claim_owner is not None and ends >= time.time() else None
 
@@ -193,15 +198,15 @@ def _seconds_left(row: Row[Any]) -> float | None:
         return 0.0
     if row.state != "running" or row.last_mark is None or row.points_done == row.run_points:
         return None
-    # measured in wall time, so that the pace is right for any number of workers
+    # use wall time per point, so that the estimate is right for any number of workers
     pace = (row.last_mark - row.run_began) / (row.points_done - row.run_points)
     if pace <= 0.0:
-        return None  # the clock was set back meanwhile
+        return None  # the clock has been set back
     return float(max(0.0, left * pace - max(0.0, time.time() - row.last_mark)))
 
 
 def record_of(row: Row[Any]) -> Record:
-    """Convert a study's row into a record."""
+    """Convert the row of a study to a record."""
     require_row(studies, row, row.id)
     created = utc(row.created)
     assert created is not None
@@ -246,12 +251,12 @@ def record_of(row: Row[Any]) -> Record:
 
 
 def cursor_of(number: int) -> str:
-    """Give the cursor of the page after the study of this number."""
+    """Return the cursor of the page that begins after the study with this number."""
     return base64.urlsafe_b64encode(f"before {number}".encode()).decode().rstrip("=")
 
 
 def number_before(cursor: str) -> int:
-    """Read a cursor; raise `StoreFault` if it is invalid."""
+    """Return the study's number from a cursor; raise `StoreFault` if the cursor is invalid."""
     try:
         text = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
         word, number = text.split(" ")
@@ -265,7 +270,7 @@ def number_before(cursor: str) -> int:
 
 
 def pieces(items: Iterable[Item]) -> Iterator[list[Item]]:
-    """Split long lists into parts that one statement takes."""
+    """Yield parts of a list. Each part has at most `VALUES` items, and fits into one SQL statement."""
     every = list(items)
     for start in range(0, len(every), VALUES):
         yield every[start : start + VALUES]
@@ -277,15 +282,13 @@ def log_event(connection: Connection, study_id: str, what: str) -> None:
 
 
 def last_event(connection: Connection, study_id: str) -> float | None:
-    """Give the time of a study's latest event, in seconds since 1970."""
+    """Return the time of a study's latest event, in seconds since 1970; None if there is no event."""
     found = connection.execute(select(func.max(events.c.at)).where(events.c.study == study_id)).scalar()
     return found if isinstance(found, float) else None
 
 
 def advance_counters(connection: Connection) -> None:
-    """Advance the counter of numbers after rows were inserted with given numbers, which PostgreSQL's counters do not
-    notice.
-    """
+    """Set PostgreSQL's sequences to the largest number in each table, after rows with given numbers were inserted."""
     if connection.dialect.name != "postgresql":
         return
     for table in (studies, events):

@@ -1,7 +1,7 @@
-"""Checksums of the catalogue's rows: a flipped bit in the database is reported, and never read as a result.
+"""Checksums of the catalogue's rows. A flipped bit in the database is reported as damage, and never read as a result.
 
-A transaction removes the checksum of each row that it writes, and adds the new one at its end (`Catalogue.writing`). So
-a row without a checksum is being written. A writer reads a row before changing it, and thereby checks it.
+A transaction removes the checksum of each row that it writes, and adds the new checksum at its end
+(`Catalogue.writing`). So a row without a checksum is being written.
 """
 
 from collections.abc import Iterable
@@ -31,7 +31,7 @@ SUMMED = (studies, done_blocks, keys, events, access_keys)
 """The tables whose rows have a checksum."""
 
 _LEFT_OUT = {
-    # the claim is renewed every few seconds, and the next claim corrects a flipped bit
+    # claims have no checksum, because frequent renewals correct a flipped bit
     "studies": {"crc", "claim_owner", "claim_expires"},
     "done_blocks": {"crc"},
     "keys": {"crc"},
@@ -44,11 +44,11 @@ _AT_ONCE = 1000
 
 
 def row_sum(table: Table, row: Row[Any]) -> int:
-    """Give the checksum of a row: CRC-32C of its columns that differ from their defaults."""
+    """Return the checksum of a row: the CRC-32C of the columns whose values differ from the defaults."""
     told = [
         (column.name, _plain(column, row._mapping[column.name]), default) for column, default in _told(table)
     ]
-    # a column that is added later with a default leaves every row's checksum unchanged
+    # defaults are left out, so that a new column does not change the checksums of existing rows
     kept = [(name, value) for name, value, default in told if value is not None and value != default]
     return int(google_crc32c.value(repr(kept).encode()))
 
@@ -63,32 +63,31 @@ def _told(table: Table) -> tuple[tuple[Column[Any], Any], ...]:
 
 
 def is_sound(table: Table, row: Row[Any]) -> bool:
-    """Whether a complete row of a table is intact."""
+    """Whether a row is intact. The row must have all columns of the table."""
     if row.crc is not None:
         return bool(row.crc == row_sum(table, row))
-    # A row without a checksum is being written and is intact. A page of zeros, which SQLite reads as rows with every
-    # column empty, is damage.
+    # a row without a checksum is being written; but SQLite reads a damaged page of zeros as rows of null values
     return all(row._mapping[column.name] is not None for column in table.c if not column.nullable)
 
 
 def require_row(table: Table, row: Row[Any], study_id: str) -> None:
-    """Raise `CatalogueDamaged` unless a complete row of a table is intact."""
+    """Raise `CatalogueDamaged` if a row is damaged. The row must have all columns of the table."""
     if not is_sound(table, row):
         raise damaged_row(table, study_id)
 
 
 def damaged_row(table: Table, study_id: str) -> CatalogueDamaged:
-    """Make the fault for a damaged row."""
+    """Return the error for a damaged row of a table."""
     return catalogue_damaged(
         study_id,
-        f"a row of {table.name} whose checksum is not that of its contents",
+        f"a row of {table.name} whose checksum does not match its contents",
         "restore the damaged rows from the cubes with `damperlab store rebuild`, which leaves intact rows "
         "unchanged",
     )
 
 
 def watch(statement: Any, connection: Connection) -> Any:
-    """Make a writing statement remove the checksums of its rows, and remember the touched tables."""
+    """Make an UPDATE statement also remove the checksums of the rows. Store the table's name for `seal_rows`."""
     if not isinstance(statement, Insert | Update) or statement.table not in SUMMED:
         return statement
     if connection.get_execution_options().get("seals") or statement.get_execution_options().get("seals"):
@@ -98,7 +97,7 @@ def watch(statement: Any, connection: Connection) -> Any:
 
 
 def seal_rows(connection: Connection, tables: Iterable[Table] | None = None) -> None:
-    """Give every row without a checksum a new one, in the touched tables or in those named."""
+    """Add missing checksums to the rows of tables, by default of the tables that the transaction has written."""
     touched = connection.info.pop(_TOUCHED, set())
     for table in SUMMED if tables is None else tables:
         if tables is not None or table.name in touched:
@@ -106,7 +105,7 @@ def seal_rows(connection: Connection, tables: Iterable[Table] | None = None) -> 
 
 
 def forget_touched(connection: Connection) -> None:
-    """Begin a transaction: no table is touched yet."""
+    """Forget which tables an earlier transaction on this connection has written."""
     connection.info.pop(_TOUCHED, None)
 
 
@@ -149,5 +148,5 @@ def _plain(column: Column[Any], value: Any) -> Any:
         plain = kind(value)
     except (TypeError, ValueError):
         return repr(value)
-    # SQLite stores values of any type in a column: a flipped bit may produce one
+    # SQLite stores values of any type in a column, so a flipped bit may change the type
     return plain if plain == value else repr(value)

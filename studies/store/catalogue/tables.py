@@ -1,4 +1,4 @@
-"""The tables of the catalogue. A change needs another revision in `.catalogue`."""
+"""The tables of the catalogue. If a table is changed, `REVISION` in `.catalogue` must be increased."""
 
 from sqlalchemy import (
     BigInteger,
@@ -21,19 +21,19 @@ metadata = MetaData()
 studies = Table(
     "studies",
     metadata,
-    # never reused: it orders the pages and names the cube's folder, so no study gets a deleted one's files
+    # number of the study, which is never used again, so that no study gets the files of a deleted study
     Column("number", Integer, primary_key=True),
-    # the digest's first digits, and the version if there are several
+    # the first digits of the digest, followed by the version if the version is above 1
     Column("id", String(24), nullable=False),
     Column("digest", String(64), nullable=False),
-    # 1 for a study as submitted; each computation by a later solver gets the next number
+    # 1 for the submitted study; each computation by a later solver is a new version
     Column("version", Integer, nullable=False, default=1),
     Column("name", Text, nullable=False),
     Column("state", String, nullable=False),
     Column("message", Text),
     Column("definition", Text, nullable=False),
     Column("provenance", Text, nullable=False),
-    # from the provenance: the submitter; if a program submitted it, its purpose and the study or specification
+    # copied from the provenance: the submitter, and the purpose of a study that a design or a refinement submitted
     Column("submitted_by", Text),
     Column("purpose", String),
     Column("purpose_of", String),
@@ -41,44 +41,44 @@ studies = Table(
     Column("chunk", Text, nullable=False),
     Column("points_total", BigInteger, nullable=False),
     Column("blocks_total", Integer, nullable=False),
-    # size of the complete study before compression, as counted by a quota
+    # number of bytes of the complete study before compression, for the quota
     Column("bytes_total", BigInteger, nullable=False, default=0),
-    # running sums over done_blocks: a record needs only one row, for any number of blocks
+    # sums over the study's rows in done_blocks
     Column("points_done", BigInteger, nullable=False, default=0),
     Column("points_failed", BigInteger, nullable=False, default=0),
     Column("points_reused", BigInteger, nullable=False, default=0),
     Column("blocks_done", Integer, nullable=False, default=0),
     Column("seconds", Float, nullable=False, default=0.0),
     Column("kernel_seconds", Float, nullable=False, default=0.0),
-    # counts the changes of done_blocks, so a reading at one revision is valid until the next
+    # number that increases with every change of the study's rows in done_blocks
     Column("revision", Integer, nullable=False, default=0),
-    # when blocks were last invalidated: earlier revisions cannot be shown any more
+    # revision at which blocks were last invalidated; earlier revisions are no longer available
     Column("taken_back", Integer, nullable=False, default=0),
-    # studies of one family differ only in their grids; empty if points may be neither reused nor shared
+    # digest of the family, whose studies differ only in their grids; an empty text if points cannot be reused
     Column("family", String(64), nullable=False, default=""),
     # lowest and highest value along every numeric dimension, to find studies that may share points
     Column("box", Text, nullable=False, default="[]"),
     Column("reuse", Boolean, nullable=False, default=True),
-    # of waiting studies the one with the highest priority starts first
+    # the waiting study with the highest priority starts first
     Column("priority", Integer, nullable=False, default=0),
-    # the user's remarks: tags as a JSON list of different texts, and a note
+    # the user's remarks: tags as a JSON list of distinct texts, and a note
     Column("tags", Text, nullable=False, default="[]"),
     Column("note", Text, nullable=False, default=""),
     Column("created", Float, nullable=False),
     Column("started", Float),
     Column("finished", Float),
-    # the pace is measured from the latest start of the study
+    # time of the latest start of the study, and points done at that time, to measure the speed
     Column("run_began", Float),
     Column("run_points", BigInteger),
     Column("last_mark", Float),
-    # activity of a running study before its blocks: null while it computes them, and in every other state
+    # phase of a running study that does not compute blocks yet; null for all other studies
     Column("phase", String),
     Column("phase_done", Integer),
     Column("phase_total", Integer),
     Column("claim_owner", String),
     Column("claim_expires", Float),
     Column("deleted", Float),
-    # checksum of the row's other columns; none while a transaction writes the row
+    # checksum of the row's other columns; null while a transaction writes the row
     Column("crc", BigInteger),
     sqlite_autoincrement=True,
 )
@@ -90,7 +90,7 @@ Index(
     postgresql_where=studies.c.deleted.is_(None),
 )
 WAITING = and_(text("state IN ('queued', 'running')"), studies.c.deleted.is_(None))
-"""The studies that have not ended. The index below has the same condition, so that the database uses it."""
+"""Condition for studies that have not ended, which is also the condition of the index `waiting`."""
 Index(
     "waiting",
     studies.c.priority.desc(),
@@ -114,14 +114,14 @@ done_blocks = Table(
     Column("kernel_seconds", Float, nullable=False),
     Column("message", Text),
     Column("at", Float, nullable=False),
-    # the generation names the block's valid file among those written; the checksum is that of the block's values
+    # generation in the name of the block's valid file, and checksum of the block's values
     Column("generation", String, nullable=False, default=""),
     Column("checksum", String),
     Column("revision", Integer, nullable=False, default=0),
-    # solver and processor of the block
+    # identity of the solver and the processor that computed the block
     Column("identity", String, nullable=False, default=""),
     Column("crc", BigInteger),
-    # clustered by its key: the marks of one study are read together
+    # rows are stored in the order of the primary key, because the marks of a study are read together
     sqlite_with_rowid=False,
 )
 
@@ -149,7 +149,7 @@ Index("events_of_study", events.c.study, events.c.number)
 facts = Table(
     "facts",
     metadata,
-    # facts about the catalogue itself: its revision, its id, and the location of its cubes
+    # data about the catalogue itself, for example its revision, its id, and the location of its cubes
     Column("key", String, primary_key=True),
     Column("value", Text, nullable=False),
 )

@@ -1,4 +1,4 @@
-"""Work requested by many threads together, done in one batch by the thread whose turn it is."""
+"""Batches of work that several threads request. One of the threads does the work of all threads that are waiting."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -18,18 +18,19 @@ class _Waiting(Generic[Asked, Answer]):
 
 
 class Turns(Generic[Asked, Answer]):
-    """Work in batches: the thread whose turn it is does all work that has arrived meanwhile.
+    """Collects work from several threads into batches. The next batch is collected while one batch is processed.
 
-    The more items arrive, the cheaper each one, because they share a transaction and its wait for the disk.
+    The items of a batch share a transaction, so each item costs less in a large batch.
 
     Parameters
     ----------
     work : callable
-        Takes the items in the order of arrival, and gives an answer to each, or an exception instead.
+        Function that takes the items of a batch in the order of arrival, and returns an answer or an exception for
+        each.
     most : int
-        Largest weight of a batch; a single item may exceed it.
+        Largest total weight of a batch. A batch of a single item may exceed this weight.
     weigh : callable
-        Gives the weight of an item.
+        Function that returns the weight of an item; by default each item weighs 1.
     """
 
     def __init__(
@@ -46,14 +47,14 @@ class Turns(Generic[Asked, Answer]):
         self._taken = False
 
     def ask(self, asked: Asked) -> Answer:
-        """Process one item and give its answer; raise the answer if it is an exception."""
+        """Submit one item, wait for the answer, and return the answer. Raise an answer that is an exception."""
         mine = _Waiting[Asked, Answer](asked)
         with self._lock:
             self._queue.append(mine)
             waits, self._taken = self._taken, True
         if waits:
             mine.woken.wait()
-        if mine.answer is None:  # this thread's turn
+        if mine.answer is None:  # it is this thread's turn to process the next batch
             self._take_turn()
         if isinstance(mine.answer, Exception):
             raise mine.answer
@@ -65,7 +66,7 @@ class Turns(Generic[Asked, Answer]):
             weights = accumulate(self._weigh(one.asked) for one in self._queue)
             number = max(1, sum(weight <= self._most for weight in weights))
             some, self._queue = self._queue[:number], self._queue[number:]
-        answers: Sequence[Answer | Exception] = [RuntimeError("the work was broken off")] * len(some)
+        answers: Sequence[Answer | Exception] = [RuntimeError("the work was interrupted")] * len(some)
         try:
             answers = self._work([one.asked for one in some])
         except Exception as error:

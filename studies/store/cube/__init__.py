@@ -1,1 +1,1 @@
-"""The cube of one study: its description, its blocks, their bytes, and reading."""
+"""Cubes of studies: description, files of the blocks, encoding, and reading."""

@@ -1,8 +1,7 @@
-"""The files of a cube's blocks: their names, and the faults of unreadable ones.
+"""Names of the files of a cube's blocks, and the errors for files that cannot be read.
 
-Every attempt at a block writes its own file, whose name contains the attempt's generation. The block's done-mark names
-one generation, and the transaction that sets the mark switches all readers to this file. No file is ever overwritten,
-so a reader never mixes two attempts.
+Every attempt to compute a block writes a new file, whose name contains the generation of the attempt. The done-mark of
+the block names the generation that readers use. No file is ever overwritten, so a reader never mixes two attempts.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,7 +22,7 @@ class BlockDamaged(StoreFault):
 
 
 def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDamaged:
-    """Make the fault for data that cannot be read. `index` is None if `what` is not part of a block."""
+    """Return the error for lost or damaged data. `index` is None if `what` is not part of a block."""
     study_id = shelf.name.removesuffix(".zarr").rpartition("-")[0]
     where = f"{'' if index is None else f'block {index} of '}study {study_id}"
     return BlockDamaged(
@@ -31,7 +30,7 @@ def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDama
             where,
             f"{what}: {found}",
             "what was written",
-            f"find all that is damaged with `damperlab store verify {study_id}`, and repair it with `damperlab store verify "
+            f"list all damage with `damperlab store verify {study_id}`, and repair the study with `damperlab store verify "
             f"--repair {study_id}`: descriptions are written again, lost blocks are computed again",
             sentence(f"{where} cannot be read: {what}: {found}"),
         )
@@ -40,14 +39,14 @@ def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDama
 
 @contextmanager
 def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is lost") -> Iterator[None]:
-    """Translate errors of reading for a user.
+    """Raise a `StoreFault` in place of an error that occurs while a cube is read.
 
     Raises
     ------
     BlockDamaged
         If the block, or another part of the cube, is missing or damaged.
     StoreFault
-        If it cannot be read, so that the state of the data is unknown.
+        If the disk or the server reports an error.
     """
     try:
         yield
@@ -60,14 +59,14 @@ def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is
 
 
 def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:
-    """Read the variable and the block's index from a chunk's key; None for any other key, for example of a coordinate."""
+    """Read the variable and the block's index from the key of a chunk; return None for any other key."""
     variable, slash, name = key.partition("/c.")
     place = read_place(name, grid) if slash else None
     return None if place is None else (variable, int(np.ravel_multi_index(place, grid)))
 
 
 def read_place(name: str, grid: tuple[int, ...]) -> tuple[int, ...] | None:
-    """Read the position of a chunk in the grid, as in `0.0.2`; None if it is outside."""
+    """Read the indices of a chunk from a text such as `0.0.2`; return None if the grid has no such chunk."""
     parts = name.split(".")
     if len(parts) != len(grid) or not all(
         part.isascii() and part.isdigit() and len(part) < 10 for part in parts

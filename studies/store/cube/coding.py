@@ -1,8 +1,7 @@
-"""Encoding and decoding of a variable's chunks in Zarr's format, without Zarr's own machinery.
+"""Encoding and decoding of a variable's chunks in Zarr's format, without the library Zarr.
 
-Zarr spends most of its time on overhead per chunk. A slice across the leading dimensions touches hundreds of chunks,
-and a block of eighteen variables writes eighteen. Any Zarr reader decodes our chunks, and these functions decode
-Zarr's.
+The library has a large overhead per chunk, and a slice across the leading dimensions reads hundreds of chunks. The
+library can decode chunks that this module has encoded, and vice versa.
 """
 
 import hashlib
@@ -23,7 +22,7 @@ _SHUFFLES = {"noshuffle": 0, "shuffle": 1, "bitshuffle": 2}
 
 @dataclass(frozen=True)
 class Compressor:
-    """Settings of Zarr's codec `blosc`, by its own names."""
+    """Settings of the codec `blosc`, named as in Zarr's metadata."""
 
     cname: str
     clevel: int
@@ -34,22 +33,22 @@ class Compressor:
 
 @dataclass(frozen=True)
 class StoredArray:
-    """One array of a cube, from its metadata.
+    """Format of one array of a cube, read from the cube's metadata.
 
     Parameters
     ----------
     name : str
-        The variable.
+        Name of the variable.
     shape, chunks : tuple of int
-        Shape of the array, and of each of its chunks.
+        Shape of the array, and shape of each chunk.
     dtype : dtype
         Type of the values, little-endian.
     fill : number
-        Value of points that are not stored.
+        Fill value: the value of points that have not been computed.
     compressor : Compressor
         Settings of the compression.
     attributes : dict
-        Unit, meaning, flags.
+        Attributes of the variable: unit, description and meanings of the codes.
     """
 
     name: str
@@ -61,7 +60,7 @@ class StoredArray:
     attributes: dict[str, Any]
 
     def encode(self, values: np.ndarray) -> bytes:
-        """Encode a chunk; one at the array's end may be smaller than the others, and is padded."""
+        """Encode a chunk. A smaller chunk at the end of the array is padded with the fill value."""
         if values.shape != self.chunks:
             whole = np.full(self.chunks, self.fill, self.dtype)
             whole[tuple(map(slice, values.shape))] = values
@@ -89,22 +88,22 @@ class StoredArray:
 
 @dataclass(frozen=True)
 class StoredCoordinate:
-    """The values along one dimension, from a cube's metadata.
+    """Format of the coordinate of one dimension, read from the cube's metadata.
 
     Parameters
     ----------
     name : str
-        The dimension.
+        Name of the dimension.
     size : int
         Number of values.
     text : bool
-        Whether they are texts instead of doubles.
+        True if the values are texts, False if the values are doubles.
     value : float, optional
-        The value, if the dimension has only one; it is then stored in the metadata, not in a piece of its own.
+        The value of a dimension with a single number, which is stored in the metadata; None for other dimensions.
     key : str
-        Key of the piece with the only chunk.
+        Key of the file that holds the values as a single chunk.
     attributes : dict
-        Unit and meaning.
+        Attributes of the coordinate: unit and description.
     """
 
     name: str
@@ -115,7 +114,7 @@ class StoredCoordinate:
     attributes: dict[str, Any]
 
     def decode(self, content: bytes) -> np.ndarray:
-        """Decode the only chunk; raise `ValueError` if it is damaged."""
+        """Decode the content of the coordinate's file; raise `ValueError` if the content is damaged."""
         body = without_checksum(content)
         values = np.array(_texts(body)) if self.text else np.frombuffer(body, "<f8")
         if len(values) != self.size:
@@ -123,12 +122,12 @@ class StoredCoordinate:
         return values
 
     def read(self, shelf: Shelf) -> np.ndarray:
-        """Give the values, from the cube's shelf if there are several."""
+        """Return the values of the coordinate."""
         return self.decode(shelf.get(self.key)) if self.value is None else np.array([self.value])
 
 
 def encode_coordinate(values: np.ndarray) -> bytes:
-    """Encode the only chunk of a coordinate: doubles, or texts in the form of Zarr's codec `vlen-utf8`."""
+    """Encode a coordinate as a single chunk of doubles, or of texts in the format of Zarr's codec `vlen-utf8`."""
     if values.dtype.kind != "U":
         return with_checksum(values.astype("<f8").tobytes())
     texts = [str(value).encode() for value in values]
@@ -147,36 +146,36 @@ def _texts(body: bytes) -> list[str]:
 
 
 def with_checksum(body: bytes) -> bytes:
-    """Append the CRC-32C, as Zarr's codec `crc32c` does."""
+    """Append the CRC-32C of the bytes, as Zarr's codec `crc32c` does."""
     checksum: int = google_crc32c.value(body)
     return body + checksum.to_bytes(CHECKSUM_BYTES, "little")
 
 
 def without_checksum(content: bytes) -> bytes:
-    """Remove the CRC-32C; raise `ValueError` if it does not match the bytes before it."""
+    """Remove the CRC-32C at the end; raise `ValueError` if the CRC-32C does not match the other bytes."""
     if not checksum_holds(content):
-        raise ValueError("the checksum of the file is not that of its contents")
+        raise ValueError("the checksum of the file does not match its contents")
     return content[:-CHECKSUM_BYTES]
 
 
 def checksum_holds(content: bytes) -> bool:
-    """Say whether the checksum of a chunk matches, without decoding it."""
+    """Whether the checksum of an encoded chunk matches its content."""
     body, checksum = content[:-CHECKSUM_BYTES], content[-CHECKSUM_BYTES:]
     return bool(body) and google_crc32c.value(body) == int.from_bytes(checksum, "little")
 
 
 def checksum(values: Mapping[str, np.ndarray]) -> str:
-    """Hash the values of a block, before encoding and after reading back.
+    """Return a hash of the values of a block. The hash is the same before encoding and after decoding.
 
     Parameters
     ----------
     values : mapping of array
-        Every stored variable, in its stored type; their order does not count.
+        Every stored variable, in its stored type; the order of the variables has no effect.
 
     Returns
     -------
     str
-        BLAKE2b of 16 bytes in hexadecimal. Equal for equal bits, including the kind of a NaN.
+        BLAKE2b hash of 16 bytes in hexadecimal. The hash depends on every bit of the values, also on the bits of a NaN.
     """
     digest = hashlib.blake2b(digest_size=16)
     for name in sorted(values):

@@ -1,8 +1,7 @@
-"""The cube of one study: created once, and written block by block.
+"""Writing of a study's cube, block by block.
 
-A block's file is complete as soon as it is visible, but only a done-mark assigns it to the block: a reader sees only
-blocks with a mark (`damperlab.studies.store.cube.opened`). A lost or damaged file is an error for its reader and
-never a fill value.
+Readers use the file of a block only if a done-mark in the catalogue names the file. If this file is lost or damaged,
+reading raises an error and never returns a fill value.
 """
 
 import hashlib
@@ -25,22 +24,22 @@ from damperlab.studies.variables import Status
 
 
 def bytes_per_point(study: AnyStudy) -> int:
-    """Bytes of one point of the study before compression."""
+    """Return the number of bytes of one point of the study before compression."""
     return sum(np.dtype(v.dtype).itemsize for v in stored_variables(study))
 
 
 def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:
-    """Count the blocks along each dimension; a block's index runs through them, last dimension fastest."""
+    """Return the number of blocks along each dimension. Blocks are numbered in C order, last dimension fastest."""
     return tuple(-(-extent // step) for extent, step in zip(shape, chunk, strict=True))
 
 
 def lost_attachments(shelf: Shelf, study: AnyStudy) -> list[str]:
-    """Give the keys of the study's own files that are missing or damaged.
+    """Return the names of the cube's ground-motion records that are missing or damaged.
 
     Raises
     ------
     OSError
-        If the shelf cannot be read.
+        If the files cannot be read.
     """
     return [key for key, sha256 in study.attached.items() if _sha256(shelf, key) != sha256]
 
@@ -59,20 +58,20 @@ def write_region(
     generation: str = "",
     told: Mapping[str, Any] | None = None,
 ) -> BlockOutcome:
-    """Write the region of one block and wait until it is synced; its done-mark may be set afterwards.
+    """Write the file of one block, and wait until the file is on the disk. The done-mark may be set only afterwards.
 
     Parameters
     ----------
     cube_path : str
-        Location of the cube, `Store.cube_path`.
+        Location of the cube, from `Store.cube_path`.
     block : Block
-        The block, aligned with the chunks of the cube.
+        The block, which must be one of the cube's chunks.
     values : mapping of array
-        Every stored variable by name, each of the block's shape.
+        Stored variables by name. Every variable has the shape of the block.
     generation : str
-        Name that distinguishes this attempt's file from all others; the done-mark must contain it.
+        Unique name of this attempt to compute the block. The name of the file and the done-mark contain this name.
     told : mapping, optional
-        Further values for the block's file and its done-mark, by the names in `BlockOutcome`.
+        Values of further fields of `BlockOutcome`, for the header of the file and for the returned outcome.
 
     Returns
     -------
@@ -82,13 +81,13 @@ def write_region(
     Raises
     ------
     FileNotFoundError
-        If the cube is gone (deleted meanwhile).
+        If the cube does not exist, for example because the study was deleted meanwhile.
     KeyError
         If a stored variable is missing from `values`.
     ValueError
         If a variable has another shape than the block.
     OSError
-        If the disk refuses, for example because it is full, or the cube's description is damaged.
+        If the file cannot be written, for example to a full disk, or the cube's description is damaged.
     """
     shelf = open_shelf(cube_path)
     described = description_of(shelf)
@@ -121,12 +120,12 @@ def write_region(
 
 
 def description_of(shelf: Shelf) -> Description:
-    """Read a cube's description for a worker. Damage raises OSError, so that points are not recorded as failed.
+    """Read a cube's description for a worker.
 
     Raises
     ------
     OSError
-        If it cannot be read, or is not as it was written.
+        If the description cannot be read, or is damaged. After an OSError, the block is not recorded as failed.
     """
     try:
         return describe_cube(shelf.get(DESCRIPTION))

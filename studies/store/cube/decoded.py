@@ -1,7 +1,7 @@
 """Cache of decoded chunks, so that slices of a large cube are fast.
 
-A chunk is never overwritten and its name contains its generation, so cached values never become stale. In a folder,
-size and time are checked too, so that a file that was lost or damaged later is noticed.
+Files are never overwritten, so cached values never become outdated. In a folder, the time and the size of a file are
+checked before cached values are used, so that loss or damage of the file is noticed.
 """
 
 import threading
@@ -21,7 +21,7 @@ KEPT_BYTES = 64 * 2**20
 
 
 class DecodedChunks:
-    """The most recently decoded chunks, up to a number of bytes; usable from several threads.
+    """A cache of the most recently used chunks. Several threads may use the same cache.
 
     Parameters
     ----------
@@ -36,14 +36,14 @@ class DecodedChunks:
         self._lock = threading.Lock()
 
     def get(self, shelf: Shelf, key: str, load: Callable[[], np.ndarray], part: str = "") -> np.ndarray:
-        """Give the content of a file, or of a part of it, loading it if it is not cached.
+        """Return the decoded content of a file, or of the file's part `part`. Call `load` if the content is not cached.
 
         Raises
         ------
         OSError
-            If it cannot be read.
+            If the file cannot be read.
         ValueError, RuntimeError
-            If its bytes are damaged.
+            If the content of the file is damaged.
         """
         kept_as = (shelf.address, key, part, shelf.stamp(key))
         with self._lock:
@@ -62,7 +62,7 @@ class DecodedChunks:
         return found
 
     def clear(self) -> None:
-        """Clear the cache."""
+        """Empty the cache."""
         with self._lock:
             self._kept.clear()
             self._bytes = 0
@@ -83,25 +83,25 @@ def read_outer(
     Parameters
     ----------
     array : StoredArray
-        The array, for its shape, chunks, type and fill value.
+        The array to index.
     key : tuple
         For each dimension an integer, a slice, or an array of integers.
     chunk : callable
-        Gives the decoded chunk at an index in the grid of chunks, or None if it has only fill values.
+        Function that returns the decoded chunk at an index in the grid; None if the chunk has only fill values.
     readers : int
-        Number of chunks requested in parallel.
+        Number of chunks to read in parallel.
 
     Returns
     -------
     ndarray
-        The values, as Zarr gives them for `array.oindex[key]`.
+        The values that Zarr returns for `array.oindex[key]`.
     """
     points = [
         np.arange(extent)[index] if isinstance(index, slice) else np.atleast_1d(np.asarray(index))
         for index, extent in zip(key, array.shape, strict=True)
     ]
     values = np.full([p.size for p in points], array.fill, array.dtype)
-    # for each dimension: the touched chunks, the part taken of each, and where it goes
+    # for each dimension and each needed chunk: index of the chunk, place in the result, and part of the chunk
     touched: list[list[tuple[int, Any, Any]]] = []
     for wanted, extent, step in zip(points, array.shape, array.chunks, strict=True):
         wanted = np.where(wanted < 0, wanted + extent, wanted)
@@ -111,7 +111,7 @@ def read_outer(
             to = np.flatnonzero(home == place)
             parts.append((place, _compact(to), _compact(inside[to])))
         touched.append(parts)
-    # numpy treats one array among slices as a separate dimension, but two arrays as pairs
+    # numpy indexes each dimension separately only if at most one index is an array
     paired = (
         sum(any(not isinstance(to, slice) or not isinstance(t, slice) for _, to, t in p) for p in touched) > 1
     )
@@ -129,27 +129,27 @@ def _found(
     chunk: Callable[[tuple[int, ...]], np.ndarray | None],
     readers: int,
 ) -> Iterator[tuple[Any, Any, np.ndarray | None]]:
-    """Give three things for each touched chunk: its place in the result, the part to take, and its content."""
+    """Yield the place in the result, the part to copy, and the decoded values of each needed chunk."""
     turned = (tuple(zip(*box, strict=True)) for box in boxes)
     if readers == 1:
         yield from ((into, taken, chunk(place)) for place, into, taken in turned)
         return
     with ThreadPoolExecutor(readers) as pool:
-        # only as many as are read in parallel, because a slab of a large cube must not be in memory twice
+        # request only as many chunks as are read in parallel, so that not all chunks are in memory together
         while some := list(islice(turned, readers)):
             found = pool.map(chunk, [place for place, _, _ in some])
             yield from ((into, taken, values) for (_, into, taken), values in zip(some, found, strict=True))
 
 
 def _compact(index: np.ndarray) -> Any:
-    """Convert a run of consecutive indices to a slice, which numpy copies faster."""
+    """Convert consecutive indices to a slice, because numpy copies slices faster."""
     if index[-1] - index[0] == index.size - 1 and (np.diff(index) == 1).all():
         return slice(int(index[0]), int(index[-1]) + 1)
     return index
 
 
 def _outer(parts: tuple[Any, ...], shape: tuple[int, ...]) -> tuple[Any, ...]:
-    """Make an index that treats each dimension separately."""
+    """Return an index with which numpy indexes each dimension separately."""
     spelled = [
         np.arange(extent)[part] if isinstance(part, slice) else part
         for part, extent in zip(parts, shape, strict=True)

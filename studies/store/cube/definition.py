@@ -1,4 +1,4 @@
-"""A study read from its stored definition: the same coordinates to the last bit, or an error."""
+"""Reading of a study from its stored definition."""
 
 from dataclasses import replace
 from typing import Any
@@ -11,7 +11,7 @@ from damperlab.studies.store.files.shelf import Shelf
 
 
 class DefinitionDamaged(StoreFault):
-    """The stored definition of a study differs from the submitted one."""
+    """The stored definition of a study differs from the submitted definition."""
 
 
 def parse_stored(definition: Any, digest: str) -> Study | Suite:
@@ -20,9 +20,9 @@ def parse_stored(definition: Any, digest: str) -> Study | Suite:
     Parameters
     ----------
     definition : dict
-        The definition in the catalogue or the cube.
+        The definition in the catalogue or in the cube.
     digest : str
-        Digest of the study at submission, which covers every coordinate.
+        Digest of the submitted study, which depends on every coordinate.
 
     Raises
     ------
@@ -39,12 +39,12 @@ def parse_stored(definition: Any, digest: str) -> Study | Suite:
 
 
 def with_attachments(study: Study | Suite, shelf: Shelf) -> Study | Suite:
-    """Give a study together with the files in its cube.
+    """Read the ground-motion records of a suite from the cube's files; return a harmonic study unchanged.
 
     Raises
     ------
     OSError, ValueError
-        If one of the files is lost or damaged.
+        If the file of a record is lost or damaged.
     """
     if isinstance(study, Study):
         return study

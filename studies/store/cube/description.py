@@ -1,7 +1,7 @@
-"""A cube's description of itself, its only `zarr.json`: written at submission, and read whenever the cube is opened.
+"""The file `zarr.json`, which describes a cube. The file is written at submission, and read when the cube is opened.
 
-It is Zarr's metadata of a group with every array, so that one read opens a cube. The arrays' chunks are in the
-blocks' files (`packed.py`). Their codec is `damperlab.block`; it names the codecs of a single variable.
+The file contains Zarr's metadata of the group and of all arrays. The chunks of the arrays are in the files of the
+blocks (`packed.py`). The configuration of the arrays' codec, `damperlab.block`, lists the codecs of a single variable.
 """
 
 import json
@@ -27,18 +27,18 @@ from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.variables import Variable
 
 DESCRIPTION = "zarr.json"
-"""The key of the piece with the description."""
+"""Name of the file with the description."""
 
 CODEC = "damperlab.block"
-"""The codec of arrays whose chunks lie in the blocks' files."""
+"""Name of the codec of arrays whose chunks are in the files of the blocks."""
 
-_OWN = "damperlab"  # our own attribute
+_OWN = "damperlab"  # the attribute with damperlab's own data
 _COMPLETE, _INCOMPLETE = b'"complete": "yes"', b'"complete": "no"'
 _CODEC_NAMES = ("bytes", "blosc", "crc32c")
 
 
 def stored_variables(study: AnyStudy) -> tuple[Variable, ...]:
-    """Give the variables that a study stores: its metrics and always the status, in the registry's order."""
+    """Return the variables that a study stores, in the registry's order: the study's metrics, and always the status."""
     return tuple(v for v in study.variables.values() if v.name in study.metrics or v.name == "status")
 
 
@@ -51,13 +51,13 @@ class Description:
     attributes : mapping
         Attributes of the cube.
     dimensions : tuple of str
-        Dimensions of every array, in their order.
+        Names of the dimensions, in the order of the arrays' axes.
     arrays : mapping
         The arrays by name, without the coordinates.
     coordinates : mapping
         The coordinates by name.
     reuse : bool
-        Whether the study may reuse points of others.
+        Whether the study may reuse points of other studies.
     """
 
     attributes: Mapping[str, Any]
@@ -68,7 +68,7 @@ class Description:
 
     @property
     def grid(self) -> tuple[int, ...]:
-        """Blocks along each dimension."""
+        """Number of blocks along each dimension."""
         first = next(iter(self.arrays.values()))
         return tuple(-(-extent // step) for extent, step in zip(first.shape, first.chunks, strict=True))
 
@@ -81,18 +81,18 @@ class Description:
 def first_pieces(
     study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str], *, reuse: bool, created: float
 ) -> dict[str, bytes]:
-    """Give the pieces of a cube without blocks: the description and the coordinates.
+    """Return the files of a cube that has no blocks yet, by name: the description and the coordinates.
 
     Parameters
     ----------
     study : AnyStudy
-        The study, for its coordinates and variables.
+        The study, which determines the coordinates and variables.
     chunk : tuple of int
-        Extent of a block.
+        Extent of a block along each dimension.
     provenance : mapping of str
-        Stored with the cube; its `solver_version` becomes a separate attribute.
+        Provenance to store with the cube. The `solver_version` is also stored as a separate attribute.
     reuse : bool
-        Whether the study may reuse points of others.
+        Whether the study may reuse points of other studies.
     created : float
         Time of submission, in seconds since 1970.
     """
@@ -127,7 +127,7 @@ def first_pieces(
 
 
 def as_complete(metadata: bytes, complete: bool) -> bytes:
-    """Rewrite a description to say whether the cube has every block."""
+    """Return a description in which the attribute `complete` states whether the cube has every block."""
     require_seal(metadata)
     old, new = (_INCOMPLETE, _COMPLETE) if complete else (_COMPLETE, _INCOMPLETE)
     return seal(metadata.replace(old, new))
@@ -140,7 +140,7 @@ def describe_cube(metadata: bytes) -> Description:
     Raises
     ------
     ValueError
-        If it is damaged, or a cube of damperlab 0.1.0.
+        If the description is damaged, or was written by damperlab 0.1.0.
     """
     if CODEC.encode() in metadata or is_sealed(metadata):
         require_seal(metadata)
@@ -154,9 +154,7 @@ def describe_cube(metadata: bytes) -> Description:
 
 @lru_cache(maxsize=64)
 def plain_metadata(metadata: bytes) -> bytes:
-    """Rewrite a description for a reader that receives one variable of a block as a chunk, as over HTTP. The
-    result contains no user names.
-    """
+    """Return a description for readers over HTTP, with the plain codecs of each array and without user names."""
     document = json.loads(metadata)
     attributes = document.get("attributes", {})
     attributes.pop(_OWN, None)
@@ -172,7 +170,7 @@ def plain_metadata(metadata: bytes) -> bytes:
 
 
 def node_metadata(metadata: bytes, name: str) -> bytes:
-    """Give the metadata of one array, from the metadata of the group."""
+    """Return the metadata of one array as a separate document."""
     return json.dumps(json.loads(metadata)["consolidated_metadata"]["metadata"][name]).encode()
 
 
@@ -197,7 +195,7 @@ def _parse(document: Any) -> Description:
     own = attributes.pop(_OWN, {})
     if not arrays or set(dimensions) != set(coordinates):
         raise ValueError("it does not describe a cube: arrays or coordinates are missing")
-    # JSON keeps the order of writing; Zarr's own metadata sorts the names
+    # the document may list arrays in any order: sort coordinates like the dimensions, and variables like the registry
     ordered = {name: coordinates[name] for name in dimensions}
     known = [name for name in kind_of(dimensions).variables if name in arrays]
     if len(known) != len(arrays):
@@ -263,7 +261,7 @@ def _coordinate(name: str, values: np.ndarray, study: AnyStudy) -> dict[str, Any
     text = values.dtype.kind == "U"
     array_bytes = {"name": "vlen-utf8"} if text else {"name": "bytes", "configuration": {"endian": "little"}}
     place = _place_of(values)
-    # the only value of a dimension is the fill value: it needs no chunk
+    # if a dimension has a single number, this number is stored as the fill value, and no chunk is needed
     return {
         "zarr_format": 3,
         "node_type": "array",

@@ -1,4 +1,4 @@
-"""A cube opened for reading: lazily, with the blocks that are done, and an error if a file is lost or damaged."""
+"""Lazy reading of a cube as a Dataset of the blocks that are done. A lost or damaged file causes an error."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -26,30 +26,29 @@ from damperlab.studies.units import base_of, ratios_beside, results_along
 
 
 def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
-    """Open a cube lazily; points of blocks that are not done read as not computed.
+    """Open a cube lazily. Points of blocks that are not done have the fill values, and the status `NOT_COMPUTED`.
 
-    Opening costs the same for a small and a large cube, and indexing reads the chunks that it touches.
+    Opening takes the same time for a small and a large cube. Indexing an array reads only the chunks that are needed.
 
     Parameters
     ----------
     shelf : Shelf
-        The cube's shelf.
+        Storage location of the cube.
     marks : mapping
-        The generation of every block that is done.
+        The generation of every block that is done, by the block's index.
 
     Returns
     -------
     Dataset
-        Its arrays are numpy arrays read on demand. The marks describe one moment. No file is written twice, so later
-        reads agree with the marks, and newer blocks stay hidden. Reading raises `BlockDamaged` if a done block is lost
-        or damaged, and `StoreFault` if its state is unknown.
+        Arrays that are read on demand, and that show only the blocks in `marks`. Reading an array raises `BlockDamaged`
+        if a block is lost or damaged, and `StoreFault` if the disk or the server reports an error.
 
     Raises
     ------
     BlockDamaged
-        If the description or coordinates are lost or damaged.
+        If the description or a coordinate is lost or damaged.
     StoreFault
-        If they cannot be read.
+        If the description or a coordinate cannot be read.
     """
     with telling(shelf, None, "the cube's description", "a file of it is lost"):
         described = describe_cube(shelf.get(DESCRIPTION))
@@ -61,7 +60,7 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     for name, array in described.arrays.items():
         attributes = dict(array.attributes)
         if "flag_values" in attributes:
-            # CF requires these attributes in the variable's own type, which JSON does not preserve
+            # CF requires flag values of the variable's type, which JSON does not preserve
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
         lazy = LazilyIndexedArray(_CheckedArray(shelf, described, array, marks))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
@@ -74,7 +73,7 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
 def _along_amplitudes(
     described: Description, shelf: Shelf, marks: Marks, variables: Mapping[str, xr.Variable]
 ) -> dict[str, xr.Variable]:
-    """Give the results in units of a study over base amplitudes, each computed from its ratio when read."""
+    """Return the results in physical units of a study over base amplitudes, computed on demand from stored ratios."""
     found = {}
     cube = xr.Dataset(variables, attrs=described.attributes)
     for each in results_along(cube):
@@ -90,7 +89,7 @@ def _along_amplitudes(
 
 
 class _Along(BackendArray):
-    """A stored array times factors that broadcast to its shape."""
+    """A stored array multiplied by factors that broadcast to its shape."""
 
     def __init__(self, source: "_CheckedArray", factors: np.ndarray) -> None:
         self._source = source
@@ -114,14 +113,12 @@ class _Along(BackendArray):
 def read_region(
     shelf: Shelf, described: Description, array: StoredArray, marks: Marks, region: tuple[slice, ...]
 ) -> np.ndarray:
-    """Read a part of one array; points that are not done read as not computed, and read errors are raised as in
-    `open_cube`.
-    """
+    """Read a part of one array, with the fill value where no point is computed. Exceptions are as in `open_cube`."""
     return _CheckedArray(shelf, described, array, marks).read(region)
 
 
 class _CheckedArray(BackendArray):
-    """A stored array. The error for a damaged chunk names the block."""
+    """A stored array that is read on demand. The error for a damaged chunk names the block."""
 
     def __init__(self, shelf: Shelf, described: Description, array: StoredArray, marks: Marks) -> None:
         self._shelf = shelf
@@ -136,11 +133,11 @@ class _CheckedArray(BackendArray):
         return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self.read)
 
     def read(self, key: tuple[Any, ...]) -> np.ndarray:
-        """Read along each dimension separately."""
+        """Index the array along each dimension separately; see `read_outer`."""
         return read_outer(self._array, key, self._chunk, self._shelf.readers)
 
     def _chunk(self, place: tuple[int, ...]) -> np.ndarray | None:
-        """Give a decoded chunk; None if its block is not done."""
+        """Return the decoded chunk of a block; None if the block is not done."""
         index = 0
         for at, count in zip(place, self._grid, strict=True):
             index = index * count + at

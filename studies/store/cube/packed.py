@@ -1,12 +1,13 @@
-"""One file per block: a header that is also the block's done-mark, then every variable, each with its checksum.
+"""The file of a block. The file begins with a header, which serves as the block's done-mark; the variables follow, each
+with a checksum.
 
     8 bytes   DAMPBLK1
     4 bytes   length of the header in bytes, little-endian
     4 bytes   CRC-32C of the 12 bytes above and of the header
-    header    JSON: digest, block, generation, counts, times, checksum of the values, and where each variable begins
-    parts     the variables, each encoded as a chunk of a Zarr array; its last four bytes are its CRC-32C
+    header    JSON: digest, block, generation, counts, times, checksum of the values, offset and size of each variable
+    parts     the variables, each encoded as a chunk of a Zarr array that ends with its CRC-32C
 
-So a block is complete or missing, every byte is checked, and the block names its study without a catalogue.
+Every byte has a checksum. The header names the study, so that a lost catalogue can be rebuilt.
 """
 
 import json
@@ -21,21 +22,21 @@ from damperlab.studies.store.cube.coding import checksum_holds
 from damperlab.studies.store.files.shelf import Shelf
 
 BLOCKS = "blocks"
-"""The shelf of the blocks' files, in the cube."""
+"""Name of the cube's folder with the files of the blocks."""
 
 _MAGIC = b"DAMPBLK1"
 _FRAME = struct.Struct("<8sII")
 LONGEST_HEADER = _FRAME.size + (1 << 20)
-"""More than the size of any header."""
+"""Upper limit of the number of bytes of a header."""
 
 
 def block_key(index: int, generation: str) -> str:
-    """Give the name of a block's file, relative to the cube."""
+    """Return the name of a block's file, relative to the cube."""
     return f"{BLOCKS}/{index}~{generation}"
 
 
 def parse_block_key(key: str) -> tuple[int, str] | None:
-    """Read index and generation from the name of a block's file; None for any other name."""
+    """Return the index and the generation in the name of a block's file; None for any other name."""
     folder, _, name = key.partition("/")
     index, tilde, generation = name.partition("~")
     if folder != BLOCKS or not tilde or not (index.isascii() and index.isdigit() and len(index) < 10):
@@ -50,23 +51,23 @@ class Header:
     Parameters
     ----------
     mark : mapping
-        `digest`, `block`, `generation`, `checksum`, `points`, `failed`, and further values of the writer.
+        The done-mark: `digest`, `block`, `at`, and fields of `BlockOutcome` such as `generation` and `checksum`.
     parts : mapping
-        For each variable the offset of its first byte in the file, and the number of bytes.
+        Offset in the file and number of bytes of each variable.
     """
 
     mark: Mapping[str, Any]
     parts: Mapping[str, tuple[int, int]]
 
     def require(self, digest: str, index: int, generation: str) -> None:
-        """Raise `ValueError` unless the file belongs to that block."""
+        """Raise `ValueError` if the file belongs to another study, block or generation."""
         told = self.mark.get("digest"), self.mark.get("block"), self.mark.get("generation")
         if told != (digest, index, generation):
             raise ValueError(f"the file belongs to block {told[1]} of study {str(told[0])[:12]}")
 
 
 def pack(mark: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
-    """Make the content of a block's file."""
+    """Return the content of a block's file, made of the done-mark and the encoded variables."""
     table: dict[str, tuple[int, int]] = {}
     start = 0
     for name, part in parts.items():
@@ -79,12 +80,12 @@ def pack(mark: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
 
 
 def parse_header(content: bytes) -> Header | None:
-    """Read the header from the first bytes of a file; None if they are too few.
+    """Read the header from the first bytes of a block's file; return None if more bytes are needed.
 
     Raises
     ------
     ValueError
-        If they are damaged.
+        If the header is damaged, or the file is not the file of a block.
     """
     if len(content) < _FRAME.size:
         return None
@@ -96,21 +97,21 @@ def parse_header(content: bytes) -> Header | None:
         return None
     header = content[_FRAME.size : end]
     if google_crc32c.value(content[: _FRAME.size - 4] + header) != checksum:
-        raise ValueError("the checksum of the file's header is not that of its contents")
+        raise ValueError("the checksum of the file's header does not match the header")
     document = json.loads(header)
     parts = {name: (end + start, size) for name, (start, size) in document["parts"].items()}
     return Header(document["mark"], parts)
 
 
 def read_header(shelf: Shelf, key: str) -> tuple[Header, bytes]:
-    """Read a block's header, and the first bytes of the file with it.
+    """Read the header of a block's file. Return the header, and the bytes that were read from the start of the file.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     ValueError
-        If it is damaged.
+        If the header is damaged.
     """
     for length in (shelf.first_bytes, LONGEST_HEADER):
         content = shelf.read(key, 0, length)
@@ -121,14 +122,14 @@ def read_header(shelf: Shelf, key: str) -> tuple[Header, bytes]:
 
 
 def read_part(shelf: Shelf, digest: str, index: int, generation: str, variable: str) -> bytes:
-    """Read one variable of a block in encoded form. The decoder compares its checksum.
+    """Read the encoded values of one variable of a block. Decoding the values checks their checksum.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     ValueError
-        If it is not the block's file.
+        If the file is damaged, or belongs to another block.
     """
     key = block_key(index, generation)
     header, content = read_header(shelf, key)
@@ -147,7 +148,7 @@ def read_part(shelf: Shelf, digest: str, index: int, generation: str, variable: 
 def whole_block(
     content: bytes, variables: Collection[str], digest: str, index: int, generation: str
 ) -> Header:
-    """Read the header of a block's file; raise `ValueError` unless it belongs to the block and every byte is intact."""
+    """Check a block's file and return the header; raise `ValueError` for damage or the file of another block."""
     header = parse_header(content)
     if header is None:
         raise ValueError("the file is cut short")

@@ -1,1 +1,1 @@
-"""Forms in which other programs read a cube: as one file, over a network, or by Zarr itself."""
+"""Access to a cube for other programs: as a single file, over a network, or with the library Zarr."""

@@ -1,4 +1,4 @@
-"""Metadata of an export for other programs: an RO-Crate 1.1 (https://w3id.org/ro/crate/1.1), beside the file."""
+"""Metadata of an exported file for other programs, as an RO-Crate 1.1 (https://w3id.org/ro/crate/1.1)."""
 
 import hashlib
 import json
@@ -20,31 +20,31 @@ _CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.
 
 
 def crate_beside(export: Path) -> str:
-    """Name the file that the crate beside an export describes; empty if there is no such crate."""
+    """Return the name of the file that the RO-Crate beside an export describes; an empty text without an RO-Crate."""
     path = export.parent / FILE
     if not path.exists():
         return ""
     try:
         (file,) = (each for each in json.loads(path.read_bytes())["@graph"] if each["@type"] == "File")
         return unquote(file["@id"])
-    except (ValueError, TypeError, KeyError):  # not a crate of ours
+    except (ValueError, TypeError, KeyError):  # another program made the crate
         return "other files"
 
 
 def write_crate(cube: xr.Dataset, export: Path) -> Path:
-    """Write the metadata beside an export.
+    """Write an RO-Crate's metadata into the folder of an exported file.
 
     Parameters
     ----------
     cube : Dataset
-        The exported cube; the names of users and hosts are left out.
+        The exported cube; its provenance is copied unchanged.
     export : Path
-        The file.
+        Path of the exported file.
 
     Returns
     -------
     Path
-        Path of the metadata.
+        Path of the written metadata.
     """
     path = export.parent / FILE
     path.write_text(

@@ -1,6 +1,4 @@
-"""A cube as one file: netCDF, a CSV table or Parquet. It is written piece by piece, so that memory does not grow with
-the cube.
-"""
+"""Export of a cube, piece by piece, to a netCDF, CSV or Parquet file. The cube need not fit into memory."""
 
 import json
 import os
@@ -22,28 +20,28 @@ if TYPE_CHECKING:
 
 
 def without_names(cube: "xr.Dataset") -> "xr.Dataset":
-    """Give a cube whose provenance contains no user, host or key owner, since a file may be published."""
+    """Return a cube whose provenance names no user, host or owner of a key, for an export that may be published."""
     provenance = json.loads(cube.attrs.get("provenance", "{}"))
     kept = {name: value for name, value in provenance.items() if name not in PRIVATE}
     return cube.assign_attrs(provenance=json.dumps(kept))
 
 
 def write_file(cube: "xr.Dataset", path: Path, written_as: ExportFormat) -> None:
-    """Write a cube; the file appears under its name when it is complete.
+    """Write a cube to a file. A file that is not complete has another name.
 
     Parameters
     ----------
     cube : Dataset
-        A study's cube, `Store.cube`.
+        A study's cube, from `Store.cube`.
     path : Path
-        The file; an existing one is replaced.
+        Path of the file; an existing file is replaced.
     written_as : str
-        The format.
+        Format of the file.
 
     Raises
     ------
     OSError
-        If it cannot be written.
+        If the file cannot be written.
     """
     partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:

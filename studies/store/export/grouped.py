@@ -1,9 +1,7 @@
-"""The blocks of a complete cube, many of them joined to a chunk, for readers over a network.
+"""Large chunks for readers over a network. Each large chunk joins many blocks of a complete cube.
 
-A block often has a thousand points, which a worker computes in two seconds. A plane of a cube of ten million points
-touches hundreds of blocks, and each costs a request. So readers of a complete cube get larger chunks, joined on
-request. Their keys differ from those of blocks (Zarr's encoding `v2`, without the `c`), so a reader that opened the
-cube before it was complete still gets single blocks.
+A client would otherwise request hundreds of blocks to read a plane of a large cube. The keys of joined chunks use
+Zarr's encoding `v2`, so a reader that has opened an incomplete cube still gets single blocks.
 """
 
 import json
@@ -27,18 +25,18 @@ POINTS = 2**16
 
 @dataclass(frozen=True)
 class Group:
-    """One chunk of joined blocks.
+    """A chunk of joined blocks.
 
     Parameters
     ----------
     described : Description
         Description of the cube.
     array : StoredArray
-        Metadata of its variable, with the blocks as chunks.
+        Metadata of the variable, whose chunks are the blocks.
     chunks : tuple of int
-        Extent of a chunk of this kind; a multiple of a block's.
+        Extent of the joined chunk along each dimension, a multiple of the extent of a block.
     place : tuple of int
-        Index of the chunk in the grid of chunks.
+        Index of the joined chunk along each dimension.
     """
 
     described: Description
@@ -47,7 +45,7 @@ class Group:
     place: tuple[int, ...]
 
     def blocks(self) -> list[int]:
-        """Give the indices of its blocks, ascending."""
+        """Return the indices of the joined blocks, ascending."""
         grid = block_grid(self.array.shape, self.array.chunks)
         ranges = [
             range(at * (step // own), min((at + 1) * (step // own), count))
@@ -56,12 +54,12 @@ class Group:
         return [int(np.ravel_multi_index(place, grid)) for place in product(*ranges)]
 
     def tag(self, marks: Marks) -> str:
-        """Make a tag of its content from the generations of its blocks."""
+        """Return an ETag of the content, computed from the generations of the joined blocks."""
         names = "\n".join(f"{index} {marks[index]}" for index in self.blocks())
         return blake2b(names.encode(), digest_size=8).hexdigest()
 
     def content(self, shelf: Shelf, marks: Marks) -> bytes:
-        """Read the blocks and encode them as one chunk; errors are raised as in `read_region`."""
+        """Read the blocks and encode them as one chunk. Exceptions are as in `read_region`."""
         from damperlab.studies.store.cube.opened import read_region
 
         region = tuple(
@@ -73,7 +71,7 @@ class Group:
 
 
 def group_of(key: str, described: Description) -> Group | None:
-    """Read the key of a joined chunk, as in `amplitude_ratio/0.0.0.2.0.0`; None for any other key."""
+    """Read the key of a joined chunk, as in `amplitude_ratio/0.0.0.2.0.0`; return None for any other key."""
     variable, _, name = key.partition("/")
     array = described.arrays.get(variable)
     if array is None:
@@ -84,7 +82,7 @@ def group_of(key: str, described: Description) -> Group | None:
 
 
 def grouped_chunks(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:
-    """Give the extent of a joined chunk: it takes blocks along the last dimension first, then along the one before."""
+    """Return the shape of a joined chunk. Blocks are joined along the last dimension first."""
     steps = list(chunk)
     for axis in reversed(range(len(shape))):
         blocks = -(-shape[axis] // chunk[axis])
@@ -97,7 +95,7 @@ def grouped_chunks(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int,
 
 @lru_cache(maxsize=64)
 def grouped_metadata(metadata: bytes) -> bytes:
-    """Rewrite a `zarr.json`, of the cube or of one variable, for joined chunks; coordinates are unchanged."""
+    """Return the `zarr.json` of a cube or of one variable, rewritten for joined chunks; coordinates are unchanged."""
     document = json.loads(metadata)
     members = document.get("consolidated_metadata", {}).get("metadata", {})
     for node in (document, *members.values()):

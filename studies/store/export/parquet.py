@@ -1,4 +1,4 @@
-"""A cube as one Parquet file, written and sent piece by piece, so that memory does not grow with the cube."""
+"""Export of a cube, piece by piece, to a Parquet file."""
 
 import json
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class _Pieces:
-    """A file object whose content is removed when it is taken."""
+    """A file object that collects the written bytes until `take` is called."""
 
     closed = False
 
@@ -19,38 +19,38 @@ class _Pieces:
         self._pieces: list[bytes] = []
 
     def write(self, piece: bytes) -> int:
-        """Append a piece."""
+        """Append bytes."""
         self._pieces.append(bytes(piece))
         return len(piece)
 
     def flush(self) -> None:
-        """Nothing is buffered."""
+        """Do nothing; Parquet's writer calls this method."""
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing; Parquet's writer calls this method."""
 
     def take(self) -> bytes:
-        """Give the bytes written since the last call."""
+        """Return the bytes that were written since the last call of this method."""
         taken, self._pieces = b"".join(self._pieces), []
         return taken
 
 
 def parquet_pieces(cube: "xr.Dataset") -> Iterator[bytes]:
-    """Give a cube as Parquet: one row per point in C order, the coordinates, then the variables.
+    """Yield the pieces of a Parquet file with the table of a cube; see `columns`.
 
-    Every column has its units and description as metadata, and the file has the study's attributes.
+    The metadata contain the attributes of the cube, and the unit and the description of every column.
 
     Parameters
     ----------
     cube : Dataset
-        A study's cube, `Store.cube`.
+        A study's cube, from `Store.cube`.
 
     Yields
     ------
     bytes
         The pieces of the file, in order.
     """
-    # imported here to save other commands a fifth of a second
+    # imported here, because importing pyarrow takes a fifth of a second
     import pyarrow
     import pyarrow.parquet
 

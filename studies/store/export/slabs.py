@@ -1,30 +1,29 @@
-"""Split a cube into pieces that fit in memory, to read all of it."""
+"""Split a cube into slabs that fit in memory, to read a large cube completely."""
 
 from collections.abc import Iterator
 from itertools import product
 from math import prod
 
 BUDGET = 2**18
-"""Points in memory at a time; with eighteen variables, some tens of megabytes."""
+"""Largest number of points of a slab. A slab of eighteen variables takes some tens of megabytes."""
 
 
 def slabs(
     shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET
 ) -> Iterator[tuple[slice, ...]]:
-    """Split along chunk borders, so that every chunk is read once. This is for reductions, for which order does not
-    matter.
+    """Split a grid along borders of chunks, so that every chunk is read once. The slabs are not in C order.
 
     Parameters
     ----------
     shape, chunk : tuple of int
         Shape of the array, and of its chunks.
     budget : int
-        Largest number of points of a slab; a larger single chunk is still taken.
+        Largest number of points of a slab. If a single chunk has more points, each slab is one chunk.
 
     Yields
     ------
     tuple of slice
-        Every point is in exactly one slab.
+        Indices of a slab. Every point is in exactly one slab.
     """
     steps = [min(extent, step) for extent, step in zip(shape, chunk, strict=True)]
     for axis in reversed(range(len(shape))):
@@ -35,9 +34,9 @@ def slabs(
 
 
 def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -> Iterator[tuple[slice, ...]]:
-    """Split so that the slabs, one after another, give the points in C order, last dimension fastest.
+    """Split a grid so that the slabs, one after another, contain the points in C order, last dimension fastest.
 
-    A chunk that is longer than a slab along a leading dimension is read once for each slab that it meets.
+    A chunk that is longer than the slabs along a leading dimension is read once for each slab that overlaps it.
 
     Parameters
     ----------
@@ -49,13 +48,13 @@ def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -
     Yields
     ------
     tuple of slice
-        Every point is in exactly one slab.
+        Indices of a slab. Every point is in exactly one slab.
     """
     steps = [1] * len(shape)
     for axis in reversed(range(len(shape))):
         step = min(shape[axis], max(1, budget // prod(shape[axis + 1 :])))
         if chunk[axis] <= step < shape[axis]:
-            # if a slab ended inside a chunk, the next one would read it again
+            # end each slab at a border of chunks; otherwise the next slab would read the cut chunk again
             step -= step % chunk[axis]
         steps[axis] = step
         if step < shape[axis]:

@@ -1,4 +1,4 @@
-"""A cube as a table with one row per point, given in pieces, and this table as CSV."""
+"""Conversion of a cube, piece by piece, to a table with one row per point, and to CSV text."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -15,42 +15,42 @@ if TYPE_CHECKING:
 _FORMATS = {"f": "%.17g", "i": "%d", "U": "%s"}
 
 ROWS_AT_ONCE = 2**13
-"""Rows in one piece of CSV text; about four megabytes."""
+"""Number of rows in one piece of CSV text, which has about four megabytes."""
 
 
 def dimensions_of(cube: "xr.Dataset") -> tuple[str, ...]:
-    """Give the dimensions of a cube in their order, even if it has no variables."""
+    """Return the names of a cube's dimensions, in the order of the variables' axes."""
     first = next(iter(cube.data_vars.values()), None)
     return tuple(map(str, cube.sizes if first is None else first.dims))
 
 
 def coordinates_beside(cube: "xr.Dataset") -> tuple[str, ...]:
-    """Name the coordinates that accompany the dimensions: those over several dimensions, and ratios of a cavity."""
+    """Return the names of coordinates that are not dimensions: coordinates with several axes, and cavity ratios."""
     of_cavity = [name for name in BEFORE if name not in cube.sizes]
     return tuple(str(name) for name in cube.coords if cube[name].ndim > 1 or name in of_cavity)
 
 
 def chunks_of(variable: "xr.DataArray") -> tuple[int, ...]:
-    """Give the stored chunks of a variable."""
-    # the encoding of a part still gives the chunks of the complete cube
+    """Return the extent of a stored chunk of a variable, at most the extent of the variable."""
+    # if the variable is a part of a cube, its encoding still states the chunks of the complete cube
     stored = variable.encoding.get("chunks", variable.shape)
     return tuple(min(step, extent) for step, extent in zip(stored, variable.shape, strict=True))
 
 
 def csv_lines(cube: "xr.Dataset") -> Iterator[str]:
-    """Give a cube as CSV: one row per point in C order, the coordinates, then the variables, each also in units.
+    """Yield the pieces of a CSV text with the table of a cube; see `columns`.
 
-    Numbers have 17 digits, which reproduce every float64; a missing value is `nan`, codes are integers.
+    Floating-point numbers have 17 digits, which reproduce every float64. A missing value is `nan`. Codes are integers.
 
     Parameters
     ----------
     cube : Dataset
-        A study's cube, `Store.cube`.
+        A study's cube, from `Store.cube`.
 
     Yields
     ------
     str
-        The header line, then pieces of complete lines.
+        First the header line, then texts of several complete lines.
     """
     described = column_attributes(cube)
     yield ",".join(described) + "\n"
@@ -64,7 +64,7 @@ def csv_lines(cube: "xr.Dataset") -> Iterator[str]:
 
 
 def column_attributes(cube: "xr.Dataset") -> dict[str, tuple[np.dtype[Any], dict[str, Any]]]:
-    """Give type and attributes of every column of a cube's table, in their order."""
+    """Return the type and the attributes of every column of a cube's table, in the order of the columns."""
     found = {name: (cube[name].dtype, dict(cube[name].attrs)) for name in dimensions_of(cube)}
     found |= {each.name: (np.dtype("f8"), dict(each.attributes)) for each in coordinates_in_units(cube)}
     found |= {
@@ -75,17 +75,18 @@ def column_attributes(cube: "xr.Dataset") -> dict[str, tuple[np.dtype[Any], dict
 
 
 def columns(cube: "xr.Dataset") -> Iterator[dict[str, np.ndarray]]:
-    """Give a cube as pieces of a table: one row per point in C order.
+    """Yield a cube as a table, piece by piece, with one row per point in C order.
 
     Parameters
     ----------
     cube : Dataset
-        A study's cube, or a part of one, with at least one variable.
+        A study's cube, or a part of a cube, with at least one variable.
 
     Yields
     ------
     dict of ndarray, each (n,)
-        Columns in the order of `column_attributes`: coordinates, coordinates in units, variables, variables in units.
+        Columns of one piece: coordinates, coordinates in physical units, variables, and variables in physical units, in
+        the order of `column_attributes`.
     """
     names = [str(name) for name in cube.data_vars]
     first = cube[names[0]]
@@ -103,7 +104,7 @@ def columns(cube: "xr.Dataset") -> Iterator[dict[str, np.ndarray]]:
 
 
 def _spread(piece: "xr.Dataset", name: str, dimensions: tuple[str, ...]) -> np.ndarray:
-    """Broadcast a coordinate of some dimensions over all of them."""
+    """Broadcast a coordinate to all dimensions of the cube."""
     import xarray as xr
 
     spread, _ = xr.broadcast(piece[name], piece["status"])

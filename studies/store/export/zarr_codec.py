@@ -1,8 +1,8 @@
-"""The codec with which Zarr itself reads a cube's folder, for arrays whose chunks are in the files of the blocks.
+"""A codec with which the library Zarr reads a cube's folder.
 
-It is registered as an entry point, so that `xarray.open_zarr(folder)` finds it wherever damperlab is installed,
-without an import. It only reads. In a complete cube the marks name the valid files. In an unfinished one, every
-complete block is shown, and all other points read as not computed. Damage is an error.
+The codec is registered as an entry point, so `xarray.open_zarr(folder)` works wherever damperlab is installed. In a
+complete cube, the done-marks name the valid files. In an incomplete cube, every complete block is read, and all other
+points are shown as not computed. Damaged files cause an error.
 """
 
 from contextlib import suppress
@@ -27,7 +27,7 @@ from damperlab.studies.store.cube.packed import (
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.manifest import MARKS, parse_marks
 
-_MEND = "find what is damaged with `damperlab store verify`, and compute it again with `damperlab store verify --repair`"
+_MEND = "list the damage with `damperlab store verify`, and repair the study with `damperlab store verify --repair`"
 
 
 @dataclass(frozen=True)
@@ -37,25 +37,25 @@ class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
     Parameters
     ----------
     variable : str
-        Its name in the blocks' files.
+        Name of the variable in the files of the blocks.
     codecs : tuple of dict
-        Its encoding there, in Zarr's terms.
+        Zarr's metadata of the codecs with which the variable is encoded.
     """
 
     variable: str
     codecs: tuple[dict[str, Any], ...]
     is_fixed_size = False
-    # the files found in each cube that was read through this array
+    # for each cube that was read with this codec: the description, and the valid file of each block
     _seen: dict[Any, "_Seen"] = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> "BlockCodec":
-        """Create it from its metadata."""
+        """Create the codec from its metadata."""
         configuration = data["configuration"]
         return cls(configuration["variable"], tuple(configuration["codecs"]))
 
     def to_dict(self) -> dict[str, Any]:
-        """Give its metadata."""
+        """Return the metadata of the codec."""
         return {"name": CODEC, "configuration": {"variable": self.variable, "codecs": list(self.codecs)}}
 
     def evolve_from_array_spec(self, array_spec: Any) -> "BlockCodec":
@@ -63,14 +63,14 @@ class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
         return self
 
     def compute_encoded_size(self, input_byte_length: int, chunk_spec: Any) -> int:
-        """Return a nominal size; the real size is not fixed."""
+        """Return the size of the input, because the encoded size is not fixed."""
         return input_byte_length
 
     async def _decode_single(self, chunk_bytes: Buffer, chunk_spec: Any) -> NDBuffer:
-        raise NotImplementedError("a cube's blocks are read by their own files")
+        raise NotImplementedError("this codec supports only partial decoding")
 
     async def _encode_single(self, chunk_array: NDBuffer, chunk_spec: Any) -> Buffer | None:
-        raise NotImplementedError("a cube is written by damperlab alone")
+        raise NotImplementedError("this codec cannot write: only damperlab writes cubes")
 
     async def _decode_partial_single(
         self, byte_getter: Any, selection: Any, chunk_spec: Any
@@ -103,7 +103,7 @@ class _Seen:
 
 
 async def _look(store: Store, cube: str) -> _Seen:
-    """Find the file of each block: by the marks, or by the files' own headers if there are no marks yet."""
+    """Find the file of each block from the done-marks; in an incomplete cube, also from the headers of the files."""
     content = await _get(store, cube + DESCRIPTION)
     try:
         description = describe_cube(content)

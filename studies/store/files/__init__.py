@@ -1,1 +1,1 @@
-"""Location of a store's bytes: a folder, or a bucket of an object store."""
+"""Storage of a store's files in a folder, or in a bucket of an object store."""

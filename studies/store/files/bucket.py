@@ -1,7 +1,7 @@
-"""A shelf in a bucket of an object store with S3's protocol.
+"""A storage location in a bucket of an object store with S3's protocol.
 
-Address and keys come only from the environment, as for any program that uses S3: AWS_ENDPOINT_URL, AWS_REGION,
-AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and others. They are not stored, logged or sent to workers.
+The address of the server and the keys come only from environment variables such as AWS_ENDPOINT_URL, AWS_REGION,
+AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY. The keys are not stored, logged or sent to workers.
 """
 
 import os
@@ -19,13 +19,11 @@ from damperlab.studies.store.files.shelf import AT_ONCE, Entry, Shelf, ShelfAway
 
 CONNECT_SECONDS = 5
 REQUEST_SECONDS = 20
-"""Longest duration of one request [s]; after it, the request is repeated."""
+"""Longest duration of one attempt [s]. A request that takes longer is repeated."""
 RETRIES = 50
-"""Number of repetitions: more than fit into `RETRY_SECONDS`, so that a server that refuses immediately gets as long as
-a slow one.
-"""
+"""Largest number of repetitions of a request, so large that `RETRY_SECONDS` is reached first."""
 RETRY_SECONDS = 10
-"""No request is repeated after this time since the first attempt [s]."""
+"""Time since the first attempt after which a request is not repeated [s]."""
 _BACKOFF_SECONDS = (0.1, 5.0)
 
 _KEYS = (
@@ -35,20 +33,20 @@ _KEYS = (
     {"AWS_CONTAINER_CREDENTIALS_FULL_URI"},
     {"AWS_METADATA_ENDPOINT"},
 )
-"""Environment variables with keys, or with sources of keys; one of them is sufficient."""
+"""Sets of environment variables that provide keys. One set is sufficient."""
 
 _ALLOWED = "s3://bucket or s3://bucket/prefix"
 
 
 class Bucket(Shelf):
-    """A bucket, or the names in it that begin with a prefix.
+    """A bucket, or the objects of a bucket whose names begin with a prefix.
 
     Parameters
     ----------
     client : obstore's S3Store
         Client of the bucket.
     bucket, prefix : str
-        Name of the bucket, and prefix of the names in it; an empty prefix for the complete bucket.
+        Name of the bucket, and prefix of the objects' names. An empty prefix stands for the complete bucket.
     """
 
     readers = AT_ONCE
@@ -63,11 +61,11 @@ class Bucket(Shelf):
         self._prefix = prefix
 
     def __reduce__(self) -> tuple[Callable[[str], "Bucket"], tuple[str]]:
-        """Pickle only the address: another process opens it with its own keys."""
+        """Pickle only the address, so that another process opens the bucket with its own keys."""
         return open_bucket, (self.address,)
 
     def at(self, name: str) -> "Bucket":
-        """Give the shelf of the names with one more part."""
+        """Return the storage location with the prefix `prefix/name`."""
         return Bucket(self._client, self._bucket, self._full(name))
 
     def get(self, key: str) -> bytes:
@@ -76,38 +74,38 @@ class Bucket(Shelf):
             return bytes(self._client.get(self._full(key)).bytes())
 
     def read(self, key: str, start: int, length: int) -> bytes:
-        """Read a range of an object; beyond its end, it is empty."""
+        """Read a range of bytes of an object. The result is empty if the range begins after the end of the object."""
         with _told(self, key):
             return _range(self._client, self._full(key), start, length)
 
     def stamp(self, key: str) -> tuple[int, ...]:
-        """Give an empty tuple: objects are never overwritten, and every check would be a request."""
+        """Return an empty tuple, because detecting a change of an object would need a request."""
         return ()
 
     def put(self, key: str, content: bytes) -> None:
-        """Write an object; it is complete or absent at any time."""
+        """Write an object. At any time the object is either complete or absent."""
         with _told(self, key):
-            # several parts could leave unfinished ones, which no list shows
+            # an interrupted upload in several parts could leave parts that no listing shows
             self._client.put(self._full(key), content, use_multipart=False)
 
     def put_new(self, key: str, content: bytes) -> bool:
-        """Write an object if none has its name (If-None-Match); say whether the name now has this content."""
+        """Write an object if no object has this name. Return whether the object now has this content."""
         from obstore.exceptions import AlreadyExistsError
 
         with _told(self, key):
             try:
                 self._client.put(self._full(key), content, mode="create")
             except AlreadyExistsError:
-                # perhaps written by this very request, if its first answer was lost
+                # if the answer to the first attempt was lost, this request may itself have written the object
                 return self.get(key) == content
         return True
 
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
-        """Write objects; a prefix need not be created."""
+        """Write objects. A prefix need not be created."""
         self.put_all(pieces)
 
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Write the first objects of several prefixes, all in parallel."""
+        """Write the first objects of several prefixes in parallel."""
         self.put_all(
             {f"{name}/{key}": content for name, pieces in shelves.items() for key, content in pieces.items()}
         )
@@ -125,14 +123,14 @@ class Bucket(Shelf):
                     )
 
     def shelves(self) -> Iterator[str]:
-        """List the next part of every name that has further parts."""
+        """Yield the names of the storage locations directly below this location."""
         with _told(self, ""):
             found = self._client.list_with_delimiter(self._full("") or None)
         for prefix in found["common_prefixes"]:
             yield str(prefix).rstrip("/").rpartition("/")[2]
 
     def made(self) -> float:
-        """Give 0: a prefix exists only through its objects."""
+        """Return 0, because a prefix has no time of change."""
         return 0.0
 
     def remove(self, key: str) -> None:
@@ -141,13 +139,13 @@ class Bucket(Shelf):
             self._client.delete(self._full(key))
 
     def clear(self) -> None:
-        """Remove every object; those that describe others are removed last."""
+        """Remove every object; the JSON documents are removed last."""
         steps: dict[tuple[bool, bool], list[str]] = {}
         for entry in self.entries():
             steps.setdefault(removed_last(entry.key), []).append(self._full(entry.key))
         with _told(self, ""):
             for step in sorted(steps):
-                # a server may remove the objects of one request in any order
+                # a server may remove the objects of one request in any order, so each step is a separate request
                 for start in range(0, len(steps[step]), 1000):
                     self._client.delete(steps[step][start : start + 1000])
 
@@ -163,19 +161,19 @@ def _range(client: Any, path: str, start: int, length: int) -> bytes:
     except FileNotFoundError:
         raise
     except (BaseError, ValueError) as error:
-        # servers refuse a range beyond the end (416), and so does the library
+        # the servers (status 416) and the library all refuse a range beyond the end
         if "range" not in str(error).lower():
             raise
     return bytes(client.get(path).bytes())[start : start + length]
 
 
 def open_bucket(address: str) -> Bucket:
-    """Give the shelf at an address.
+    """Return the storage location at an address, `s3://bucket` or `s3://bucket/prefix`.
 
     Raises
     ------
     StoreFault
-        If the address is not that of a bucket, the library is not installed, or the environment names no allowed
+        If the address is invalid, the library for S3 is not installed, or the environment has no keys or no allowed
         server.
     """
     found = re.fullmatch(r"s3://([a-z0-9][a-z0-9.-]{1,61}[a-z0-9])(?:/([A-Za-z0-9!_.*'()/-]*))?", address)
@@ -190,7 +188,7 @@ def open_bucket(address: str) -> Bucket:
 
 @lru_cache(maxsize=8)
 def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
-    # all threads share the client, which keeps the connections
+    # all threads share one client, which reuses connections
     try:
         from obstore.store import S3Store
     except ImportError:
@@ -217,7 +215,7 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
                 },
             },
         )
-    except Exception as error:  # any exception of the library for an invalid AWS_… variable
+    except Exception as error:  # the library raises various exceptions for an invalid AWS_… variable
         raise StoreFault(
             Fault(
                 "AWS_…",
@@ -230,9 +228,7 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
 
 
 def _require_keys() -> None:
-    """Refuse missing keys, because the library would ask the cloud's metadata address for them. The environment can
-    allow that, or unsigned requests.
-    """
+    """Raise `StoreFault` if the environment neither names keys nor allows access without keys."""
     given = {name for name, value in os.environ.items() if value}
     unsigned = os.environ.get("AWS_SKIP_SIGNATURE", "").lower() in ("true", "1")
     asked = os.environ.get("AWS_EC2_METADATA_DISABLED", "").lower() == "false"
@@ -273,7 +269,7 @@ def _plain_http_allowed() -> bool:
 
 @contextmanager
 def _told(shelf: Bucket, key: str) -> Iterator[None]:
-    """Translate the library's errors into those of a disk, in one line, without its messages for developers."""
+    """Convert an error of the library to an OSError whose message has one line and no text for developers."""
     from obstore.exceptions import BaseError, PermissionDeniedError, UnauthenticatedError
 
     where = f"{shelf.address}/{key}".rstrip("/")
@@ -293,7 +289,7 @@ def _told(shelf: Bucket, key: str) -> Iterator[None]:
 
 
 def _first_line(error: BaseException) -> str:
-    """Describe the error as briefly as the library's text allows; it contains addresses, but no keys."""
+    """Return a short description of the library's error, which may contain addresses but no keys."""
     text = str(error).partition("\n")[0]
     text = re.sub(r", max_retries: \d+, retry_timeout: \S+", "", text)
     code = re.search(r"<Code>(\w+)</Code>", str(error))

@@ -1,4 +1,4 @@
-"""A shelf that is a folder: files appear completely by renaming, and are synced together with their folders."""
+"""A storage location that is a folder. Each file is synced and renamed, and then the file's folder is synced."""
 
 import math
 import os
@@ -13,12 +13,12 @@ from damperlab.studies.store.files.shelf import AT_ONCE, Entry, Shelf, removed_l
 
 
 class Folder(Shelf):
-    """A folder and its content.
+    """A folder as a storage location.
 
     Parameters
     ----------
     address : path-like
-        The folder, which may be absent.
+        Path of the folder, which need not exist.
     """
 
     def __init__(self, address: str | os.PathLike[str]) -> None:
@@ -26,17 +26,16 @@ class Folder(Shelf):
         super().__init__(str(self._path))
 
     def __reduce__(self) -> tuple[type["Folder"], tuple[str]]:
-        """Pickle by the address."""
+        """Pickle only the address."""
         return Folder, (self.address,)
 
     def at(self, name: str) -> "Folder":
-        """Give the folder below this one."""
+        """Return the subfolder with this name."""
         return Folder(self._path / name)
 
     def get(self, key: str) -> bytes:
         """Read a file."""
-        # the path is a text: a slice reads hundreds of files, and making path objects takes longer than opening the
-        # files
+        # use a string as the path, because creating a path object takes longer than opening a file
         with open(f"{self.address}/{key}", "rb") as file:  # noqa: PTH123
             return file.read()
 
@@ -49,16 +48,16 @@ class Folder(Shelf):
             os.close(descriptor)
 
     def stamp(self, key: str) -> tuple[int, ...]:
-        """Give a file's time and size, by which loss or damage is noticed."""
+        """Return the time of a file's last change, and the size of the file."""
         now = os.stat(f"{self.address}/{key}")  # noqa: PTH116
         return now.st_mtime_ns, now.st_size
 
     def put(self, key: str, content: bytes) -> None:
-        """Write a file into an existing folder, and wait until both are on the disk."""
+        """Write a file into an existing folder, and wait until the file and its name are on the disk."""
         self._place(key, content, os.replace)
 
     def put_new(self, key: str, content: bytes) -> bool:
-        """Write a file unless the name is taken; this uses a hard link, which never replaces a file."""
+        """Write a file if no file has this name. Return whether the file now has this content."""
         try:
             self._place(key, content, os.link)
         except FileExistsError:
@@ -88,7 +87,7 @@ class Folder(Shelf):
         sync_path(self._path.parent)
 
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Create folders with their first files, and wait for the disk once for all of them."""
+        """Create subfolders with their initial files, several in parallel, and wait until all files are on the disk."""
 
         def make_one(name: str, pieces: Mapping[str, bytes]) -> None:
             self.at(name)._fill(pieces, below)
@@ -97,20 +96,20 @@ class Folder(Shelf):
             for name, pieces in shelves.items():
                 make_one(name, pieces)
         else:
-            # in parallel: each waits for the disk, which serves many waits together
+            # the threads mostly wait for the disk, which serves several threads at once
             with ThreadPoolExecutor(AT_ONCE) as pool:
                 for _ in pool.map(make_one, shelves, shelves.values()):
                     pass
         sync_path(self._path)
 
     def _fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str]) -> None:
-        """Write files and wait until they are on the disk; the name of the folder itself may follow later."""
+        """Write files and wait until they are on the disk. The caller must sync the parent of this folder."""
         folders = {(self._path / key).parent for key in pieces} | {self._path / name for name in shelves}
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
         for key, content in pieces.items():
             self._place(key, content, os.replace, sync=False)
-        # each folder is synced once, and so is every folder between it and this one
+        # sync this folder and every folder down to the written files, each folder once
         between = {self._path} | {above for folder in folders for above in (folder, *folder.parents)}
         for folder in between:
             if folder.is_relative_to(self._path):
@@ -127,12 +126,12 @@ class Folder(Shelf):
                     yield Entry(key, found.st_size, found.st_mtime)
 
     def shelves(self) -> Iterator[str]:
-        """List the folders in this one."""
+        """Yield the names of the subfolders."""
         with suppress(FileNotFoundError):
             yield from [path.name for path in self._path.iterdir() if path.is_dir()]
 
     def made(self) -> float:
-        """Give the time when the folder was created, or a file in it was last added or removed."""
+        """Return the time when a file in the folder was last added or removed; infinity if the folder is absent."""
         try:
             return self._path.stat().st_mtime
         except FileNotFoundError:
@@ -143,7 +142,7 @@ class Folder(Shelf):
         (self._path / key).unlink(missing_ok=True)
 
     def clear(self) -> None:
-        """Remove the folder; the files that describe others are removed last."""
+        """Remove the folder and its content; the JSON documents are removed last."""
         with suppress(FileNotFoundError):
             if not self._path.is_symlink():
                 for file in sorted(self._path.iterdir(), key=lambda file: removed_last(file.name)):
@@ -175,9 +174,9 @@ def sync_path(path: str | os.PathLike[str]) -> None:
 
 
 def open_shelf(address: str) -> Shelf:
-    """Give the shelf at an address: `s3://bucket/prefix`, or a folder."""
+    """Return the storage location at an address: `s3://bucket/prefix`, or the path of a folder."""
     if address.startswith("s3://"):
-        # imported here: the library is optional
+        # imported here, because the library is optional
         from damperlab.studies.store.files.bucket import open_bucket
 
         return open_bucket(address)

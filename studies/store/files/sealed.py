@@ -1,17 +1,17 @@
-"""JSON pieces with a checksum of all their bytes: a cube's description, and the list of its marks."""
+"""JSON documents with a checksum, such as the description and the list of done-marks of a cube."""
 
 import re
 
 import google_crc32c
 
 PLACEHOLDER = "00000000"
-"""Placeholder of the checksum, `"crc32c": "00000000"`, which the document contains once."""
+"""Value of the field `crc32c` while the checksum of the document is computed."""
 
 _FIELD = re.compile(rb'"crc32c": "([0-9a-f]{8})"')
 
 
 def seal(content: bytes) -> bytes:
-    """Compute the CRC-32C of a document with the placeholder, and insert it there."""
+    """Return a document with its checksum, which is computed with the placeholder in the field `crc32c`."""
     blank = _FIELD.sub(f'"crc32c": "{PLACEHOLDER}"'.encode(), content)
     if len(_FIELD.findall(blank)) != 1:
         raise ValueError("the document must have exactly one place for its checksum")
@@ -24,6 +24,6 @@ def is_sealed(content: bytes) -> bool:
 
 
 def require_seal(content: bytes) -> None:
-    """Raise `ValueError` unless a document's bytes match its checksum."""
+    """Raise `ValueError` if a document has no checksum, or its bytes do not match the checksum."""
     if not is_sealed(content) or seal(content) != content:
-        raise ValueError("its checksum is not that of its contents")
+        raise ValueError("the checksum does not match the contents")

@@ -1,7 +1,7 @@
-"""Location of cubes: named pieces of bytes, in a folder or in a bucket of an object store.
+"""Interface of a storage location for cubes: files in a folder, or objects in a bucket of an object store.
 
-When a write returns, the piece is on the disk or acknowledged by the server. A visible piece is always complete. All
-reading and writing of cubes uses this interface, so both kinds give the same guarantees.
+Objects of a bucket are called files, too. When a write returns, the file is on the disk, or the server has confirmed
+the write. A visible file is always complete.
 """
 
 from abc import ABC, abstractmethod
@@ -10,11 +10,11 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 AT_ONCE = 16
-"""Pieces written or read in parallel, since each one mostly waits for a disk or a server."""
+"""Number of files that are written or read in parallel."""
 
 
 TOMBSTONE = "deleted.json"
-"""The key of the piece that records the deletion of a cube's study, so that a lost catalogue does not restore it."""
+"""Name of the file that marks a cube as deleted, so that a rebuilt catalogue does not contain the study."""
 
 
 class ShelfAway(OSError):
@@ -23,16 +23,16 @@ class ShelfAway(OSError):
 
 @dataclass(frozen=True)
 class Entry:
-    """One piece on a shelf.
+    """A file in the listing of a storage location.
 
     Parameters
     ----------
     key : str
-        Its name, relative to the shelf.
+        Name of the file, relative to the storage location.
     size : int
-        Bytes.
+        Number of bytes.
     changed : float
-        Time of writing, in seconds since 1970 by the clock of the disk or the server.
+        Time of writing, in seconds since 1970, by the clock of the disk or the server.
     """
 
     key: str
@@ -41,40 +41,39 @@ class Entry:
 
 
 def removed_last(key: str) -> tuple[bool, bool]:
-    """Give the sort key of a piece, by which the pieces of a cube are removed.
+    """Return the sort key for the removal of a cube's files.
 
-    Pieces that describe others are removed after those, and the record of the deletion is removed last. So a cube with
-    missing pieces never counts as complete, and its study never as existing.
+    JSON documents come after the other files. `TOMBSTONE` comes last, so that a partly removed cube keeps this mark.
     """
     return key.endswith(".json"), key.endswith(TOMBSTONE)
 
 
 class Shelf(ABC):
-    """A location for pieces of bytes by name; names have parts, like paths.
+    """A storage location for files. The names of files have parts separated by slashes, like paths.
 
-    Every method raises `FileNotFoundError` if a piece is absent, `PermissionError` without permission, `ShelfAway` if
-    an object store does not answer, and other `OSError`s of the disk.
+    Methods raise `FileNotFoundError` if the file is absent, `PermissionError` if access is denied, `ShelfAway` if an
+    object store does not answer, and another `OSError` if the disk reports an error.
 
     Parameters
     ----------
     address : str
-        A folder's path, or the URL of a location in a bucket; it is sent to the workers, and contains no secret.
+        Path of a folder, or URL of a location in a bucket. The address is sent to workers, and contains no secret.
     """
 
     readers = 1
-    """Best number of pieces to read in parallel."""
+    """Best number of files to read in parallel."""
     first_bytes = 4096
-    """Best number of bytes to read if only the beginning of a piece is needed."""
+    """Best number of bytes to read if only the beginning of a file is needed."""
 
     def __init__(self, address: str) -> None:
         self.address = address
 
     def __eq__(self, other: object) -> bool:
-        """Compare shelves by their addresses."""
+        """Compare storage locations by their addresses."""
         return isinstance(other, Shelf) and self.address == other.address
 
     def __hash__(self) -> int:
-        """Hash the address, in agreement with equality."""
+        """Return the hash of the address, so that equal locations have equal hashes."""
         return hash(self.address)
 
     @property
@@ -84,62 +83,58 @@ class Shelf(ABC):
 
     @abstractmethod
     def at(self, name: str) -> "Shelf":
-        """Give the shelf below this one, which may be absent."""
+        """Return the storage location `name` below this location. The location need not exist."""
 
     @abstractmethod
     def get(self, key: str) -> bytes:
-        """Read a piece."""
+        """Read a file."""
 
     @abstractmethod
     def read(self, key: str, start: int, length: int) -> bytes:
-        """Read a part of a piece; less if it ends earlier."""
+        """Read `length` bytes of a file from `start`; fewer bytes if the file ends earlier."""
 
     @abstractmethod
     def stamp(self, key: str) -> tuple[int, ...]:
-        """Give a value that changes with the content under a name, if that needs no request."""
+        """Return a value that changes if the file is changed. For an object of a bucket, return an empty tuple."""
 
     @abstractmethod
     def put(self, key: str, content: bytes) -> None:
-        """Write a piece, replacing one of the same name; never create an absent shelf if this can be detected."""
+        """Write a file, replacing an existing file. In a folder that does not exist, raise `FileNotFoundError`."""
 
     @abstractmethod
     def put_new(self, key: str, content: bytes) -> bool:
-        """Write a piece unless one has its name; say whether the name now has this content."""
+        """Write a file if no file has this name. Return whether the file now has this content."""
 
     @abstractmethod
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
-        """Write the first pieces on a shelf and create it if it is absent, together with the named shelves below it."""
+        """Write files into a storage location that may be absent. In a folder, also create the subfolders `shelves`."""
 
     @abstractmethod
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Create new shelves below this one, given by name with their first pieces; each also gets the named shelves
-        below it.
-        """
+        """Create storage locations with first files below this location. Folders also get the subfolders `below`."""
 
     @abstractmethod
     def entries(self) -> Iterator[Entry]:
-        """List every piece; those added or removed meanwhile may be missing."""
+        """Yield every file. A file that is added or removed during the listing may be missing."""
 
     @abstractmethod
     def shelves(self) -> Iterator[str]:
-        """List the names of the shelves below this one."""
+        """Yield the names of the storage locations directly below this location."""
 
     @abstractmethod
     def made(self) -> float:
-        """Give the time when the shelf itself was created or last changed, in seconds since 1970; 0 if shelves
-        exist only through their pieces.
-        """
+        """Return the time of a folder's last change, in seconds since 1970; 0 for a bucket."""
 
     @abstractmethod
     def remove(self, key: str) -> None:
-        """Remove a piece; an absent one is no error."""
+        """Remove a file, if the file exists."""
 
     @abstractmethod
     def clear(self) -> None:
-        """Remove every piece, and the shelf itself."""
+        """Remove every file, and also the folder if the storage location is a folder."""
 
     def put_all(self, pieces: Mapping[str, bytes]) -> None:
-        """Write several pieces in parallel, and wait for all."""
+        """Write several files in parallel, and wait until all are written."""
         with ThreadPoolExecutor(AT_ONCE) as pool:
             for _ in pool.map(self.put, pieces, pieces.values()):
                 pass

@@ -1,1 +1,1 @@
-"""Life of a study in a store: entered, found, claimed, marked, annotated, deleted."""
+"""Submission, lookup, claims, done-marks, remarks and deletion of studies."""

@@ -1,4 +1,4 @@
-"""The done-marks of blocks: set once a block is synced, and invalidated if it is damaged."""
+"""Setting and invalidation of the done-marks of blocks."""
 
 import json
 import time
@@ -32,10 +32,10 @@ from damperlab.studies.vocabulary import ENDED
 
 
 class Blocks(Lookup):
-    """The done-marks of a store."""
+    """The part of a store that sets and invalidates done-marks."""
 
     def pending(self, study_id: str) -> np.ndarray:
-        """Give the indices of the blocks without a done-mark, ascending, int64.
+        """Return the indices of the blocks without a done-mark, as an ascending array of int64.
 
         Raises
         ------
@@ -55,29 +55,26 @@ class Blocks(Lookup):
         return np.flatnonzero(~done)
 
     def mark(self, study_id: str, *outcomes: BlockOutcome, owner: str | None = None) -> bool:
-        """Set the done-marks of blocks whose regions are on the disk; a block that already has a mark keeps it.
-
-        After this transaction every new reader sees the blocks, complete and in this generation.
+        """Set the done-marks of blocks whose files are on the disk. A block that already has a mark keeps this mark.
 
         Parameters
         ----------
         study_id : str
-            The whole id.
+            Complete id of the study.
         outcomes : BlockOutcome
-            Results of the blocks; all are marked, or none.
+            Reports on the blocks. Either all blocks are marked, or none.
         owner : str, optional
-            Owner of the claim on the study. If it is given, results of any other owner are refused: an owner that was
-            wrongly thought dead may report results whose files its successor has removed.
+            Name of the caller. If another owner has the claim on the study, no block is marked.
 
         Returns
         -------
         bool
-            False if another owner has the claim, and nothing was marked.
+            False if another owner has the claim, so that no block was marked.
 
         Raises
         ------
         StudyNotFound
-            If the study is gone.
+            If the study does not exist.
         """
         with self.catalogue.writing() as connection:
             return self._mark(connection, study_id, outcomes, owner)
@@ -100,7 +97,7 @@ class Blocks(Lookup):
                 del fresh[index]
         if not fresh:
             return True
-        # the workers refuse this already; a cube must never contain results of two solvers
+        # a cube must never contain results of two solvers; workers check this, too
         identity = json.loads(row.provenance).get("identity", "")
         strangers = {outcome.identity for outcome in fresh.values()} - {"", identity}
         if strangers:
@@ -108,7 +105,7 @@ class Blocks(Lookup):
                 f"blocks computed by {sorted(strangers)} in a cube of {identity or 'no identity'}"
             )
         added = list(fresh.values())
-        # a mark has the same names as its outcome, except for the index
+        # the columns of a done-mark have the names of the outcome's fields, except for the index
         marks = [
             {name: value for name, value in vars(outcome).items() if name != "index"}
             | {"study": row.number, "block": outcome.index, "at": now, "revision": row.revision + 1 + place}
@@ -128,29 +125,28 @@ class Blocks(Lookup):
         return True
 
     def retry(self, study_id: str) -> Record:
-        """Invalidate the marks of failed blocks, so that the study can be run again for them.
+        """Invalidate the done-marks of failed blocks and queue the study, so that these blocks are computed again.
 
-        A numerical failure of a point is an answer, and the same solver would repeat it to the last bit. Only blocks
-        that failed as a whole, for example because a worker died, may end otherwise.
+        A block fails as a whole if, for example, a worker dies. Points that failed numerically are not computed again.
 
         Parameters
         ----------
         study_id : str
-            The whole id.
+            Complete id of the study.
 
         Returns
         -------
         Record
-            The study's record, now queued.
+            Record of the queued study.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         StudyBusy
-            If somebody works on it.
+            If a process works on the study.
         NothingToDo
-            If no block failed, or the study belongs to another solver.
+            If no block failed, or another solver computed the study.
         TooManyUnfinished
             If the limit of waiting and running studies is reached.
         """
@@ -161,9 +157,7 @@ class Blocks(Lookup):
         return self.set_state(study_id, "queued", "")
 
     def given_up(self, study_id: str) -> Sequence[int]:
-        """Give the indices of the blocks that failed as a whole and hold no results; raise `StudyNotFound` if there is
-        no such study.
-        """
+        """Return the indices of the blocks that failed as a whole; raise `StudyNotFound` if there is no such study."""
         b = done_blocks.c
         with self.catalogue.reading() as connection:
             number = study_row(connection, study_id).number
@@ -179,27 +173,27 @@ class Blocks(Lookup):
         in_turn: bool = False,
         owner: str | None = None,
     ) -> Record:
-        """Invalidate done-marks, all in one transaction: the blocks read as not computed and can be run again.
+        """Invalidate the done-marks of blocks in one transaction, so that the blocks can be computed again.
 
         Parameters
         ----------
         study_id : str
-            The whole id.
+            Complete id of the study.
         blocks : sequence of int
-            Indices of blocks; those without a mark are ignored.
+            Indices of the blocks. Blocks without a done-mark are ignored.
         why : str
-            The reason, which is recorded among the study's events.
+            Reason, which is recorded among the study's events.
         in_turn : bool
-            Whether queuing the study in this way counts as a submission.
+            Whether the limit of waiting and running studies applies if the study is queued again.
         owner : str, optional
-            The owner that works on the study and computes the blocks next; the study's state is then unchanged.
+            Owner of the claim, if the owner calls this method. The study's state is then not changed.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         StudyBusy
-            If somebody works on it.
+            If another process works on the study.
         TooManyUnfinished
             If `in_turn` is set, the study has ended, and the limit of waiting and running studies is reached.
         """
@@ -216,16 +210,15 @@ class Blocks(Lookup):
             row = look(connection)
         shelf = self.cube_shelf(study_id, row.number)
         with using(shelf.address):
-            # this comes first, so that after an interruption the cube claims fewer blocks than it has, never more
+            # first remove the list of marks in the cube, so that the list never names an invalidated block
             drop_marks(shelf)
-            # the folder of the blocks may be part of what was lost, so it is created again
+            # create the folder of the blocks again, because the folder may have been lost
             shelf.fill({}, (BLOCKS,))
         try:
             with self.catalogue.writing() as connection:
                 return self._take_back(connection, look(connection), blocks, why, queue=owner is None)
         except StoreFault:
-            # for example if the study was claimed since the first look; its owner may never write the marks that were
-            # dropped above, so they are written again
+            # another process may have claimed the study meanwhile: write the removed list of marks again
             if row.state in ENDED:
                 with suppress(StoreFault, OSError):
                     keep_marks(self, study_id, {})
@@ -254,8 +247,8 @@ def _nothing_to_retry(record: Record) -> NothingToDo:
     elif record.points_failed:
         found = f"whose {record.points_failed} failed points failed numerically"
         told = (
-            f"Study {record.id} has {counted(record.points_failed, 'point')} that failed numerically, and no failed "
-            "block: the same solver would fail there again."
+            f"Study {record.id} has {counted(record.points_failed, 'point')} that failed numerically and would "
+            "fail again with the same solver. No block failed as a whole."
         )
         advice = "change `steady` or the range of the axes"
     else:

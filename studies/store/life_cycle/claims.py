@@ -1,4 +1,4 @@
-"""Claims: only one owner works on a study, and a claim that is not renewed ends."""
+"""Claims on studies. Only the owner of a claim works on the study, and a claim ends if the owner does not renew it."""
 
 import time
 from collections import Counter
@@ -15,27 +15,27 @@ from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.faults import StudyBusy
 
 CLAIM_SECONDS = 60.0
-"""Duration of a claim without renewal [s]."""
+"""Time after which a claim ends if it is not renewed [s]."""
 
 
 FEW_POINTS = 16
-"""Largest number of points of a study that is run together with others."""
+"""Largest number of points of a study that is run together with other studies."""
 
 
 @dataclass(frozen=True)
 class Waiting:
-    """A study that waits to be run and has no owner.
+    """A study that has not ended and has no owner.
 
     Parameters
     ----------
     id : str
-        Its whole id.
+        Complete id of the study.
     small : bool
-        Whether it has one block of a few points and was never started.
+        Whether the study has only one block, at most `FEW_POINTS` points, and was never started.
     owner : str, optional
-        Its submitter; None without keys.
+        Owner of the access key with which the study was submitted; None if no key was used.
     priority : int
-        See `Record`.
+        Priority of the study; see `Record`.
     """
 
     id: str
@@ -47,20 +47,22 @@ class Waiting:
 class Claims(StoreBase):
     """The claims on the studies of a store.
 
-    A claim ends when its time is over by the wall clock. It also ends if the observer sees no renewal for that long by
-    its monotonic clock, so setting a wall clock back does not keep a dead owner's claim. A clock set forward may end the
-    claim of a living owner, whose later writes are then refused (`Blocks.mark`).
+    A claim ends when its time is over by the wall clock, or when this process has seen no renewal for `CLAIM_SECONDS`.
+    So the claim of a dead owner ends even if the wall clock is set back. If another owner then claims the study,
+    `Blocks.mark` refuses the results of the first owner.
     """
 
     def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
-        """Claim a study; False while another owner's claim is valid.
+        """Claim a study. Return False if another owner has a valid claim, or the study does not exist.
 
         Parameters
         ----------
-        study_id, owner : str
-            The study, and a name that no other runner has.
+        study_id : str
+            Complete id of the study.
+        owner : str
+            Unique name of the owner.
         seconds : float, optional
-            Duration without renewal [s]; by default `CLAIM_SECONDS`.
+            Time after which the claim ends if it is not renewed [s]; by default `CLAIM_SECONDS`.
         """
         with self.catalogue.writing() as connection:
             row = alive_row(connection, study_id)
@@ -70,33 +72,31 @@ class Claims(StoreBase):
             return True
 
     def renew(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
-        """Renew a claim; False if another owner has it: the work must then stop."""
+        """Renew a claim. Return False if this owner no longer has the claim; the owner must then stop working."""
         return self._if_owned(study_id, owner, owner, _end(seconds))
 
     def release(self, study_id: str, owner: str) -> None:
-        """Release a claim; nothing happens if another owner has it."""
+        """Release a claim. Nothing happens if this owner does not have the claim."""
         self._if_owned(study_id, owner, None, None)
 
     def abandoned(self, study_id: str) -> bool:
-        """Whether no process works on a study; call it repeatedly to see whether its claim is renewed."""
+        """Whether no process works on a study. Repeated calls also detect that a claim is not renewed."""
         with self.catalogue.reading() as connection:
             row = alive_row(connection, study_id)
         return row is not None and not self._holds(row)
 
     def unclaimed(self, dead: Callable[[str], bool], most: int | None = None) -> list[Waiting]:
-        """Give the queued and running studies without an owner: the highest priority first, and within a priority the
-        oldest first.
+        """Return the queued and running studies without an owner, by descending priority, then by submission time.
 
         Parameters
         ----------
         dead : callable
-            Whether an owner can be recognised as dead before its claim ends.
+            Function that returns whether an owner is known to be dead, although its claim has not ended.
         most : int, optional
-            Largest number of studies of each submitter to look for.
+            Largest number of studies of each submitter; by default all.
         """
         c = studies.c
-        # only a few columns are read, page by page, because ten thousand studies may wait and each new one triggers a
-        # check
+        # read only a few columns, page by page, because ten thousand studies may wait
         query = select(
             c.id,
             c.number,
@@ -166,7 +166,7 @@ def _end(seconds: float | None) -> float:
 
 
 def require_free(row: Row[Any], what: str) -> None:
-    """Refuse the action `what` on a study with an owner; raise `StudyBusy`."""
+    """Raise `StudyBusy` if the study has an owner; `what` is the refused action, for the message."""
     owner = claim_owner(row)
     if owner is not None:
         raise StudyBusy(

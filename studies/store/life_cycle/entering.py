@@ -1,6 +1,4 @@
-"""Submission of studies. A study is entered once, however often it is submitted; simultaneous submissions share a
-transaction.
-"""
+"""Submission of studies. The catalogue gets one entry for a study, however often the study is submitted."""
 
 import json
 import math
@@ -58,27 +56,27 @@ from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
 from damperlab.studies.store.provenance import SUBMITTED_BY, asked_by, signed
 from damperlab.studies.store.record import Record
 
-_MOST = 256  # most studies in one transaction: other writers must not wait long
+_MOST = 256  # largest number of studies in one transaction, so that other writers do not wait long
 
 _Answer = TypeVar("_Answer")
 
 
 @dataclass(frozen=True)
 class Submission:
-    """The submitted content.
+    """A submitted study with its options.
 
     Parameters
     ----------
     study, plan : AnyStudy, Plan
-        The study, and the division of its grid.
+        The study, and the division of its grid into blocks.
     provenance : dict of str
-        See `damperlab.studies.store.provenance.provenance`.
+        Provenance, from `damperlab.studies.store.provenance.provenance`.
     reuse : bool
-        Whether it may reuse points of earlier studies.
+        Whether the study may reuse points of earlier studies.
     key : str, optional
-        A name that the caller gives this submission; from then on it stands for this definition.
+        Idempotency key: a name chosen by the caller, which cannot be used for another definition.
     priority : int
-        See `Record`; an existing study keeps its own.
+        Priority of the study; see `Record`. The priority of an existing study is not changed.
     """
 
     study: AnyStudy
@@ -89,31 +87,31 @@ class Submission:
     priority: int = 0
 
     def __post_init__(self) -> None:
-        """Refuse a plan of another study."""
+        """Check that the plan belongs to the study."""
         if self.plan.count != math.prod(block_grid(self.study.shape, self.plan.chunk)):
             raise ValueError(
-                f"a plan of {self.plan.count} blocks does not cut {self.study.shape} by {self.plan.chunk}"
+                f"a plan of {self.plan.count} blocks of {self.plan.chunk} does not fit a grid of {self.study.shape}"
             )
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A study that is about to be entered.
+    """A study that is about to be entered into the catalogue.
 
     Parameters
     ----------
     study : AnyStudy
         The study.
     chunk : tuple of int
-        Extent of a block.
+        Extent of a block along each dimension.
     provenance : dict of str
-        Provenance of the solver.
+        Provenance of the study.
     reuse : bool
-        Whether it may reuse points of earlier studies.
+        Whether the study may reuse points of earlier studies.
     version : int
-        1 for a study as submitted.
+        Version of the study; see `Record`.
     priority : int
-        See `Record`.
+        Priority of the study; see `Record`.
     """
 
     study: AnyStudy
@@ -125,16 +123,16 @@ class Entry:
 
     @property
     def id(self) -> str:
-        """The study's id."""
+        """Id of the study, made of its digest and its version."""
         return self.study.digest[:12] + (f"-{self.version}" if self.version > 1 else "")
 
     @property
     def bytes(self) -> int:
-        """Usage of the complete study, before compression."""
+        """Number of bytes of the complete study before compression."""
         return self.study.points * bytes_per_point(self.study)
 
     def columns(self) -> dict[str, Any]:
-        """Give the values for its row."""
+        """Return the values of the study's row in the catalogue, by column."""
         study = self.study
         return {
             "id": self.id,
@@ -161,7 +159,7 @@ Entered = list[tuple[Record, bool]]
 
 
 class Entering(StoreBase):
-    """The part of the store that enters studies."""
+    """The part of a store that enters submitted studies into the catalogue."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -177,15 +175,14 @@ class Entering(StoreBase):
         key: str | None = None,
         priority: int = 0,
     ) -> tuple[Record, bool]:
-        """Store a study and create its empty cube, unless the same definition exists already; see `Submission`.
+        """Enter a new study, or return the record of an existing study. The parameters are those of `Submission`.
 
         Returns
         -------
         record : Record
-            The study's record, new or found.
+            Record of the new or existing study.
         created : bool
-            Whether it is new. Among any number of processes that submit one definition simultaneously, one creates
-            it.
+            Whether this call has entered the study.
 
         Raises
         ------
@@ -194,9 +191,9 @@ class Entering(StoreBase):
         QuotaReached
             If the study would exceed the remaining quota.
         KeyTaken
-            If the key belongs to another definition.
+            If the key was already used for another definition.
         """
-        # checked first without the write lock, because the same study is often submitted again
+        # look for the study without the write lock first, because a study is often submitted again
         if key is None:
             with self.catalogue.reading() as connection:
                 row = newest_row(connection, study.digest)
@@ -205,12 +202,12 @@ class Entering(StoreBase):
         return self.submit_all([Submission(study, plan, provenance, reuse, key, priority)])[0]
 
     def submit_all(self, submissions: Sequence[Submission]) -> Entered:
-        """Store several studies, all or none, as `submit` does; submissions of other threads share the transaction."""
-        # the owner is read here, because another thread may enter the studies
+        """Submit several studies as `submit` does. Either all of the studies are entered, or none."""
+        # add the owner in this thread, because another thread may enter the studies
         return self._turns.ask([replace(one, provenance=signed(one.provenance)) for one in submissions])
 
     def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
-        """Enter the submissions of several threads; the refusal of one list does not affect the others."""
+        """Enter the submissions of several threads. If one list is refused, the other lists are still entered."""
 
         def decide(connection: Connection) -> tuple[list[Entry], Callable[[list[Record]], list[Any]]]:
             asked = _Asked(connection, lists)
@@ -247,7 +244,7 @@ class Entering(StoreBase):
                 def told(one: Submission) -> tuple[Record, bool]:
                     digest = one.study.digest
                     created = digest in untold
-                    untold.discard(digest)  # if several submitted it, one of them has created it
+                    untold.discard(digest)  # report the study as created to only one of several submitters
                     return records[digest], created
 
                 return [refused.get(place) or list(map(told, some)) for place, some in enumerate(lists)]
@@ -259,25 +256,23 @@ class Entering(StoreBase):
     def enter(
         self, decide: Callable[[Connection], tuple[list[Entry], Callable[[list[Record]], _Answer]]], what: str
     ) -> _Answer:
-        """Enter studies: one transaction reserves numbers, cubes are created, and another transaction writes the
-        rows.
+        """Enter studies in three steps: reserve numbers, create the cubes, and write the rows.
 
-        No cube is created inside a transaction: a slow disk or server blocks no writer. A visible study always has its
-        cube, which was created before. A kill in between leaves a reserved number and a cube without results, which
-        `collect_garbage` removes.
+        The cubes are created outside any transaction, so that a slow disk or server does not block other writers. If
+        the process is killed between the steps, `collect_garbage` removes the empty cubes.
 
         Parameters
         ----------
         decide : callable
-            Called in each transaction; gives the studies to enter into the present catalogue, and a function that makes
-            the answer.
+            Function that is called in each transaction. `decide` returns the studies to enter, and a function that
+            converts the records of these studies to the answer.
         what : str
-            Recorded among the studies' events.
+            Text of the event that is recorded for each study.
 
         Raises
         ------
         StoreFault
-            If a cube cannot be written; then no cube is left.
+            If a cube cannot be written. The cubes that were already created are removed.
         """
         made: dict[str, _Made] = {}
         entered: set[str] = set()
@@ -293,21 +288,21 @@ class Entering(StoreBase):
                         entered = {entry.id for entry in entries}
                         break
                     fresh = self._reserve(connection, missing)
-                # created for another plan, or withdrawn as garbage meanwhile
+                # remove cubes that were created for another plan, or whose numbers were withdrawn as garbage
                 self._discard([made.pop(each.entry.id) for each in fresh if each.entry.id in made])
                 self._make_way(fresh)
                 made |= {each.entry.id: each for each in fresh}
                 self._make(fresh)
         except StoreFault as error:
             if isinstance(error.__cause__, ShelfAway):
-                made.clear()  # a server that does not answer removes nothing; its pieces become garbage
+                made.clear()  # the server does not answer, so the cubes cannot be removed and become garbage
             raise
         finally:
             self._discard([each for study_id, each in made.items() if study_id not in entered])
         return answered
 
     def _reserve(self, connection: Connection, entries: Sequence[Entry]) -> list["_Made"]:
-        """Reserve new numbers, with rows like those of deleted studies whose files were removed."""
+        """Reserve new numbers. The new rows look like the rows of deleted studies without files."""
         now = time.time()
         numbers: list[int] = []
         for some in pieces([_reserved(now)] * len(entries)):
@@ -321,9 +316,9 @@ class Entering(StoreBase):
             self.shelf.make(cubes, (BLOCKS,))
 
     def _discard(self, several: Sequence["_Made"]) -> None:
-        """Withdraw cubes and numbers without a study; what cannot be removed becomes garbage."""
+        """Remove cubes whose studies were not entered, and withdraw the reserved numbers."""
         with suppress(StoreFault, OSError):
-            # a rebuild may have entered the study of a reserved number: only unused ones are withdrawn
+            # withdraw only numbers that are still reserved, because a rebuild may have used the other numbers
             ours: set[int] = set()
             for some in pieces(each.number for each in several):
                 mine = update(studies).where(studies.c.number.in_(some), RESERVED).values(state="cancelled")
@@ -335,7 +330,7 @@ class Entering(StoreBase):
             self._give_back(ours)
 
     def _give_back(self, numbers: Iterable[int]) -> None:
-        """Remove unused reserved numbers from the catalogue; no number is given twice anyway."""
+        """Remove the rows of unused reserved numbers. The database never assigns these numbers again."""
         with suppress(StoreFault):
             for some in pieces(numbers):
                 with self.catalogue.writing() as connection:
@@ -346,9 +341,9 @@ class Entering(StoreBase):
         if not several:
             return []
         c = studies.c
-        # a backup with its own submissions becomes independent, since the next copy would remove them
+        # a backup with new studies becomes independent, because the next backup would remove these studies
         forget(connection, BACKUP_OF)
-        # a reader at a revision of a deleted study must not find the same revision in the new study
+        # if a deleted study is submitted again, use revisions that the deleted study did not have
         ever: dict[str, int] = {}
         for digests in pieces(each.entry.study.digest for each in several):
             query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(digests)).group_by(c.id)
@@ -370,7 +365,7 @@ class Entering(StoreBase):
         return [found[each.number] for each in several]
 
     def _make_way(self, fresh: Sequence["_Made"]) -> None:
-        """Check that the locations of new cubes are empty; raise `StoreFault` if they hold results."""
+        """Clear the locations of new cubes; raise `StoreFault` if a location contains results."""
         names = [each.name for each in fresh]
         try:
             gone = disk_gone(self.shelf)
@@ -391,7 +386,7 @@ class Entering(StoreBase):
             raise
 
     def _clear(self, name: str) -> bool:
-        """Remove the remains of an interrupted submission under a name; False if there are results."""
+        """Remove a cube that an interrupted submission has left. Return False if the cube contains results."""
         shelf = self.shelf.at(name)
         entries = list(shelf.entries())
         if any(is_of_block(entry) for entry in entries):
@@ -401,7 +396,7 @@ class Entering(StoreBase):
         return True
 
     def _require_newest(self) -> None:
-        """Refuse to continue if an earlier submission found that this catalogue is an older copy."""
+        """Raise `StoreFault` if an earlier submission found that this catalogue is an older copy."""
         with self.catalogue.reading() as connection:
             name = fact(connection, UNKNOWN_RESULTS)
             parsed = parse_cube_name(name or "")
@@ -421,7 +416,7 @@ class Entering(StoreBase):
 
 
 class _Asked:
-    """The catalogue's entries for the submitted studies and keys."""
+    """The entries that the catalogue already has for the submitted studies and idempotency keys."""
 
     def __init__(self, connection: Connection, lists: Iterable[Sequence[Submission]]) -> None:
         self._connection = connection
@@ -443,14 +438,14 @@ class _Asked:
 
     @contextmanager
     def _noting(self, name: str) -> Iterator[None]:
-        """Assign the damage of a row to the submission concerned, so that it does not affect the others."""
+        """Store the error for a damaged row, so that only submissions that need this row are refused."""
         try:
             yield
         except CatalogueDamaged as error:
             self._damaged[name] = error
 
     def require_sound(self, some: Iterable[Submission]) -> None:
-        """Raise `CatalogueDamaged` for a damaged row, and `KeyTaken` if a key belongs to another definition."""
+        """Raise `CatalogueDamaged` if a row is damaged, and `KeyTaken` if a key was used for another definition."""
         for one in some:
             for name in (one.study.digest, one.key):
                 if name in self._damaged:
@@ -469,13 +464,13 @@ class _Asked:
                 )
 
     def take_keys(self, some: Iterable[Submission]) -> None:
-        """Assign the keys of a list to its definitions."""
+        """Assign the idempotency keys of a list of submissions to the definitions."""
         new = {one.key: one.study.digest for one in some if one.key and one.key not in self._keys}
         self._new |= new
         self._keys |= new
 
     def keep_keys(self) -> None:
-        """Record the use of keys."""
+        """Write newly used idempotency keys into the catalogue."""
         rows = ({"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items())
         for some in pieces(rows):
             self._connection.execute(insert(keys), some)
@@ -483,7 +478,7 @@ class _Asked:
 
 @dataclass(frozen=True)
 class _Made:
-    """A cube that waits for its study's row."""
+    """A new cube whose study has not been entered yet."""
 
     entry: Entry
     number: int
@@ -491,11 +486,11 @@ class _Made:
 
     @property
     def name(self) -> str:
-        """Name of its shelf."""
+        """Name of the cube's folder."""
         return cube_name(self.entry.id, self.number)
 
     def files(self) -> dict[str, bytes]:
-        """Give the pieces of a cube that has no blocks yet."""
+        """Return the files of the empty cube, by name."""
         entry = self.entry
         first = first_pieces(
             entry.study, entry.chunk, entry.provenance, reuse=entry.reuse, created=self.created
@@ -504,7 +499,7 @@ class _Made:
 
 
 def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int]:
-    """Give the reserved numbers that were not withdrawn as garbage meanwhile."""
+    """Return those numbers of cubes that are still reserved."""
     found: set[int] = set()
     for some in pieces(each.number for each in several):
         query = select(studies.c.number).where(studies.c.number.in_(some), RESERVED)
@@ -514,7 +509,7 @@ def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int
 
 def _is_made(entry: Entry, made: dict[str, _Made], reserved: set[int]) -> bool:
     known = made.get(entry.id)
-    # if a definition was submitted twice, the other submission may have entered it by now
+    # the cube must have been created for this very submission, and its number must still be reserved
     return known is not None and known.entry.study is entry.study and known.number in reserved
 
 
@@ -524,7 +519,7 @@ def _row(made: _Made, revision: int) -> dict[str, Any]:
 
 
 def box_of(study: AnyStudy) -> list[list[Any]]:
-    """Give the lowest and the highest value along every numeric dimension, in the cube's order."""
+    """Return the bounding box of a study's grid: the lowest and the highest value along every numeric dimension."""
     return [
         [float(values[0]), float(values[-1])]
         for values in study.coordinates.values()

@@ -1,4 +1,4 @@
-"""Finding studies: a study by its name, all studies page by page, and the state and events of a study."""
+"""Lookup of studies by name or page by page, and access to the state and the events of a study."""
 
 import math
 import time
@@ -38,20 +38,19 @@ MOST_LOOKED_AT = 5000
 
 
 class Lookup(StoreBase):
-    """The catalogue's information about studies."""
+    """The part of a store that finds studies, and sets their states."""
 
     def find(self, ref: str) -> Record:
-        """Find a study by its id, its name (the newest of that name), or the first digits of its id, in this order.
+        """Find a study by its complete id, by its name, or by the first digits of its id, in this order.
 
-        Among several versions, or if the first was deleted, the first digits find the newest.
+        If several studies have the name, or several versions of a study have the digits, the newest is returned.
 
         Raises
         ------
         StudyNotFound
-            If none is found, or fewer than `FIRST_DIGITS` digits are given, or they fit several.
+            If no study fits, several studies fit the digits, or fewer than `FIRST_DIGITS` digits are given.
         """
-        # a command line or an address may contain half characters, which no database accepts, or NUL, which PostgreSQL
-        # refuses
+        # replace lone surrogates and NUL, which databases refuse
         ref = _sayable(ref)
         with self.catalogue.reading() as connection:
             row = alive_row(connection, ref)
@@ -70,19 +69,19 @@ class Lookup(StoreBase):
             return record_of(max(fits, key=lambda row: row.version))  # the newest of several versions
 
     def existed(self, study_id: str) -> bool:
-        """Whether a study of this complete id exists, or existed before it was deleted."""
+        """Whether a study with this complete id exists or was deleted."""
         with self.catalogue.reading() as connection:
             found = connection.execute(select(studies.c.number).where(studies.c.id == study_id).limit(1))
             return found.first() is not None
 
     def newest(self, digest: str) -> Record | None:
-        """Give the newest version of a definition; None if it was never submitted, or was deleted."""
+        """Return the newest version of the study with this digest; None if there is no such study."""
         with self.catalogue.reading() as connection:
             row = newest_row(connection, digest)
         return None if row is None else record_of(row)
 
     def versions(self, study_id: str) -> list[Record]:
-        """Give every version of a study, oldest first.
+        """Return every version of a study, oldest first.
 
         Raises
         ------
@@ -95,22 +94,22 @@ class Lookup(StoreBase):
             return [record_of(row) for row in connection.execute(query)]
 
     def page(self, limit: int = 50, cursor: str | None = None, wanted: Wanted = ALL) -> Page:
-        """Give one page of records, newest first.
+        """Return one page of records, newest first.
 
         Parameters
         ----------
         limit : int
             Largest number of records on the page, 1 to `PAGE_LIMIT`.
         cursor : str, optional
-            The cursor of the page before. Studies submitted meanwhile do not shift the pages.
+            Cursor from the previous page; by default the first page is returned.
         wanted : Wanted
-            Filter of the studies. With a range of an axis, a page may be short although others follow: at most
-            `MOST_LOOKED_AT` studies are examined for one.
+            Conditions on the studies. With a condition on an axis, a page may have fewer than `limit` records although
+            more pages follow.
 
         Raises
         ------
         StoreFault
-            If an argument is not allowed.
+            If `limit` or `cursor` is invalid.
         """
         if not 1 <= limit <= PAGE_LIMIT:
             raise StoreFault(
@@ -122,7 +121,7 @@ class Lookup(StoreBase):
         looked_at, more = 0, True
         with self.catalogue.reading() as connection:
             while more and len(found) < limit and looked_at < MOST_LOOKED_AT:
-                # one row more than is shown, to detect further ones
+                # read one row more than needed, to detect whether more rows follow
                 size = VALUES if wanted.looks_inside else limit
                 behind = query if before == math.inf else query.where(studies.c.number < before)
                 rows = connection.execute(behind.limit(size + 1)).all()
@@ -137,7 +136,7 @@ class Lookup(StoreBase):
         return Page(tuple(map(record_of, found)), cursor_of(int(before)) if more else None)
 
     def totals(self) -> dict[str, Totals]:
-        """Sum up the studies of each state; a state without studies is left out."""
+        """Return the sums over the studies in each state. States without studies are left out."""
         c = studies.c
         sums = (
             c.points_total,
@@ -160,23 +159,23 @@ class Lookup(StoreBase):
         owner: str | None = None,
         at_once: bool = True,
     ) -> Record:
-        """Put a study into a state.
+        """Change the state of a study, and return the study's record.
 
         Parameters
         ----------
         study_id : str
-            The whole id.
+            Complete id of the study.
         state : str
             One of `STATES`.
         message : str, optional
-            Stored with the study; None keeps the present one, an empty one removes it.
+            Message to store with the study. None keeps the present message; an empty text removes the message.
         only_from : tuple of str
-            The change happens only in one of these states; the returned record has the resulting state.
+            States in which the study may be changed. In any other state, nothing changes.
         owner : str, optional
-            Owner of the claim; nothing changes if another owner has it.
+            Owner of the claim on the study. If another owner has the claim, nothing changes.
         at_once : bool
-            Whether to write the marks of an ending study before this returns. If not, `keep_late_marks` writes them.
-            The marks of a study that is done are always written before.
+            Whether to write the done-marks of a cancelled or failed study into the cube before this method returns. If
+            not, `keep_late_marks` writes the marks later.
 
         Raises
         ------
@@ -192,7 +191,7 @@ class Lookup(StoreBase):
         if state in ENDED and not later:
             with self.catalogue.reading() as connection:
                 changes = _may_change(study_row(connection, study_id), only_from, owner)
-            # if the study ended otherwise or has another runner, the cube's marks stay unchanged
+            # if the state will not be changed, the marks in the cube must not be changed either
             if changes:
                 self._keep_marks(study_id, state, message, now)
         with self.catalogue.writing() as connection:
@@ -231,9 +230,7 @@ class Lookup(StoreBase):
         return record_of(study_row(connection, study_id))
 
     def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
-        """Refuse to queue an ended study if the limit of waiting and running studies is reached; raise
-        `TooManyUnfinished`.
-        """
+        """Raise `TooManyUnfinished` if an ended study would exceed the limit of waiting and running studies."""
         if row.state in ENDED:
             Ledger(connection, self.quota).enter(row.submitted_by, 0, 0, 1)
 
@@ -247,20 +244,20 @@ class Lookup(StoreBase):
         owner: str,
         message: str | None = None,
     ) -> None:
-        """Set the phase of a running study before it computes blocks; nothing changes if another owner has the claim.
+        """Set the phase of a running study. Nothing changes if another owner has the claim.
 
         Parameters
         ----------
         study_id : str
-            The whole id.
+            Complete id of the study.
         phase : str or None
-            One of `PREPARATIONS`; None once its blocks are being computed; the pace is measured from then on.
+            One of `PREPARATIONS`, or None when the computation of blocks begins.
         done, total : int, optional
-            Progress of the phase, if it can be counted.
+            Number of completed items and of all items of the phase, if known.
         owner : str
-            Owner that works on the study.
+            Owner of the claim on the study.
         message : str, optional
-            Reason for waiting, or the missing resource; empty for none; by default unchanged.
+            Reason why the study waits. An empty text removes the present message; None keeps the message.
         """
         if phase not in (None, *PREPARATIONS):
             raise ValueError(f"{phase!r} is none of {PREPARATIONS}")
@@ -287,10 +284,10 @@ class Lookup(StoreBase):
         except OSError as error:
             if state == "done":
                 raise cannot_use(self.shelf.address, error) from error
-            # the present marks are sufficient, so ending a study that can be resumed needs no space on a full disk
+            # a cancelled or failed study may end without a list of marks, because the disk may be full
 
     def events(self, study_id: str) -> list[tuple[float, str]]:
-        """Give the events of a study, oldest first: seconds since 1970, and text."""
+        """Return the events of a study, oldest first. Each event is a time in seconds since 1970 and a text."""
         query = select(events).where(events.c.study == study_id).order_by(events.c.number)
         with self.catalogue.reading() as connection:
             rows = connection.execute(query).all()

@@ -1,8 +1,7 @@
-"""The marks of a cube, stored with its blocks, from which the catalogue's entry of a study can be restored.
+"""The list of done-marks in a cube, from which a lost catalogue can be restored.
 
-The description holds the definition, and every block's file describes its content. When the study ends, the marks are
-added as one piece with a checksum. The piece does not change while blocks are marked, and later blocks do not outdate
-it, because the header of a block's file is a mark too. It is removed before marks are invalidated.
+The list is written as one file when a study ends, and removed before done-marks are invalidated. The done-marks of
+blocks that are done later are only in the headers of the blocks' files.
 """
 
 import json
@@ -22,33 +21,31 @@ from damperlab.studies.store.files.shelf import TOMBSTONE, Shelf
 from damperlab.studies.vocabulary import ENDED
 
 MARKS = "marks.json"
-"""The key of the piece with the marks."""
+"""Name of the file with the list of done-marks."""
 
 PUT_OFF = "marks of "
-"""Prefix of the fact that names an ended study whose marks are yet to be written with its blocks."""
+"""Prefix of a key in the table `facts`, which means that a study's done-marks must still be written into the cube."""
 
 NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "claim_expires", "deleted", "crc"})
-"""Columns of a study's row that are not stored: its description contains them, or they mean nothing to another
-catalogue.
-"""
+"""Columns of a study's row that are not written with the done-marks."""
 
 
 def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> None:
-    """Write a study's marks with its blocks, and its completeness into its description.
+    """Write the done-marks of a study into its cube. If every block is done, also mark the cube as complete.
 
     Parameters
     ----------
     store : StoreBase
-        Where the study is.
+        Store of the study.
     study_id : str
-        Its whole id.
+        Complete id of the study.
     changes : mapping
-        New values of columns of its row that are about to change.
+        New values for the study's row that the caller is about to write, by column.
 
     Raises
     ------
     OSError
-        If they cannot be written.
+        If the marks cannot be written.
     """
     with store.catalogue.reading() as connection:
         row = study_row(connection, study_id)
@@ -69,44 +66,44 @@ def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> N
 
 
 def put_off_marks(connection: Connection, study_id: str) -> None:
-    """Note in a transaction that the marks of a study are to be written later.
+    """Note in the catalogue that the done-marks of a study must be written into its cube later.
 
-    The text of the note is unique, so that the writer of the marks deletes this note and no later one.
+    Each note has a unique text, so that a process that has written the marks does not delete a newer note.
     """
     remember(connection, f"{PUT_OFF}{study_id}", uuid.uuid4().hex)
 
 
 def marks_put_off(connection: Connection, study_id: str) -> bool:
-    """Whether the marks of a study are yet to be written."""
+    """Whether the done-marks of a study must still be written into its cube."""
     return fact(connection, f"{PUT_OFF}{study_id}") is not None
 
 
 def drop_marks(shelf: Shelf) -> None:
-    """Remove a study's marks, before blocks of it are invalidated."""
+    """Remove the list of done-marks from a cube, and mark the cube as incomplete, before blocks are invalidated."""
     _say_complete(shelf, False)
     shelf.remove(MARKS)
 
 
 def put_tombstone(shelf: Shelf, deleted: float) -> None:
-    """Record with a cube's blocks that its study was deleted, and when; the files may remain for a while.
+    """Record in a cube that the study was deleted, with the time of the deletion.
 
     Raises
     ------
     OSError
-        If it cannot be written.
+        If the record cannot be written.
     """
     shelf.put(TOMBSTONE, seal(json.dumps({"crc32c": PLACEHOLDER, "deleted": deleted}).encode()))
 
 
 def read_tombstone(shelf: Shelf) -> float | None:
-    """Give the time when a cube's study was deleted, in seconds since 1970; None if it was not.
+    """Return the time when a cube's study was deleted, in seconds since 1970; None if the study was not deleted.
 
     Raises
     ------
     OSError
-        If it cannot be read.
+        If the record of the deletion cannot be read.
     ValueError
-        If it is not what was written.
+        If the record of the deletion is damaged.
     """
     try:
         content = shelf.get(TOMBSTONE)
@@ -117,14 +114,14 @@ def read_tombstone(shelf: Shelf) -> float | None:
 
 
 def read_marks(shelf: Shelf) -> tuple[dict[str, Any], list[dict[str, Any]]] | None:
-    """Give the study's data in the marks, and one dictionary per block; None if there are no marks.
+    """Return the stored columns of the study's row, and the done-marks; None if the cube has no list of done-marks.
 
     Raises
     ------
     OSError
-        If they cannot be read.
+        If the list cannot be read.
     ValueError
-        If they are not what was written.
+        If the list is damaged.
     """
     try:
         content = shelf.get(MARKS)
@@ -134,7 +131,7 @@ def read_marks(shelf: Shelf) -> tuple[dict[str, Any], list[dict[str, Any]]] | No
 
 
 def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Read the content of the marks; raise `ValueError` if it is damaged."""
+    """Parse a list of done-marks, and return the result of `read_marks`; raise `ValueError` for a damaged list."""
     require_seal(content)
     document = json.loads(content)
     columns = document["columns"]
@@ -142,17 +139,17 @@ def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 
 def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -> bool:
-    """Whether the marks record an end that the catalogue has lost, for example with the end of its write-ahead log.
+    """Whether the cube records the end of a study, and the catalogue has lost this end.
 
     Parameters
     ----------
     kept : mapping
-        The study's data in the marks; empty if there are none.
+        The study's data from `read_marks`; empty if the cube has no list of done-marks.
     row : Row
-        The catalogue's data.
+        The study's row in the catalogue.
     last_event : float, optional
-        Time of the study's latest event, in seconds since 1970. A study that was resumed after its end has not lost the
-        end.
+        Time of the study's latest event in the catalogue, in seconds since 1970. If the event is later than the
+        recorded end, the study was resumed, and nothing is lost.
     """
     finished = kept.get("finished")
     if kept.get("state") not in ENDED or finished is None or row.finished == finished:
@@ -161,7 +158,7 @@ def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -
 
 
 def study_columns() -> frozenset[str]:
-    """Names of the columns that the marks may restore; marks of an older program may have fewer."""
+    """Return the names of the columns of a study's row that can be restored from a cube."""
     return frozenset(studies.c.keys()) - NOT_KEPT
 
 
@@ -170,6 +167,6 @@ def _say_complete(shelf: Shelf, complete: bool) -> None:
         old = shelf.get(DESCRIPTION)
         new = as_complete(old, complete)
     except (FileNotFoundError, ValueError):
-        return  # the marks are damaged: `verify` reports this, and its repair writes them again
+        return  # `verify` reports the lost or damaged description, and `repair` writes the description again
     if new != old:
         shelf.put(DESCRIPTION, new)

@@ -1,4 +1,4 @@
-"""Tags and notes in the catalogue; they are not part of the definition, and change no result."""
+"""Storage of the names, tags and notes of studies, which have no effect on results."""
 
 import json
 from collections.abc import Callable
@@ -16,26 +16,26 @@ from damperlab.studies.vocabulary import ENDED
 
 
 class Remarking(Lookup):
-    """Storage of remarks."""
+    """The part of a store that stores remarks."""
 
     def remark(self, study_id: str, remarks: Remarks, *, at_once: bool = True) -> Record:
-        """Store a user's remarks about a study: in the catalogue, and with the blocks of an ended one.
+        """Store a user's remarks about a study in the catalogue, and for an ended study also in the cube.
 
         Parameters
         ----------
         study_id : str
-            Its whole id.
+            Complete id of the study.
         remarks : Remarks
-            The remarks; missing ones are unchanged.
+            The remarks. A remark that is None is not changed.
         at_once : bool
-            Whether to write them with the blocks before this returns. If not, `keep_late_marks` writes them.
+            Whether to write the remarks into the cube now. If not, `keep_late_marks` writes the remarks later.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         StoreFault
-            If it cannot be written.
+            If the remarks cannot be written.
         """
         tags = None if remarks.tags is None else json.dumps(remarks.tags)
         said = {"tags": tags, "note": remarks.note, "name": remarks.name}
@@ -45,19 +45,24 @@ class Remarking(Lookup):
             connection.execute(update(studies).where(studies.c.number == number).values(change))
             row = study_row(connection, study_id)
             if row.state in ENDED:
-                # a lost catalogue is restored from these marks; those of a running study are written when it ends
+                # write the marks again, because a lost catalogue is restored from the marks in the cube
                 put_off_marks(connection, study_id)
         if row.state in ENDED and at_once:
             self._keep_late(study_id)
         return record_of(row)
 
     def keep_late_marks(self, stop: Callable[[], bool] = lambda: False) -> None:
-        """Write marks with the blocks of ended studies, if that was postponed or interrupted.
+        """Write the postponed done-marks of ended studies into their cubes.
+
+        Parameters
+        ----------
+        stop : callable
+            Function that is called before each study; if it returns true, the remaining studies are left for later.
 
         Raises
         ------
         StoreFault
-            If some cannot be written; they are postponed again.
+            If the marks of a study cannot be written. The marks of all other studies are still written.
         """
         failed: StoreFault | None = None
         for key in self._put_off():
@@ -65,7 +70,7 @@ class Remarking(Lookup):
                 return
             try:
                 self._keep_late(key.removeprefix(PUT_OFF))
-            except StoreFault as error:  # the others are written all the same
+            except StoreFault as error:  # continue with the other studies
                 failed = failed or error
         if failed is not None:
             raise failed
@@ -79,7 +84,7 @@ class Remarking(Lookup):
         key = f"{PUT_OFF}{study_id}"
         note = self._put_off(key).get(key)
         try:
-            # a resumed study writes its marks as it ends
+            # the done-marks of a resumed study are written when the study ends
             before = self.find(study_id)
             if before.ended:
                 keep_marks(self, study_id, {})
@@ -100,5 +105,5 @@ class Remarking(Lookup):
         except OSError as error:
             raise cannot_use(self.shelf.address, error) from error
         with self.catalogue.writing() as connection:
-            # only the note of these remarks is deleted; later remarks have their own
+            # delete only this note: marks that were postponed meanwhile have another note
             connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == note))

@@ -1,4 +1,4 @@
-"""Many small studies together: claimed, marked and ended in one transaction."""
+"""Processing of many small studies together: one transaction claims, marks or ends all of them."""
 
 import json
 import time
@@ -17,20 +17,19 @@ from damperlab.studies.store.record import BlockOutcome, Record
 
 
 class SmallBatches(Blocks, Claims):
-    """Studies of one block that one owner computes together."""
+    """The part of a store that processes studies of one block in batches."""
 
     def take(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
-        """Claim and start those of the studies that wait, were never started, and are recorded for this solver and
-        processor.
+        """Claim and start the queued studies that were never started, have no owner, and are recorded for `identity`.
 
         Parameters
         ----------
         ids : sequence of str
-            Whole ids.
+            Complete ids of the studies.
         owner : str
             Owner of the claims.
         identity : str
-            Identity of the owner's solver, see `damperlab.studies.store.solver.identity_of`.
+            Identity of the owner's solver and processor, from `damperlab.studies.store.solver.identity_of`.
         """
         taken = []
         now = time.time()
@@ -54,7 +53,7 @@ class SmallBatches(Blocks, Claims):
             connection.execute(change.values(claim_expires=time.time() + CLAIM_SECONDS))
 
     def finish(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
-        """Mark the one block of each study, and end the study. If its cube cannot store the marks, the next run ends it."""
+        """Set the done-mark of each study's only block. End the studies whose marks could be written into the cubes."""
         with self.catalogue.writing() as connection:
             marked = [
                 each for each, outcome in outcomes.items() if self._mark_one(connection, each, outcome, owner)
@@ -70,7 +69,7 @@ class SmallBatches(Blocks, Claims):
                     self._set_claim(connection, row.number, None, None)
 
     def put_back(self, owner: str) -> list[str]:
-        """Queue the unfinished studies of an owner, and release its claims; give their ids."""
+        """Queue the running studies of an owner again, release all claims of the owner, and return the studies' ids."""
         c = studies.c
         with self.catalogue.writing() as connection:
             rows = connection.execute(select(c.id, c.number).where(c.claim_owner == owner, ALIVE)).all()
@@ -83,11 +82,11 @@ class SmallBatches(Blocks, Claims):
         try:
             return self._mark(connection, study_id, [outcome], owner)
         except StudyNotFound:
-            return False  # deleted meanwhile
+            return False  # the study was deleted meanwhile
 
     def _kept(self, study_id: str, now: float) -> bool:
         try:
             self._keep_marks(study_id, "done", None, now)
         except StoreFault:
-            return False  # deleted, or the disk is full; in the latter case it keeps its mark, and the next run ends it
+            return False  # the study was deleted, or the disk is full; then the next run ends the study
         return True

@@ -1,4 +1,4 @@
-"""Repeated submission for another solver, and deletion."""
+"""Recomputation, start and deletion of studies."""
 
 import json
 import time
@@ -34,37 +34,37 @@ from damperlab.studies.store.provenance import asked_by, signed, submitter
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import ENDED
 
-_AT_ONCE = 5000  # most marks removed in one transaction
+_AT_ONCE = 5000  # largest number of done-marks that one transaction removes
 
 
 class Submissions(Entering):
-    """The part of the store that enters studies again, starts them and deletes them."""
+    """The part of a store that submits, starts, recomputes and deletes studies."""
 
     def recompute(self, study_id: str, provenance: dict[str, str]) -> tuple[Record, bool]:
-        """Enter a study once more, for today's solver, and keep the old version.
+        """Enter a new version of a study, which today's solver will compute. The older versions are kept.
 
         Parameters
         ----------
         study_id : str
-            The complete id of any version.
+            Complete id of any version of the study.
         provenance : dict of str
             Provenance of today's solver.
 
         Returns
         -------
         record : Record
-            The new version, or the newest one if it already belongs to today's solver or waits for it.
+            Record of the new version. If the newest existing version is not outdated, its record is returned instead.
         created : bool
-            Whether it is new.
+            Whether a new version was entered.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         NothingToDo
-            If today's solver has already computed the complete study, or it has no results yet.
+            If today's solver has computed the complete study, or if the study has no results yet.
         StoreFault, QuotaReached
-            As for `submit`.
+            If the new version cannot be stored, or exceeds a quota (see `submit`).
         """
         with self.catalogue.reading() as connection:
             known = study_row(connection, study_id)
@@ -92,25 +92,23 @@ class Submissions(Entering):
         return self.enter(decide, "entered to be computed again")
 
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
-        """Record the solver of a study before its first block: one solver on one kind of processor computes a cube.
+        """Record the solver of a study before the first block is computed.
 
-        If the solver changed while the study waited, the study has no results yet, so the new solver replaces the
-        recorded one.
+        The new solver replaces the solver that was recorded at submission if the study has no results yet.
 
         Parameters
         ----------
         study_id : str
-            The whole id.
+            Complete id of the study.
         facts : mapping of str
-            Provenance from the workers. If its `identity` is the recorded one, nothing changes.
+            Provenance from the workers. If the `identity` in `facts` is already recorded, nothing changes.
         owner : str, optional
-            Owner of the claim on the study; nothing changes if another owner has it.
+            Owner of the claim on the study. If another owner has the claim, nothing changes.
 
         Returns
         -------
         Record
-            The study's present record. If blocks are done, its provenance is unchanged, and the caller must compare it
-            with `facts`.
+            Present record of the study. If blocks are done, the caller must compare the provenance with `facts`.
 
         Raises
         ------
@@ -124,7 +122,7 @@ class Submissions(Entering):
         if not _may_begin(row, facts, owner):
             return record_of(row)
         provenance = {**record_of(row).provenance, **facts}
-        # the cube is written before the row; if the process dies in between, the next call writes both
+        # write the cube before the row; if the process dies between the two, the next call writes both again
         self._describe(row, provenance)
         with self.catalogue.writing() as connection:
             now = study_row(connection, study_id)
@@ -136,12 +134,12 @@ class Submissions(Entering):
                 log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
                 now = study_row(connection, study_id)
         if not begins:
-            # another runner has taken over the study, so its cube is written again from the catalogue
+            # another runner has taken over the study, so write the cube again as the catalogue describes it
             self._describe(now, record_of(now).provenance)
         return record_of(now)
 
     def _describe(self, row: Row[Any], provenance: Mapping[str, str]) -> None:
-        """Write the study's data into its cube; raise `StoreFault` if it cannot be written."""
+        """Write the description and the coordinates of a study's cube; raise `StoreFault` if they cannot be written."""
         record = record_of(row)
         study = parse_stored(record.definition, record.digest)
         shelf = self.cube_shelf(row.id, row.number)
@@ -149,24 +147,21 @@ class Submissions(Entering):
             shelf.fill(first_pieces(study, record.chunk, provenance, reuse=record.reuse, created=row.created))
 
     def delete(self, study_id: str, keep_seconds: float = 0.0) -> None:
-        """Delete a study; `bury` removes its files afterwards, which may take long.
+        """Delete a study. The files of the study are removed later, by `bury`.
 
         Parameters
         ----------
         study_id : str
-            Its whole id.
+            Complete id of the study.
         keep_seconds : float
-            Time in the trash, from where `undelete` restores it.
-
-        The study is gone once the deletion is committed. The next call of `bury`, in this process or another, removes the
-        files. A service calls it in the background, as do `damperlab delete` and `damperlab store gc`.
+            Time for which the study stays in the trash [s]. During this time, `undelete` can restore the study.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         StudyBusy
-            If a process works on it and it has not ended. After its end, a runner may still be cleaning up.
+            If the study has not ended, and a process works on the study.
         """
         with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
@@ -175,31 +170,30 @@ class Submissions(Entering):
             until = time.time() + keep_seconds
             connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=until))
             log_event(connection, study_id, "deleted")
-        # written after the commit, because the record beside the cube must never be wrong; its absence matters only if
-        # the catalogue is lost too
+        # record the deletion in the cube only after the commit, so that this record is never wrong
         with suppress(OSError):
             put_tombstone(self.cube_shelf(study_id, row.number), until)
 
     def trashed(self, study_id: str) -> Record:
-        """Give a deleted study that can be restored; raise `StudyNotFound` if there is none."""
+        """Return the record of a deleted study that can be restored; raise `StudyNotFound` if no such study exists."""
         with self.catalogue.reading() as connection:
             return record_of(_trashed_row(connection, study_id))
 
     def undelete(self, study_id: str) -> Record:
-        """Restore a study from the trash, as it was.
+        """Restore a deleted study from the trash.
 
         Raises
         ------
         StudyNotFound
-            If it is not there.
+            If the study is not in the trash.
         NothingToDo
-            If it was submitted again meanwhile.
+            If the same study was submitted again after the deletion.
         """
         with self.catalogue.reading() as connection:
             row = _restorable_row(connection, study_id)
         shelf = self.cube_shelf(study_id, row.number)
         with using(shelf.address):
-            # removed before the commit, because no record beside the cube may mark an existing study as deleted
+            # remove the record of the deletion before the commit, so that no existing study has such a record
             shelf.remove(TOMBSTONE)
         try:
             with self.catalogue.writing() as connection:
@@ -213,23 +207,29 @@ class Submissions(Entering):
             raise
 
     def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:
-        """Remove the files of studies that were deleted before a time, in seconds since 1970, by default now.
+        """Remove the files of deleted studies, then the done-marks and definitions of these studies.
 
-        The row of a deleted study loses its marks and its definition last, so that an interrupted removal is found
-        again by the next call. An empty row remains, so that the study's number and revisions are never used twice.
+        An empty row remains in the catalogue, so that the number and the revisions of the study are never used again.
+
+        Parameters
+        ----------
+        before : float, optional
+            Remove studies that were deleted before this time, in seconds since 1970; by default now.
+        stop : callable
+            Function that is called before each study; if it returns true, the remaining studies are left for later.
         """
         c = studies.c
         before = time.time() if before is None else before
         with self.catalogue.reading() as connection:
             rows = connection.execute(select(studies).where(c.deleted <= before, c.definition != "")).all()
-        # a damaged row may belong to a study that was not deleted: its files stay
+        # if a row is damaged, the study may not have been deleted, so its files are kept
         for row in (row for row in rows if is_sound(studies, row)):
             if stop():
                 return
             try:
                 self.cube_shelf(row.id, row.number).clear()
             except OSError:
-                continue  # found again by the next call
+                continue  # the next call tries again
             while self._forget_marks(row.number):
                 pass
             with self.catalogue.writing() as connection:
@@ -238,9 +238,7 @@ class Submissions(Entering):
                 connection.execute(update(studies).where(c.number == row.number).values(empty))
 
     def _forget_marks(self, number: int) -> bool:
-        """Remove some marks of a deleted study, and say whether there may be more. It removes few at a time, so that
-        other writers do not wait long.
-        """
+        """Remove up to `_AT_ONCE` done-marks of a deleted study. Return whether there may be more done-marks."""
         b = done_blocks.c
         with self.catalogue.writing() as connection:
             some = select(b.block).where(b.study == number).order_by(b.block).limit(_AT_ONCE)
@@ -264,13 +262,13 @@ def _restorable_row(connection: Connection, study_id: str) -> Row[Any]:
     row = _trashed_row(connection, study_id)
     if alive_row(connection, study_id) is not None:
         told = f"Study {study_id} was submitted again since it was deleted."
-        allowed, advice = "a study that was not submitted again", "delete the other one first"
+        allowed, advice = "a study that was not submitted again", "delete the study that was submitted again"
         raise NothingToDo(Fault("study", study_id, allowed, advice, told))
     return row
 
 
 def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:
-    """Whether this owner has yet to record the solver of a study."""
+    """Whether this owner may record the solver of a study: another solver is recorded, and no block is done."""
     known = json.loads(row.provenance).get("identity") == facts["identity"]
     return not known and not row.blocks_done and owner in (None, row.claim_owner)
 

@@ -1,4 +1,4 @@
-"""Filter of the studies in a list."""
+"""Conditions that select the studies of a list."""
 
 import json
 import math
@@ -17,36 +17,35 @@ from damperlab.studies.store.provenance import DESIGNS, REFINES
 from damperlab.studies.unit_names import ALIASES, COORDINATE_NAMES
 from damperlab.studies.vocabulary import STATES
 
-_OF_TEXTS = ("record",)  # dimensions without a range in a study's box
+_OF_TEXTS = ("record",)  # dimensions whose values are texts, which have no range
 
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """Conditions of a listed study; None for no condition.
+    """Conditions that a listed study must satisfy. None stands for no condition.
 
     Parameters
     ----------
     state : str, optional
-        Its state.
+        State of the study.
     name : str, optional
-        A text contained in its name; the case of ASCII letters is ignored.
+        Text that the name of the study contains; the case of ASCII letters is ignored.
     tag : str, optional
-        One of its tags.
+        Tag that the study has.
     axis : str, optional
-        One of its dimensions, or a quantity in its physical block that corresponds to a dimension.
+        Dimension of the study, or quantity in the study's physical block that corresponds to a dimension.
     low, high : float, optional
-        The least and the greatest value of `axis`. The study's axis, from its first to its last value, must overlap
-        this range.
+        Least and greatest value along `axis`. The values of the study along this axis must overlap this range.
     designs : bool
-        Whether to include studies submitted by designs and refinements. Otherwise they appear only if they have the
-        requested tag, name, or state other than done.
+        Whether to list every study of a design or a refinement. If false, a study of a design or a refinement is listed
+        only for a given tag, a given name, or a given state other than `done`.
     trash : bool
-        Whether to list deleted studies that can be restored, instead of the existing ones.
+        Whether to list deleted studies that can be restored, instead of the existing studies.
 
     Raises
     ------
     StoreFault
-        If one of the conditions is not allowed.
+        If a condition is invalid.
     """
 
     state: str | None = None
@@ -59,7 +58,7 @@ class Wanted:
     trash: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse conditions that no study can satisfy."""
+        """Refuse invalid conditions."""
         for fault in self._faults():
             raise StoreFault(fault)
 
@@ -76,7 +75,7 @@ class Wanted:
         ends = {"from": self.low, "to": self.high}
         for name, end in ends.items():
             if end is not None and (self.axis is None or math.isnan(end)):
-                allowed = "a number" if self.axis else "nothing, unless an axis is named"
+                allowed = "a number" if self.axis else "no value without an axis"
                 faults.append(Fault(name, describe(end), allowed, "name the `axis` as well, or leave it out"))
         if None not in ends.values() and self.low > self.high:  # type: ignore[operator]
             faults.append(
@@ -87,7 +86,7 @@ class Wanted:
         return faults
 
     def clauses(self) -> list[ColumnElement[bool]]:
-        """Give the conditions that the database can check."""
+        """Return the SQL clauses of the conditions that the database can check."""
         found: list[ColumnElement[bool]] = [in_trash() if self.trash else ALIVE]
         if self.state is not None:
             found.append(studies.c.state == self.state)
@@ -102,11 +101,11 @@ class Wanted:
 
     @property
     def looks_inside(self) -> bool:
-        """Whether rows must be read to check further conditions."""
+        """Whether there is a condition on an axis, which the database cannot check."""
         return self.axis is not None
 
     def fits(self, row: Row[Any]) -> bool:
-        """Whether the grid of a study overlaps the range."""
+        """Whether the study's values along the axis overlap the range from `low` to `high`."""
         definition = json.loads(row.definition)
         names = [name for name in dimensions_of_definition(definition) if name not in _OF_TEXTS]
         box = dict(zip(names, json.loads(row.box), strict=True))
@@ -118,7 +117,7 @@ class Wanted:
         return bool(reaches and (self.high is None or first <= self.high))
 
     def _ends_in_units(self, definition: dict[str, Any]) -> list[float] | None:
-        """Give the least and the greatest value in units of a study in ratios; None if it has none."""
+        """Return the least and the greatest value of the axis in a physical block; None if the block lacks the axis."""
         physical = definition.get("physical") or {}
         # the excitation frequency has different names in the physical block and as a coordinate
         own = {coordinate: name for name, coordinate in ALIASES.items()}
@@ -131,4 +130,4 @@ class Wanted:
 
 
 ALL = Wanted()
-"""Every study."""
+"""Conditions that every existing study satisfies."""

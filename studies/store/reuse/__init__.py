@@ -1,1 +1,1 @@
-"""Reuse of earlier studies: their points, the run times of their blocks, and differences between solvers."""
+"""Reuse of the points of earlier studies, prediction of run times, and comparison between solvers."""

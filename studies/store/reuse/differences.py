@@ -1,4 +1,4 @@
-"""Differences between solvers: two versions of one study compared point by point."""
+"""Point-by-point comparison of two versions of a study, which different solvers computed."""
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NOT_RESULTS = ("run_time",)
-"""Variables that are measured, not computed, so that they are never reproducible."""
+"""Variables that are not compared, because they are measured and therefore never reproducible."""
 
 
 @dataclass
 class Difference:
-    """How one variable differs between two versions.
+    """Difference of one variable between two versions of a study.
 
     Parameters
     ----------
     variable : str
-        Its name.
+        Name of the variable.
     points : int
-        Points with a difference, in one bit or more; NaN equals NaN.
+        Number of points at which the two values differ in any bit; NaN equals NaN.
     largest_relative : float, optional
-        Largest \\|a − b\\| / max(\\|a\\|, \\|b\\|) of numbers that are finite in both; None for codes, and if there is
-        none.
+        Largest \\|a − b\\| / max(\\|a\\|, \\|b\\|) over the points at which both values are finite. None for integer
+        codes, and if no finite values differ.
     at : dict, optional
-        Coordinates of the largest difference; for codes, of the first difference.
+        Coordinates of the largest difference; for integer codes, coordinates of the first difference.
     older, newer : float, optional
-        The two values there.
+        Values of the two versions at the coordinates `at`; None if a value is not finite.
     """
 
     variable: str
@@ -52,20 +52,20 @@ class Difference:
 
 @dataclass
 class Differences:
-    """How a version of a study differs from an older one.
+    """Differences between two versions of a study.
 
     Parameters
     ----------
     older, newer : str
         Ids of the two versions.
     points : int
-        Points of the grid.
+        Number of points of the grid.
     compared : int
-        Points computed in both versions.
+        Number of points computed in both versions.
     only_older, only_newer : int
-        Points computed in only one of the two versions.
+        Number of points computed in only one of the two versions.
     differing : int
-        Points at which any variable differs; run times are not compared.
+        Number of points at which any variable differs; run times are not compared.
     variables : list of Difference
         Variables that both versions store.
     """
@@ -80,7 +80,7 @@ class Differences:
     variables: list[Difference] = field(default_factory=list)
 
     def document(self) -> dict[str, Any]:
-        """Give it as JSON-able values."""
+        """Return the differences as JSON-able values."""
         return asdict(self)
 
 
@@ -88,21 +88,21 @@ DifferencesDocument = TypeAliasType("DifferencesDocument", Annotated[dict[str, A
 
 
 def differences_of(store: Store, newer: Record, older: Record | None = None) -> Differences:
-    """Compare two versions of a study, piece by piece, so that only a part of large cubes is in memory.
+    """Compare two versions of a study, piece by piece. The cubes need not fit into memory.
 
     Parameters
     ----------
     store : Store
-        Where they are.
+        Store of the two versions.
     newer : Record
-        The later one.
+        The later version.
     older : Record, optional
-        The other version; by default the newest earlier one with results.
+        The earlier version; by default the newest version before `newer` that has results.
 
     Raises
     ------
     NothingToDo
-        If there is no other version, or it is another study.
+        If there is no earlier version, or `older` belongs to another study.
     BlockDamaged, StoreFault
         If one of the two versions cannot be read.
     """
@@ -180,7 +180,7 @@ def _no_other(found: str, told: str) -> NothingToDo:
 
 
 def words(found: Differences) -> Iterable[str]:
-    """Describe the differences of two versions, in a sentence each."""
+    """Yield sentences on the numbers of compared and differing points."""
     yield (
         f"{found.newer} and {found.older}: {found.compared} of {found.points} points are computed in both, "
         f"{found.differing} of them differ."

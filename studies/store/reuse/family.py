@@ -1,4 +1,4 @@
-"""The latest completed studies of a family; their run times predict the run time of another study of it."""
+"""The latest completed studies of a family, from which the run time of a new study is predicted."""
 
 from sqlalchemy import select
 
@@ -8,7 +8,7 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
 MOST_STUDIES = 8
-"""Largest number of studies of the family examined, the latest first."""
+"""Largest number of studies that `done_of_family` returns."""
 
 
 def done_of_family(store: Store, family: str) -> list[Record]:
@@ -19,7 +19,7 @@ def done_of_family(store: Store, family: str) -> list[Record]:
     store : Store
         The store.
     family : str
-        From `damperlab.studies.digest.family_digest`; the empty family has no studies.
+        Digest of the family, from `damperlab.studies.digest.family_digest`; no study is found for an empty text.
     """
     c = studies.c
     query = select(studies).where(c.family == family, c.family != "", ALIVE, c.state == "done")

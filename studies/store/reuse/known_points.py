@@ -1,4 +1,4 @@
-"""Points of a block that earlier studies have. A worker reads them without the catalogue."""
+"""Reuse of points that earlier studies computed. A worker reads these points without the catalogue."""
 
 from dataclasses import dataclass
 
@@ -14,16 +14,16 @@ from damperlab.studies.variables import Status
 
 @dataclass(frozen=True)
 class Source:
-    """Position of points of one block in the cube of one earlier study.
+    """The points of a block that one earlier study has computed.
 
     Parameters
     ----------
     cube_path : str
-        That study's cube.
+        Location of the earlier study's cube.
     generations : dict
-        Generations of its done blocks that contain points of this block.
+        Generation of each done block of the earlier study that contains such points, by the block's index.
     theirs, ours : tuple of ndarray of int
-        Along each dimension the indices in that cube, and the indices within this block.
+        Indices of the points along each dimension: in the earlier study's cube, and within the block.
     """
 
     cube_path: str
@@ -35,19 +35,19 @@ class Source:
 def known_points(
     sources: tuple[Source, ...], study: AnyStudy, block: Block
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Read the known points of a block; a missing or damaged source contributes none.
+    """Read the points of a block that earlier studies have computed. A lost or damaged cube contributes no points.
 
     Parameters
     ----------
     sources : tuple of Source
-        From `reuse.Overlaps.of`.
+        The earlier studies, from `reuse.Overlaps.of`.
     study, block : AnyStudy, Block
-        The block.
+        The study to compute, and its block.
 
     Returns
     -------
     known : ndarray of bool, block.shape
-        Mask of the known points.
+        Mask of the points that were read.
     values : dict of ndarray, each block.shape
         Every stored variable, valid where `known` is true.
     """
@@ -64,7 +64,7 @@ def known_points(
         except (StoreFault, OSError):
             continue
         status = found["status"]
-        # a block that failed as a whole has no information on its points
+        # the points of a block that failed as a whole have no results
         good = (status != Status.NOT_COMPUTED) & (status != Status.BLOCK_FAILED)
         place = np.ix_(*source.ours)
         good &= ~known[place]

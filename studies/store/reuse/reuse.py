@@ -1,6 +1,4 @@
-"""Sources of known points: earlier studies with the same solver, the same settings, and coordinates equal to the
-last bit.
-"""
+"""Search for points that earlier studies have computed with the same solver and settings at identical coordinates."""
 
 import json
 import math
@@ -24,19 +22,18 @@ from damperlab.studies.store.store import Store
 
 
 class Overlaps:
-    """Overlap of a study with earlier ones; queried block by block.
+    """The points that a study shares with earlier studies, to be queried block by block.
 
-    The catalogue has the box of each study's grid. Only definitions of studies whose box overlaps that of this study
-    are read.
+    An earlier study is examined only if its bounding box overlaps the bounding box of the study to compute.
 
     Parameters
     ----------
     store : Store
-        Where the studies are.
+        Store of the studies.
     record : Record
         The study to compute.
     boxes : Boxes, optional
-        Boxes of the study's family, if they were read for several studies.
+        Bounding boxes of the study's family, if they have already been read.
     """
 
     def __init__(self, store: Store, record: Record, boxes: "Boxes | None" = None) -> None:
@@ -48,13 +45,13 @@ class Overlaps:
             near = boxes.near(record, box_of(study))
             overlaps = (_overlap(study, other, boxes.study(other)) for other in near)
             self._studies = [overlap for overlap in overlaps if overlap is not None]
-        # largest overlap first, so that later studies have little to add
+        # largest overlap first, so that few points are left for the other studies
         self._studies.sort(key=lambda overlap: -math.prod(len(own) for own, _ in overlap.common))
         corners = [[(own[0], own[-1]) for own, _ in overlap.common] for overlap in self._studies]
         self._corners = np.array(corners, np.int64).reshape(len(corners), len(record.shape), 2)
 
     def of(self, block: Block) -> tuple[Source, ...]:
-        """Give the sources of known points of a block; empty for a block of only new points."""
+        """Return the earlier studies with points of a block; an empty tuple if all points are new."""
         found = []
         first = np.array(block.start)
         last = first + np.array(block.shape) - 1
@@ -73,7 +70,7 @@ class Overlaps:
             try:
                 shelf, marks = self._store.snapshot(overlap.record.id)
             except StudyNotFound:
-                continue  # deleted meanwhile
+                continue  # the earlier study was deleted meanwhile
             grid = block_grid(overlap.record.shape, overlap.record.chunk)
             places = [at // step for at, step in zip(theirs, overlap.record.chunk, strict=True)]
             touched = np.ravel_multi_index(np.meshgrid(*map(np.unique, places), indexing="ij"), grid).reshape(
@@ -89,14 +86,14 @@ class Overlaps:
 
 
 class Boxes:
-    """The boxes of the grids of one family's studies, from the catalogue at one moment.
+    """Bounding boxes of the grids of all studies of a family that have results.
 
     Parameters
     ----------
     store : Store
-        Where the studies are.
+        Store of the studies.
     record : Record
-        A study of the family.
+        Any study of the family.
     """
 
     def __init__(self, store: Store, record: Record) -> None:
@@ -113,7 +110,7 @@ class Boxes:
         self._boxes = np.array([json.loads(row.box) for row in rows], np.float64)
 
     def near(self, record: Record, box: list[list[float]]) -> Iterator[Record]:
-        """Give the family's other studies whose grids may share points with the box of a study."""
+        """Yield the other studies of the family whose bounding box overlaps `box`, the bounding box of a study."""
         if not self._numbers:
             return
         low, high = np.array(box, np.float64).reshape(len(box), 2).T
@@ -126,7 +123,7 @@ class Boxes:
             yield from (record_of(row) for row in found if row.id != record.id)
 
     def study(self, record: Record) -> AnyStudy:
-        """Read the definition of one of the family's studies, once for all requests."""
+        """Return the definition of a study of the family; each definition is parsed only once."""
         if record.digest not in self._read:
             self._read[record.digest] = parse_stored(record.definition, record.digest)
         return self._read[record.digest]
@@ -135,7 +132,7 @@ class Boxes:
 @dataclass(frozen=True)
 class _Overlap:
     record: Record
-    # for each dimension, the ascending indices of equal values in both studies
+    # for each dimension: indices of the common values in the study to compute, and in the earlier study
     common: tuple[tuple[np.ndarray, np.ndarray], ...]
 
 

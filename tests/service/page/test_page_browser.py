@@ -250,7 +250,7 @@ def test_a_study_in_units_is_shown_in_units_or_as_ratios_and_the_choice_is_remem
 
 
 @pytest.mark.night
-def test_the_first_view_loads_no_plotting_library_and_the_first_map_a_small_one(
+def test_the_list_of_studies_comes_before_the_plotting_library_which_is_small(
     open_page: Callable[..., Any], small_map: dict[str, Any]
 ) -> None:
     watched = open_page()
@@ -258,8 +258,12 @@ def test_the_first_view_loads_no_plotting_library_and_the_first_map_a_small_one(
     watched.page.on("requestfinished", lambda request: sizes.append(request.sizes()["responseBodySize"]))
     watched.page.goto(watched.root + "/")
     watched.page.wait_for_selector(".card")
-    watched.page.wait_for_load_state("networkidle")
-    assert not [request.url for request in watched.requests if "plotly" in request.url]
+    watched.page.wait_for_function("() => window.Plotly")
+    asked = [request.url for request in watched.requests]
+    listed, plotted = (
+        next(i for i, url in enumerate(asked) if part in url) for part in ("/studies?", "plotly")
+    )
+    assert listed < plotted
     if plotly_path().name != SMALL:
         how = "the page has no small plotting library: npm, then make install-dev"
         if os.environ.get("CI") == "true":

@@ -80,7 +80,7 @@ def test_a_force_has_its_own_transfer_function_and_a_study_of_one_is_compared_un
     assert under_it.attrs["excitation"] == "force"
     np.testing.assert_array_equal(answer["tmd"], under_it["tmd"])
     assert "In the study the base is shaken" not in under_it.attrs["note"]
-    with pytest.raises(QueryFault, match="force, as in the study"):
+    with pytest.raises(QueryFault, match="force, the excitation of the study"):
         tmd_comparison(forced, Tuning(excitation="base"))
 
 

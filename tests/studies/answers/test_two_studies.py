@@ -60,11 +60,11 @@ def test_the_difference_is_that_of_the_cubes(whole: xr.Dataset, other: xr.Datase
     lowest = float((mine - its).min())
     place = (mine - its).where(mine - its == lowest, drop=True)
     note = answer.attrs["note"]
-    assert f"by at most {-lowest:.4g} at d/Z = {place['clearance_ratio'].item():.6g}" in note
+    assert f"by up to {-lowest:.4g} (d/Z = {place['clearance_ratio'].item():.6g}" in note
     assert "mass ratio β (0.1 and 0.2)" in note
     assert answer.attrs["other_at"] == {"mass_ratio": 0.2}
     brief = map_brief(answer, "amplitude_ratio", Phrases.of(whole), True, whole.sizes)
-    assert f"by at most {-lowest:.4g} at d/Z" in brief.sentences[0]
+    assert f"by up to {-lowest:.4g} (d/Z" in brief.sentences[0]
 
 
 def test_of_the_worst_over_the_band_each_study_has_its_own(whole: xr.Dataset, other: xr.Dataset) -> None:
@@ -81,8 +81,8 @@ def test_in_units_either_study_has_its_own_structure(whole: xr.Dataset) -> None:
     same = map_difference(first, first, "clearance_m", "friction_force_n", Selection("amplitude_m"))
     assert same["difference"].attrs["units"] == "m"
     far = map_difference(first, first.assign(amplitude_ratio=first["amplitude_ratio"] + 2.0), *AXES)
-    assert "by at most 3 mm at d = " in far.attrs["in_units"]["note"]
-    assert "by at most 2 at d/Z = " in far.attrs["note"]
+    assert "by up to 3 mm (d = " in far.attrs["in_units"]["note"]
+    assert "by up to 2 (d/Z = " in far.attrs["note"]
     heavy = first.assign_coords(mass_ratio=[0.2])
     told_once = map_difference(
         first, heavy, "clearance_m", "friction_force_n", Selection("amplitude_m")
@@ -110,7 +110,7 @@ def test_what_is_beyond_the_errors_is_counted(whole: xr.Dataset) -> None:
             cube["amplitude_error"][:] = error
         answer = map_difference(whole, shifted, *AXES)
         count = int(np.isfinite(answer["difference"].values).sum())
-        assert f"lower at {count} of {count} points, by at most 0.3 " in answer.attrs["note"]
+        assert f"lower at {count} of {count} points, by up to 0.3 " in answer.attrs["note"]
         assert f"at {count if beyond else 0} the difference is more than 3 times" in answer.attrs["note"]
 
 

@@ -189,7 +189,7 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         ("frequency (Hz), amplitude (mm)\n", "The table has headings and no rows."),
         ("frequency, X/Z\n1, 2", 'The heading "frequency" states no unit; allowed are hz, khz, rad/s, rpm.'),
         ("frequency (mm), X/Z\n1, 2", 'has the unit "mm"'),
-        ("r (Hz), X/Z\n1, 2", "it may have no unit: it is a ratio"),
+        ("r (Hz), X/Z\n1, 2", "it must have no unit, as it is a ratio"),
         ("r, amplitude (dB)\n1, 2", "Convert the numbers to one of these"),
         ("r, X/Z (dB)\n1, 2", "Convert the numbers to a ratio"),
         ("r, amplitude pp (mm)\n1, 2", "half of a peak-to-peak value"),
@@ -244,7 +244,7 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
         ),
         (
             table("sample, x (mm)"),
-            'The heading "sample" counts the rows. Remove the column; a time history has `time (s)`',
+            'The heading "sample" stands for row numbers. Remove the column; a time history has `time (s)`',
         ),
         (
             table("time (s); x (µm)", line="{t:.2f};1,070.5"),
@@ -305,7 +305,7 @@ def test_a_structure_that_is_struck_is_not_taken_for_released(rest: int, step: f
     moved = np.concatenate([np.zeros(rest), swing]) + 0.01 * np.random.default_rng(1).standard_normal(
         rest + 300
     )
-    with pytest.raises(StudyFaults, match="swings before it is farthest away"):
+    with pytest.raises(StudyFaults, match="oscillates before the largest displacement"):
         parse_table(history_of(moved))
 
 

@@ -110,7 +110,7 @@ def without(key: str, **more: Any) -> dict[str, Any]:
         ([], "sweep", "must be a mapping"),
         (without("start_hz"), "sweep.start_hz", "missing"),
         (UP | {"start_hz": 0}, "sweep.start_hz", "0.02 to 1000"),
-        (UP | {"stop_hz": 6}, "sweep.stop_hz", "it must differ from it"),
+        (UP | {"stop_hz": 6}, "sweep.stop_hz", "the two must differ"),
         (UP | {"stop": 10}, "sweep.stop", "not a known key"),
         (without("rate_hz_per_s"), "sweep", "how fast the frequency changes"),
         (UP | {"duration_s": 8}, "sweep.duration_s", "`sweep.rate_hz_per_s` both say how fast"),

@@ -155,7 +155,7 @@ def test_every_fault_is_named_at_once() -> None:
         ("judge", "often", "judge", "one of rest, worst"),
         ("judge", "worst", "judge", "the displacement of the structure alone"),
         ("limits.cavity_length_m", 0.002, "limits.cavity_length_m", "relax it to at least 0.004"),
-        ("tolerances.clearance_m", 0.001, "tolerances.clearance_m", "more than half of the smallest value asked for, 0.0015"),
+        ("tolerances.clearance_m", 0.001, "tolerances.clearance_m", "more than half of the smallest specified value, 0.0015"),
         ("tolerances.mass_kg", "60%", "tolerances.mass_kg", "from 0% to 50%, not the text \"60%\""),
         ("tolerances.mass_kg", "5 %%", "tolerances.mass_kg", "Write 10% for a tenth"),
         ("budget_points", 5000, "budget_points", "both given"),

@@ -56,14 +56,14 @@ def test_a_ratio_is_held_against_the_ratios_asked_for() -> None:
     parse_specification(ratios | {"tolerances": {"friction_ratio": 0.2, "clearance_ratio": 1.0}})
     told = faults_of(ratios | {"tolerances": {"friction_ratio": 0.3, "clearance_ratio": 1.1}})
     assert "at most" not in told["tolerances.friction_ratio"]
-    assert "value asked for, 0.4" in told["tolerances.friction_ratio"]
-    assert "smallest value asked for, 2" in told["tolerances.clearance_ratio"]
+    assert "specified value, 0.4" in told["tolerances.friction_ratio"]
+    assert "smallest specified value, 2" in told["tolerances.clearance_ratio"]
 
 
 def test_a_size_around_no_damping_is_refused_and_a_share_of_it_is_none() -> None:
     document = PROTOTYPE | {"structure": PROTOTYPE["structure"] | {"damping_ratio": 0.0}}
     assert (
-        "around a damping_ratio of 0"
+        "of a damping_ratio of 0"
         in faults_of(document | {"tolerances": {"damping_ratio": 0.002}})["tolerances.damping_ratio"]
     )
     assert parse_specification(document | {"tolerances": {"damping_ratio": "10%"}}).tolerances == {}

@@ -101,7 +101,7 @@ def test_what_happens_to_a_block_is_told_with_its_number_and_its_worker() -> Non
     workers.vanish(second)
     assert workers.incidents == [
         f"block 0 was not computed by worker {first}: ValueError: no",
-        f"block 0 was computed by worker {second}, which is gone",
+        f"block 0 was not completed by worker {second}, which is gone",
     ]
     for _ in range(2):
         fill(workers)

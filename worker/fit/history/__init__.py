@@ -1,1 +1,1 @@
-"""Parameters of a prototype estimated from a time history."""
+"""Estimation of the parameters of a prototype from a time history."""

@@ -1,4 +1,4 @@
-"""A beginning of a time history that some parameters describe and predict."""
+"""The first part of a time history, called a beginning, and the parameters that were fitted to it."""
 
 from dataclasses import dataclass
 
@@ -9,25 +9,25 @@ from damperlab.worker.fit.history.spread import Spread
 from damperlab.worker.fit.history.trials import Place, Trials
 
 SURPRISE = 1e-3
-"""Probability that a longer beginning is rejected although its parameters are right."""
+"""Probability of rejecting correct parameters of a longer beginning."""
 DEVIATIONS = 3.0
-"""Two variances count as equal if they differ by at most this number of standard deviations."""
+"""Largest difference of two variances, in standard deviations, that is attributed to chance."""
 
 
 @dataclass(frozen=True)
 class Beginning:
-    """A beginning, and its result.
+    """The first samples of a time history, and the parameters fitted to them.
 
     Parameters
     ----------
     rows : int
-        Number of its samples.
+        Number of samples in the beginning.
     places : list of Place
-        The best parameters over it, the best first.
+        Best parameter sets for the beginning, in order of increasing misfit.
     spread : Spread
-        Their uncertainty.
+        Uncertainty of the parameters.
     tried : tuple of Place
-        Parameter sets drawn around the best, over the same samples.
+        Further parameter sets that were compared with the beginning.
     """
 
     rows: int
@@ -37,28 +37,28 @@ class Beginning:
 
     @property
     def best(self) -> Place:
-        """The best parameters."""
+        """The best parameter set."""
         return self.places[0]
 
     def above(self, place: Place, trials: Trials) -> float:
-        """Chi-square of a parameter set over this beginning, minus that of the best."""
+        """Return the chi-square of a parameter set minus that of the best set, over this beginning."""
         return (place.squares - self.best.squares) / trials.variance(self.best.squares, self.rows)
 
     def scatters_like(self, place: Place, rows: int, trials: Trials) -> bool:
-        """Whether residuals over a longer beginning are no larger than over this one, apart from chance."""
+        """Return whether the variance of the residuals over a longer beginning is not significantly larger."""
         count = place.shares.size
         here, there = (one.squares / (size - count) for one, size in ((self.best, self.rows), (place, rows)))
         allowed = 1.0 + DEVIATIONS * np.sqrt(2.0 / (self.rows - count) + 2.0 / (rows - count))
         return bool(there <= allowed * max(here, trials.variance(0.0, rows)))
 
     def agrees(self, place: Place, rows: int, trials: Trials) -> bool:
-        """Whether parameters of a longer beginning describe this one about as well as its own do.
+        """Return whether the best parameters of a longer beginning also fit this beginning.
 
-        Late impacts make chi-square rugged, so that some parameter sets fit a longer beginning by chance; they fit its
-        first part worse.
+        Because late impacts make chi-square rugged, a parameter set may fit a longer beginning by chance. Such a set
+        does not fit the first part.
         """
         over_this = trials.place(place.shares, self.rows)
         limit = chdtri(place.shares.size, SURPRISE)
-        # if the model is not quite right, its own misfit measures the uncertainty
+        # the misfit of the best parameters measures the error of the model
         unit = max(1.0, self.best.squares / (self.rows * trials.variance(self.best.squares, self.rows)))
         return self.above(over_this, trials) <= limit * unit and self.scatters_like(place, rows, trials)

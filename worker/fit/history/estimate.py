@@ -1,8 +1,8 @@
-"""Estimates the parameters of a prototype from a time history, by least squares over a growing beginning.
+"""Estimates the parameters of a prototype from a time history by least squares over successively longer beginnings.
 
-Late parts of a history depend on the parameters in a rugged way because of impacts, so a sum of squares over all of it
-has countless minima. A beginning of a few periods has few minima. Each longer one is searched from the best parameter
-sets of the previous one.
+Because of impacts, chi-square over a whole history has countless minima. Chi-square over the first few periods has few
+minima. So parameters are first fitted to a short beginning of the history. The search over each longer beginning starts
+from the best parameter sets of the previous beginning.
 """
 
 from collections.abc import Callable
@@ -21,25 +21,23 @@ from damperlab.worker.fit.history.trials import Place, Trials
 from damperlab.worker.warm import warm
 
 START = {1: 96, 2: 400, 3: 1200, 4: 2000, 5: 3000, 6: 4000}
-"""Number of parameter sets that fill the ranges, by the number of parameters."""
+"""Number of parameter sets that coarsely fill the ranges, for each number of parameters."""
 PERIODS, GROWTH = 2.0, 1.25
-"""Periods of the structure in the shortest beginning, and the growth factor."""
+"""Number of periods of the structure in the shortest beginning, and length ratio of successive beginnings."""
 LEAST_ROWS = 12
-"""Samples for each parameter in the shortest beginning."""
+"""Smallest number of samples per estimated parameter in the shortest beginning."""
 LOOKED_BACK = 6
-"""Number of earlier beginnings whose spreads are used to draw parameter sets."""
+"""Number of earlier beginnings whose uncertainty is used to draw parameter sets."""
 BEGUN, KEPT, DRAWN, TRIED = 24, 10, 240, 8
-"""Numbers of parameter sets: refined from the first beginning, kept from one beginning to the next, drawn around the
-best at the end, and refined from these.
-"""
+"""Numbers of parameter sets: kept after the first beginning, kept after later ones, drawn, and refined after a draw."""
 ROUNDS, GAIN = 4, 0.1
-"""Rounds around the best, and the gain in chi-square below which they end."""
+"""Largest number of rounds of the final search, and gain in chi-square below which the search ends."""
 AS_GOOD = 25.0
-"""Difference of chi-square up to which a parameter set is kept."""
+"""Difference in chi-square from the best set up to which a parameter set is kept."""
 SAME = 1e-4
-"""Largest difference of parameter sets that count as equal, as fractions of the ranges."""
+"""Difference, as a fraction of the ranges, up to which parameter sets are treated as equal."""
 NEAR = 0.1
-"""Scale of a coarse residual, as a share of the largest displacement."""
+"""Residual that counts as 1 in the coarse search, as a fraction of the largest displacement."""
 
 
 def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | None = None) -> FittedHistory:
@@ -48,19 +46,19 @@ def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | Non
     Parameters
     ----------
     question : HistoryQuestion
-        Of `damperlab.studies.fit.history.asking.make_history_question`.
+        Result of `damperlab.studies.fit.history.asking.make_history_question`.
     progress : callable, optional
-        Called with the number of computed histories.
+        Function called with the number of computed histories.
 
     Returns
     -------
     FittedHistory
-        The same for the same question, bit for bit.
+        Estimates, which are bitwise equal for equal questions.
 
     Raises
     ------
     StudyFaults
-        If no beginning of the history, however short, is predictable with parameters that describe it.
+        If the fitted parameters do not predict the response over any beginning of the history.
     """
     for scene in scenes_of(question):
         warm(scene)
@@ -86,9 +84,7 @@ def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | Non
 
 
 def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning | None:
-    """Search around the best until no better parameter set is found, because stops and impacts of the structure make
-    minima close together.
-    """
+    """Search around the best parameter set until no better set is found, because impacts create many minima."""
     tried: list[Place] = []
     for _ in range(ROUNDS):
         more = _drawn(trials, [*before, held.spread], held.rows)
@@ -105,7 +101,7 @@ def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning
 
 
 def beginnings(question: HistoryQuestion) -> list[int]:
-    """Give the numbers of rows of the beginnings; the last one has all rows."""
+    """Return the number of rows of each beginning. The last beginning is the whole history."""
     whole = question.measured.rows
     periods = PERIODS / (question.frequency_hz * question.measured.step_s)
     rows = max(periods, LEAST_ROWS * len(question.free))
@@ -117,12 +113,12 @@ def beginnings(question: HistoryQuestion) -> list[int]:
 
 
 def _begin(trials: Trials, rows: int) -> list[Place]:
-    """Fill the ranges, and choose the places that are nearest over the first beginning and over all of it."""
-    # imported here: a service that fits nothing starts sooner
+    """Fill the ranges with parameter sets, and return those that fit the first beginning or the whole history best."""
+    # imported here, because the import is slow
     from scipy.stats.qmc import Halton
 
     count = len(trials.question.free)
-    # without the corner of the ranges with which the sequence begins
+    # the first point of the sequence, a corner of the ranges, is left out
     spread = Halton(count, scramble=False).random(START[count] + 1)[1:]
     measured = trials.question.measured
     near = NEAR * measured.largest_m / trials.unit
@@ -136,7 +132,7 @@ def _begin(trials: Trials, rows: int) -> list[Place]:
 
 
 def _kept(trials: Trials, places: list[Place], rows: int, most: int) -> list[Place]:
-    """Drop equal parameter sets and those that chi-square excludes, but keep the second best."""
+    """Remove duplicates and sets that chi-square rejects, but keep at least the two best sets."""
     unit = trials.variance(places[0].squares, rows)
     kept: list[Place] = []
     for each in places:
@@ -147,7 +143,7 @@ def _kept(trials: Trials, places: list[Place], rows: int, most: int) -> list[Pla
 
 
 def _drawn(trials: Trials, spreads: list[Spread], rows: int) -> list[Place]:
-    """Draw parameter sets within the uncertainty of shorter beginnings."""
+    """Draw parameter sets within the uncertainty of the given beginnings."""
     generator = np.random.default_rng([trials.question.seed, rows])
     of = spreads[-LOOKED_BACK:]
     draws = np.concatenate([each.draw(DRAWN // len(of), generator) for each in of])
@@ -155,7 +151,7 @@ def _drawn(trials: Trials, spreads: list[Spread], rows: int) -> list[Place]:
 
 
 def _descended(trials: Trials, places: list[Place], rows: int) -> list[Place]:
-    """Refine the best of some parameter sets."""
+    """Refine the best `TRIED` parameter sets."""
     return [trials.descend(each.shares, rows) for each in _sorted(places)[:TRIED]]
 
 
@@ -164,7 +160,7 @@ def _sorted(places: list[Place]) -> list[Place]:
 
 
 def _follows(trials: Trials, place: Place, rows: int) -> bool:
-    """Whether the parameters explain more than half of the motion; otherwise other parameters would do as well."""
+    """Return whether a parameter set explains more than half of the mean square of the measured motion."""
     moved = trials.question.measured.displacement_m[:rows] / trials.unit[:rows]
     return place.squares < 0.5 * float((moved**2).sum())
 

@@ -1,4 +1,4 @@
-"""The displacement of a prototype at the samples of a time history, for any parameters."""
+"""Computes the displacement of a prototype at the samples of a time history."""
 
 from collections.abc import Mapping
 from math import pi
@@ -24,31 +24,29 @@ from damperlab.worker.solver.segment_log import START, V, empty_log
 Column = NDArray[np.float64]
 
 EVENTS_PER_PERIOD = 200
-"""Events per period of the structure above which a set of parameters is rejected, because no measured displacement
-shows so many.
-"""
+"""Largest number of events per period of the structure. Parameters that cause more events are rejected."""
 LEAST = 1e-9
-"""Least value used for a parameter that may be 0, so that one kernel serves a range that begins at 0."""
+"""Smallest value of a parameter whose range begins at 0, so that one kernel serves the whole range."""
 NOMINAL_KG = 1.0
-"""Mass of the structure if nothing is given in units of force or mass: displacements do not depend on it."""
+"""Mass of the structure [kg] if the question gives no mass. Displacements then do not depend on the mass."""
 
 
 def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: int | None = None) -> Column:
-    """Compute the displacement at every sample, or at the first of them.
+    """Compute the displacement at the first samples of a time history.
 
     Parameters
     ----------
     question : HistoryQuestion
-        The known values, and the samples.
+        Question with the known values and the measured samples.
     values : mapping of float
-        The estimated parameters.
+        Values of the estimated parameters.
     rows : int, optional
-        Number of samples; by default all.
+        Number of samples; by default all samples.
 
     Returns
     -------
     ndarray, shape (rows,)
-        In m, against the base if measured so; all NaN if the integration failed.
+        Displacement [m], relative to the base if the measured displacement is relative. NaN if the integration failed.
     """
     measured = question.measured
     given = question.given(values)
@@ -68,7 +66,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     filled = int(log.cursor[0])
     if outcome != ARRIVED or filled > log.rows.shape[0]:
         return np.full(rows, np.nan)
-    # a segment begins at the start of every panel, and a panel at every sample
+    # a panel starts at every sample, and a segment at the start of every panel
     starts, v = log.rows[:filled, START], log.rows[:filled, V]
     pieces = base.windows // (rows - 1)
     windows = np.arange(0, base.windows, pieces)
@@ -80,7 +78,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
 
 
 def built(question: HistoryQuestion, given: Mapping[str, float]) -> tuple[Structure, Damper]:
-    """Make a structure and its damper from numbers, given by the names that a study uses for them."""
+    """Return the structure and the damper for given values of the parameters of a study."""
     mass = given.get("mass_kg", NOMINAL_KG)
     structure = Structure(mass, given["natural_frequency_hz"], given.get("damping_ratio", 0.0))
     if "damping_n_s_per_m" in given:
@@ -102,7 +100,7 @@ def built(question: HistoryQuestion, given: Mapping[str, float]) -> tuple[Struct
 
 
 def scenes_of(question: HistoryQuestion) -> list[Scene]:
-    """The only scene of a fit of a time history, whatever the ranges."""
+    """Return the scene of a fit of a time history, which does not depend on the ranges."""
     given = question.given(question.values(np.full(len(question.free), 0.5)))
     structure, damper = built(question, given)
     scale = Scale(1.0, structure.omega, structure.mass_kg)
@@ -110,12 +108,12 @@ def scenes_of(question: HistoryQuestion) -> list[Scene]:
 
 
 def _shaken(question: HistoryQuestion, structure: Structure, rows: int) -> tuple[RecordBase, Scale]:
-    """Divide the base's motion into panels that begin at samples, on the scale of the structure."""
+    """Return the dimensionless base motion, with one panel beginning at each sample, and the scale."""
     measured = question.measured
     step = structure.omega * measured.step_s
     if measured.base_m_s2 is None:
         base = make_record_base(np.zeros(rows), step, structure.damping_ratio)
-        # without an acceleration, the spring's force at the release is the scale for rounding
+        # without a base acceleration, the force of the spring at the release is the scale for rounding
         length = measured.largest_m
         return base._replace(largest=1.0), Scale(length, structure.omega, structure.mass_kg)
     peak = float(np.abs(measured.base_m_s2).max())

@@ -1,4 +1,4 @@
-"""Uncertainty of the parameters, and whether a response changes smoothly over it."""
+"""Uncertainty of the parameters, and a test of whether the response changes smoothly within this uncertainty."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,29 +10,27 @@ from damperlab.worker.fit.history.trials import PRIOR, STEP, Matrix, Place, Tria
 from damperlab.worker.fit.singular_values import principal
 
 REACH = 2.0
-"""Standard deviations to either side over which a response must change smoothly."""
+"""Distance to either side over which a response must change smoothly [standard deviations]."""
 LITTLE = 0.05
-"""Standard deviation, as a share of the ranges, below which a shorter beginning determines a principal direction."""
+"""Standard deviation along a principal direction, as a fraction of the ranges, below which the direction is tested."""
 FLATTEST, STEEPEST = 0.25, 4.0
-"""Allowed rise of chi-square relative to that of a linear response; outside these bounds the response is not
-predictable.
-"""
+"""Bounds on the rise of chi-square relative to a linear response, outside which the response is unpredictable."""
 
 
 @dataclass(frozen=True)
 class Spread:
-    """The parameters' covariance by its principal directions, as fractions of the ranges.
+    """Principal directions and standard deviations of the parameters, as fractions of the ranges.
 
     Parameters
     ----------
     centre : ndarray, shape (parameters,)
-        The best parameters.
+        The best parameter set.
     directions : ndarray, shape (parameters, parameters)
-        Columns of unit length.
+        Principal directions as columns of unit length.
     sizes : ndarray, shape (parameters,)
-        Standard deviation along each direction.
+        Standard deviation along each principal direction.
     slopes : ndarray, shape (rows, parameters)
-        Derivatives of the residuals by the parameters; residuals are in their standard deviations.
+        Derivatives of the residuals, in standard deviations, with respect to the parameters.
     residual : ndarray, shape (rows,)
         Residuals at the centre, in standard deviations.
     """
@@ -45,20 +43,18 @@ class Spread:
 
     @property
     def covariance(self) -> Matrix:
-        """Covariance of the parameters, if the residuals are white."""
+        """Covariance of the parameters for white residuals."""
         return product(self.directions * self.sizes**2, self.directions.T)
 
     def draw(self, number: int, generator: np.random.Generator) -> Matrix:
-        """Draw places, half of them with three times the spread: shape (number, parameters)."""
+        """Draw parameter sets, shape (number, parameters), half of them with three times the standard deviation."""
         far = self.sizes * generator.standard_normal((number, self.sizes.size))
         far[::2] *= 3.0
         return self.centre + product(far, self.directions.T)
 
     @classmethod
     def at(cls, trials: Trials, place: Place, rows: int) -> "Spread":
-        """Compute the spread from differences over one standard deviation, so that small jumps of a response do not
-        matter.
-        """
+        """Compute the spread from differences over one standard deviation, so that small jumps have little effect."""
         residual = trials.residual(place.shares, rows)
         scatter = np.sqrt(trials.variance(float((residual**2).sum()), rows))
         sizes = np.full(place.shares.size, STEP)
@@ -66,22 +62,20 @@ class Spread:
             slopes = trials.slopes(place.shares, rows, sizes) / scatter
             pulls, directions = principal(product(slopes.T, slopes))
             along = np.sqrt(np.maximum(1.0 / (pulls + PRIOR), 1e-18))
-            # scaled by the effect of each parameter alone, so that parameters that act only together stay in their
-            # valley
+            # with steps that ignore correlations, correlated parameters do not leave the valley of chi-square
             sizes = 1.0 / np.sqrt((slopes**2).sum(axis=0) + PRIOR)
         return cls(place.shares, directions, along, slopes, residual / scatter)
 
 
 def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = None) -> Spread | None:
-    """Find the uncertainty of the parameters; None if the response does not change smoothly over it.
+    """Return the uncertainty of the parameters, or None if the response changes abruptly within this uncertainty.
 
-    Along each principal direction, `REACH` standard deviations to either side, chi-square must rise about as for a
-    linear response. If it rises less, the direction is lengthened accordingly.
+    Along each principal direction, chi-square must rise about as for a linear response over `REACH` standard deviations
+    to either side. If chi-square rises less, the standard deviation along this direction is increased accordingly.
 
-    Along each direction that a shorter part of the history already determined well (`before`, standard deviation below
-    `LITTLE`), chi-square must also rise as for a linear response, over `REACH` of the earlier standard deviations.
-    Only then does the best parameter set of the longer part follow from that of the shorter one. Otherwise it may be
-    one of the countless minima that impacts create.
+    `before` is the uncertainty from a shorter part of the history. Chi-square must also rise about as for a linear
+    response along each direction of `before` whose standard deviation is below `LITTLE`. Otherwise the best parameter
+    set may be one of the countless minima that impacts create.
     """
     spread = Spread.at(trials, place, rows)
     sizes = spread.sizes.copy()
@@ -99,9 +93,7 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
 
 
 def _rises(trials: Trials, place: Place, rows: int, spread: Spread, away: Matrix) -> Iterator[float]:
-    """Rise of chi-square relative to that of a linear response, to either side; empty if the ranges end before it has
-    risen.
-    """
+    """Yield the rise of chi-square relative to a linear response, on each side where the ranges allow a rise."""
     variance = trials.variance(place.squares, rows)
     for side in (-REACH, REACH):
         inside = np.clip(place.shares + side * away, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""The result of a fit of a time history, in the question's names and units."""
+"""Converts a fit of a time history into a result with the names and units of the question."""
 
 from statistics import NormalDist
 
@@ -14,15 +14,13 @@ from damperlab.worker.fit.history.spread import Spread
 from damperlab.worker.fit.history.trials import Matrix, Trials
 
 UNKNOWN = 0.25
-"""Standard deviation, as a share of a range, above which data are uninformative; that of a uniform distribution is
-0.29.
-"""
+"""Standard deviation, as a fraction of a range, above which a parameter is undetermined. A uniform density has 0.29."""
 AS_GOOD = 6.0
-"""Difference of chi-square up to which another set of parameters agrees as well."""
+"""Difference of chi-square up to which two parameter sets are equally good."""
 
 
 def stated(trials: Trials, held: Beginning) -> FittedHistory:
-    """Convert the best parameters over a beginning, and their uncertainty, into a result."""
+    """Return the result of a fit: the best parameters over a beginning, and their uncertainty."""
     question, spread, place = trials.question, held.spread, held.best
     measured = question.measured
     covariance = spread.covariance
@@ -31,10 +29,10 @@ def stated(trials: Trials, held: Beginning) -> FittedHistory:
     deviation = np.sqrt(np.diag(covariance)) * correlated * widening
     reach = NormalDist().inv_cdf(0.5 + 0.5 * question.confidence)
     low, high = (np.clip(place.shares + side * reach * deviation, 0.0, 1.0) for side in (-1.0, 1.0))
-    # if the data are uninformative, a value near an end of a range is uninformative too
+    # if the data do not determine a parameter, its interval is the whole range
     unknown = np.sqrt(np.diag(covariance)) > UNKNOWN
     low, high = np.where(unknown, 0.0, low), np.where(unknown, 1.0, high)
-    # because of impacts, parameter sets apart from the best one may agree equally well
+    # because of impacts, parameter sets far from the best set may agree equally well
     limit = chdtri(1.0, 1.0 - question.confidence) * widening**2
     good = np.stack(
         [each.shares for each in (*held.places, *held.tried) if held.above(each, trials) <= limit]
@@ -82,11 +80,10 @@ def _within(shares: Matrix, low: Matrix, high: Matrix) -> bool:
 
 
 def _correlated(spread: Spread, period: int) -> Matrix:
-    """Factor by which each deviation grows because residuals are correlated from sample to sample (Newey and West
-    1987).
+    """Return the factor on each standard deviation for correlated residuals (Newey and West 1987).
 
-    Correlations are included over lags up to one period of the structure or a tenth of the rows, whichever is less;
-    they never make an interval narrower.
+    Lags up to one period of the structure, or up to a tenth of the rows if this is less, are included. The factor is
+    at least 1.
     """
     lags = min(period, spread.residual.size // 10)
     pulls = spread.slopes * spread.residual[:, None]
@@ -100,7 +97,7 @@ def _correlated(spread: Spread, period: int) -> Matrix:
 
 
 def _widening(trials: Trials, spread: Spread) -> float:
-    """Factor by which intervals are widened if the model agrees worse than stated deviations allow (Birge 1932)."""
+    """Return the factor on the intervals if the residuals are larger than the stated deviations (Birge 1932)."""
     freedom = spread.residual.size - spread.centre.size
     squares = float((spread.residual**2).sum())
     given = trials.question.measured.deviation_m is not None

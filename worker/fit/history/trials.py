@@ -1,4 +1,4 @@
-"""Residuals of a time history for trial parameters, and least squares over its beginning."""
+"""Computes the residuals of a time history, and minimises their squares over a beginning of the history."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,25 +14,25 @@ from damperlab.worker.fit.singular_values import principal
 Matrix = NDArray[np.float64]
 
 STEP = 1e-5
-"""Step of a difference, as a share of the range; it is so small that rarely an impact appears or vanishes within it."""
+"""Step of a finite difference, as a fraction of the range, so small that impacts rarely appear or vanish."""
 PRIOR = 12.0
-"""Inverse variance of the prior of a parameter: a uniform distribution over its range."""
+"""Inverse variance of a uniform distribution over the range, the prior of a parameter."""
 MOST_STEPS, ENOUGH = 20, 1e-8
-"""Iterations of a refinement, and relative gain below which it ends."""
+"""Largest number of iterations of a refinement, and relative gain below which the iterations end."""
 LEAST_VARIANCE = 1e-14
-"""Least variance of residuals, in their unit."""
+"""Smallest variance of the residuals, in squared units of the residuals."""
 DAMPINGS = (0.0, 1e-3, 1e-1, 10.0)
-"""Damping factors that are tried in turn, relative to the curvature (Levenberg 1944, Marquardt 1963)."""
+"""Damping factors, relative to the curvature, that are tried one after the other (Levenberg 1944, Marquardt 1963)."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """Parameters, and the distance of their history from the measured one.
+    """A parameter set, and the misfit of its computed history.
 
     Parameters
     ----------
     shares : ndarray, shape (parameters,)
-        As fractions of the ranges.
+        Parameter values, as fractions of the ranges.
     squares : float
         Sum of the squared residuals; infinite if the integration failed.
     """
@@ -42,20 +42,20 @@ class Place:
 
 
 class Trials:
-    """All histories that a fit computes.
+    """Computes histories with parameter sets, and compares these histories with the measured history.
 
     Parameters
     ----------
     question : HistoryQuestion
-        What is fitted.
+        Question with the measured history, the known values and the ranges.
     progress : callable, optional
-        Called with the number of computed histories.
+        Function called with the number of computed histories.
     """
 
     def __init__(self, question: HistoryQuestion, progress: Callable[[int], None] | None) -> None:
         self.question = question
         measured = question.measured
-        # without a given deviation, the residuals have a unit of their own, the same for all rows
+        # without a given deviation, the unit of all residuals is a fraction of the largest displacement
         self.unit = np.full(measured.rows, 0.01 * measured.largest_m)
         if measured.deviation_m is not None:
             self.unit = measured.deviation_m
@@ -63,7 +63,7 @@ class Trials:
         self._progress = progress
 
     def residual(self, shares: Matrix, rows: int) -> Matrix:
-        """Measured minus computed over the unit, shape (rows,); NaN if the integration failed."""
+        """Return (measured − computed displacement)/unit, shape (rows,); NaN if the integration failed."""
         self.evaluations += 1
         if self._progress is not None:
             self._progress(self.evaluations)
@@ -71,23 +71,18 @@ class Trials:
         return np.asarray((self.question.measured.displacement_m[:rows] - found) / self.unit[:rows])
 
     def variance(self, squares: float, rows: int) -> float:
-        """Variance of the residuals in their unit: 1 if the deviation was given, else from their scatter."""
+        """Return the variance of the residuals: 1 if the deviation is given, otherwise from the sum of squares."""
         if self.question.measured.deviation_m is not None:
             return 1.0
-        # computed data agree to rounding
+        # data computed by the model itself agree to rounding
         return max(squares / (rows - len(self.question.free)), LEAST_VARIANCE)
 
     def place(self, shares: Matrix, rows: int) -> Place:
-        """Compute one place."""
+        """Return one parameter set with the sum of its squared residuals."""
         return Place(shares, _squares(self.residual(shares, rows)))
 
     def slopes(self, shares: Matrix, rows: int, steps: Matrix) -> Matrix:
-        """Derivative of the residuals by the parameters, from differences to both sides within the ranges.
-
-        Returns
-        -------
-        ndarray, shape (rows, parameters)
-        """
+        """Return derivatives of the residuals, shape (rows, parameters), from central differences within the ranges."""
         columns = []
         for i, step in enumerate(steps):
             ends = []
@@ -100,7 +95,7 @@ class Trials:
         return np.stack(columns, axis=1)
 
     def descend(self, shares: Matrix, rows: int) -> Place:
-        """Minimise the sum of squares over the first rows by damped Gauss–Newton steps, within the ranges."""
+        """Minimise the sum of squares over the first `rows` samples by damped Gauss–Newton steps within the ranges."""
         here = self.residual(shares, rows)
         best = Place(shares, _squares(here))
         if not np.isfinite(best.squares):
@@ -110,7 +105,7 @@ class Trials:
             curvature, gradient = product(slopes.T, slopes), product(slopes.T, here)
             before = best
             pulls, directions = principal(curvature)
-            # no step is made along a direction in which the residuals change by rounding only
+            # directions in which the residuals change only by rounding are left out
             changes = pulls > shares.size * np.finfo(float).eps * pulls.max()
             along = np.where(changes, product(directions.T, _free(best.shares, gradient)), 0.0)
             for damping in DAMPINGS:
@@ -127,7 +122,7 @@ class Trials:
 
 
 def _free(shares: Matrix, gradient: Matrix) -> Matrix:
-    """The gradient without components that lead out of the ranges."""
+    """Return the gradient without components that lead out of the ranges."""
     outwards = ((shares <= 0.0) & (gradient > 0.0)) | ((shares >= 1.0) & (gradient < 0.0))
     return np.where(outwards, 0.0, gradient)
 

@@ -1,1 +1,1 @@
-"""Contact of particle and structure: transitions at events on rigid walls; `compliant` covers compliant walls."""
+"""Contact of particle and structure: transitions at events with rigid walls; compliant walls are in `compliant`."""

@@ -1,4 +1,4 @@
-"""Completion of a chatter, that is of impacts in ever faster succession. Mass and particle then move on together."""
+"""Completion of a chatter, a sequence of ever faster impacts, after which mass and particle move on together."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.dwell import is_brief
@@ -7,20 +7,22 @@ from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 
 # A chatter is completed before its last impact: the bodies join with their common momentum, which the omitted impacts
-# would not change. The error is of the order of (remaining time)³. Times are fractions of a panel.
-# Remaining time at which it is completed if the push is steady and the mass does not come to rest meanwhile.
+# would not change. The error is of the order of (remaining time)³. Times are fractions of a panel. `_CHATTER_LEFT` is
+# the remaining time at which a chatter is completed if the push is steady and the mass does not come to rest within
+# that time.
 _CHATTER_LEFT = 5e-6
-# Largest change of the wall's acceleration in that time, as a share of it, for a push that counts as steady.
+# Largest relative change of the wall's acceleration, within `_CHATTER_LEFT`, during a push that is considered steady.
 _STEADY_PUSH = 1e-3
-_NOTHING_LEFT = 1e-8  # remaining time at which a chatter is completed in any case, too short for other events
-_LEAST_LOSS = 1e-3  # least relative loss of speed in an impact
+# Remaining time at which a chatter is completed in any case; no other event happens in such a short time.
+_NOTHING_LEFT = 1e-8
+_LEAST_LOSS = 1e-3  # lower limit of the relative loss of speed in an impact
 
 
 @inlined
 def is_chatter_over(
     w: float, leaving: float, u_acceleration: float, closing: float, scene: Scene, particle: Particle
 ) -> bool:
-    """Whether the remainder of a chatter is too short to matter.
+    """Whether the remaining impacts of a chatter can be omitted.
 
     Parameters
     ----------
@@ -33,14 +35,15 @@ def is_chatter_over(
     closing : float
         Acceleration with which the wall approaches the particle.
     scene, particle : Scene, Particle
-        The elements of the scene.
+        The scene, and its particle.
     """
     base = scene.base
-    # each remaining flight is shorter by the factor e; without loss (e = 1) only friction shortens them, and there is
-    # no better bound
+    # Each remaining flight is shorter than the previous flight by the factor e. At e = 1 only friction shortens the
+    # flights, so a lower limit replaces 1 − e.
     impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_LOSS)
     is_over = impulse_left <= _NOTHING_LEFT * base.window * closing
-    # contacts that take time continue while their speed is above rounding, since each holds the particle again
+    # with a finite contact time, a chatter continues until its speed is within rounding, since each contact holds the
+    # particle again
     is_over = is_over and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
     if particle.contact_time is None:
         is_over = is_over or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)
@@ -51,7 +54,7 @@ def is_chatter_over(
 def _is_steady_end(
     w: float, leaving: float, impulse_left: float, u_acceleration: float, closing: float, scene: Scene
 ) -> bool:
-    """Whether a chatter will soon be over, with nothing else happening until then."""
+    """Whether a chatter ends soon and no other event happens before its end."""
     base = scene.base
     chatter_left = _CHATTER_LEFT * base.window
     if impulse_left > chatter_left * closing:

@@ -8,18 +8,19 @@ from damperlab.worker.solver.regime import slip_regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, in_flight
 
-# share of the present accelerations below which the acceleration of an opening gap is rounding
+# below this fraction of the present accelerations, the acceleration of an opening gap is a rounding error
 _STILL = 1e-9
 
 
 @inlined
 def detach(state: State, phase: Phase, scene: Scene) -> State:
-    """The wall stops pushing: the particle flies on with the velocity of the wall."""
+    """Return the state after the wall stops pushing: the particle flies on with the velocity of the wall."""
     base = scene.base
     sticks, offset = slip_regime(state.slip, scene.friction)
     slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + offset)
     opening = state.wall * phase.inertia_force if sticks else state.wall * slips
-    # at a detachment found as a root, the relative acceleration is zero up to rounding, so its rate opens the gap
+    # At a detachment found as a root, the relative acceleration is zero up to rounding. Then the rate of this
+    # acceleration opens the gap.
     scale = largest_forcing(base) + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > _STILL * scale else 3
     return in_flight(

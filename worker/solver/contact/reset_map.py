@@ -1,6 +1,4 @@
-"""Transition at an event: slip, contact and velocities just after it, determined together so that they are
-consistent.
-"""
+"""Transition at an event: consistent slip, contact and velocities just after the event."""
 
 from typing import NamedTuple
 
@@ -34,7 +32,7 @@ from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, in_contact, in_flight, stopped
 
-_SPEED_ROUNDING = 1e-14  # relative size below which an outgoing speed is rounding
+_SPEED_ROUNDING = 1e-14  # below this fraction of the velocities, an outgoing speed is a rounding error
 
 
 @inlined
@@ -71,11 +69,11 @@ def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Mete
 
 @inlined
 def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> State:
-    """The mass has come to rest on the base: it sticks, slips on or slips back, alone or with the particle on its wall.
+    """Return the state after the mass comes to rest on the base: sticking, slipping on or slipping back.
 
-    With the particle in contact, flight is tried first: if the wall would then move away from the particle, the
-    particle detaches. Otherwise it stays on the wall, and friction is judged with both masses. Exactly one of the two
-    is consistent. A particle that dwells on its wall cannot detach.
+    If the particle is on a wall, a detachment is tried first. If the wall would then move away from the particle, the
+    particle detaches. Otherwise the particle stays on the wall, and friction is determined for both masses together.
+    Exactly one of these cases is consistent. A particle that dwells on its wall cannot detach.
     """
     base = scene.base
     limit = breakaway(friction, largest_to_hold(base, 1.0))
@@ -105,11 +103,11 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
 def _impact(
     state: State, wall: float, phase: Phase, scene: Scene, particle: Particle, meter: Meter | None
 ) -> State:
-    """An impact on the given wall, and what follows immediately: a flight, sustained contact, or a dwell."""
+    """Return the state just after an impact on the given wall: a flight, sustained contact, or a dwell."""
     u_rate = state.w + phase.rate
     approach = max(wall * (u_rate - state.p_rate), 0.0)
     is_blow = approach > _SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate))
-    if is_blow:  # a particle pushed again by a wall from which it has just detached only touches the wall
+    if is_blow:  # a touch of the wall that the particle has just left is no impact
         scene.counts[IMPACTS] += 1
     if meter is not None:
         meter.sums[SPEED] = max(meter.sums[SPEED], approach)
@@ -117,7 +115,7 @@ def _impact(
             meter.sums[IMPACT_LOSS] += impact_loss(approach, particle.restitution, particle.mass_ratio)
     before = u_rate - wall * approach
     if particle.contact_time is not None:
-        # a touch at a speed of rounding starts no contact, which would hold the particle for the complete contact time
+        # a touch at a speed within rounding starts no dwell; a dwell would hold the particle for the contact time
         if is_blow:
             jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
             dwell = Dwell(particle.contact_time, approach)
@@ -129,12 +127,13 @@ def _impact(
 
 @inlined
 def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter: Meter | None) -> State:
-    """The contact time is over: the particle leaves with e times its approach speed, or stays on the wall."""
+    """Return the state after the contact time: the particle leaves with e times its approach speed, or stays."""
     u_rate = state.w + phase.rate
     leaving = particle.restitution * approach_speed(state.dwell)
     jump, p_jump = part(state.wall * leaving, particle.mass_ratio)
     if scene.friction is not None:
-        # without a push, friction is judged again, as for a particle in sustained contact
+        # if the particle leaves without relative speed, friction is determined again, as for a particle in sustained
+        # contact
         if leaving == 0.0 and state.w + jump == 0.0:
             riding = in_contact(
                 state,
@@ -163,7 +162,7 @@ class Parting(NamedTuple):
     speed : float
         Speed of separation [Z ω_n].
     u_rate_before : float
-        Absolute velocity of the mass just before, which determines the rounding of velocities.
+        Absolute velocity of the mass just before the separation, which determines the rounding of velocities.
     """
 
     wall: float
@@ -177,7 +176,7 @@ class Parting(NamedTuple):
 def _part(
     state: State, parting: Parting, phase: Phase, scene: Scene, particle: Particle, meter: Meter | None
 ) -> State:
-    """The particle leaves a wall: a flight follows, or sustained contact if the chatter is complete."""
+    """Return the state after the particle leaves a wall: a flight, or sustained contact if a chatter is complete."""
     wall, w, p_rate, leaving, u_rate_before = parting
     base = scene.base
     slip = state.slip
@@ -190,10 +189,11 @@ def _part(
         offset = slip * scene.friction
     slips = net_resistance(base, phase, base.two_zeta * w + state.v + offset)
     u_acceleration = -phase.inertia_force if sticks else -slips
-    closing = wall * u_acceleration  # rate at which the wall approaches the particle
+    closing = wall * u_acceleration  # acceleration of the wall towards the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     if leaving == 0.0 and closing == 0.0:
-        # in a tie the particle attaches; the search for a detachment then decides by the change of the acceleration
+        # Without relative speed and acceleration, the particle attaches. The next search for a detachment uses the time
+        # derivative of the acceleration.
         closing = rounding
     dwell = no_dwell(state.dwell)
     is_over = is_chatter_over(w, leaving, u_acceleration, closing, scene, particle)
@@ -212,7 +212,7 @@ def _part(
 def _join(
     state: State, wall: float, w: float, p_rate: float, dwell: Dwell | None, phase: Phase, scene: Scene
 ) -> State:
-    """Particle and primary mass move on together at the velocity w relative to the base."""
+    """Return the state in which particle and primary mass move on together at the velocity w relative to the base."""
     slip = state.slip
     if scene.friction is not None and scene.particle is not None:
         if w != 0.0:

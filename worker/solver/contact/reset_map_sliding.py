@@ -1,7 +1,7 @@
-"""Transition at an event for a particle with friction: the slip of the two bodies is determined together.
+"""Transition at an event for a particle with friction: the slip of both bodies is determined together.
 
-If both have the same velocity, the force between them is the one at which u'' = p''. A larger force means a smaller u''
-and a larger p''. So the particle starts to slide if the largest friction, βκ, is insufficient; the push of a wall has
+Bodies of equal velocity move on together under the force between them for which u'' = p''. A larger force reduces u''
+and increases p''. So the particle starts to slide if the largest friction, βκ, is insufficient; the push of a wall has
 no upper limit. The friction of the structure is determined for each trial force.
 """
 
@@ -33,8 +33,9 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.sliding import direction_of, with_fall, without_fall
 from damperlab.worker.solver.state import Slide, State
 
-_SPEED_ROUNDING = 1e-14  # relative size below which an outgoing speed is rounding
-_STILL = 1e-9  # share of the present accelerations below which that of a starting slide is rounding
+_SPEED_ROUNDING = 1e-14  # Below this fraction of the velocities, an outgoing speed is a rounding error.
+# Below this fraction of the present accelerations, the acceleration of a slide is a rounding error.
+_STILL = 1e-9
 
 
 @inlined
@@ -47,7 +48,7 @@ def after_event_of_rubbing(
     friction: float,
     meter: Meter | None,
 ) -> State:
-    """The state just after an event, as from `reset_map.after_event`, of a particle with friction κ."""
+    """Return the state just after an event for a particle with friction κ (see `reset_map.after_event`)."""
     if kind in (NEAR_WALL, FAR_WALL):
         return _impact(state, kind, phase, scene, particle, friction, meter)
     w, p_rate, direction = state.w, state.p_rate, direction_of(state.slide)
@@ -76,14 +77,14 @@ def _slide(state: State, direction: float, order: int) -> Slide | None:
 
 @inlined
 def _sliding(state: State, w: float, slip: float, p_rate: float, direction: float) -> State:
-    """The state with the same position and new velocities; the particle is not carried along."""
+    """Return the state with the same positions and new velocities, in which the mass does not carry the particle."""
     slide = _slide(state, direction, 0)
     return State(state.v, w, slip, state.wall, state.gap, p_rate, 0.0, 0, 0, state.dwell, slide)
 
 
 @inlined
 def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: Slide | None) -> State:
-    """The state with slip, contact and sliding as determined after the event."""
+    """Return the state with new slip, contact and sliding."""
     return State(
         state.v,
         state.w,
@@ -101,15 +102,16 @@ def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: S
 
 @inlined
 def _pull(state: State, direction: float, particle: Particle, friction: float) -> float:
-    """Force on the mass, against u, of a particle that slides in a direction: the reaction to the force that causes
-    p''.
-    """
+    """Force of a sliding particle on the mass, positive against u: the reaction to the particle's acceleration."""
     return particle.mass_ratio * with_fall(friction * direction, state.slide, particle)
 
 
 @inlined
 def _onset(v: float, inertia: float, phase: Phase, scene: Scene, slips: bool) -> float:
-    """Direction in which a mass at rest on the base slips; 0 if friction holds it and it is not known to slip."""
+    """Direction in which a mass at rest on the base slips; 0 if friction holds the mass.
+
+    If `slips`, the mass certainly slips, and only the direction is determined.
+    """
     if scene.friction is None:
         return 0.0
     force = force_to_hold(scene.base, phase, v, inertia)
@@ -137,8 +139,9 @@ def _response(state: State, pull: float, inertia: float, phase: Phase, scene: Sc
 
 @inlined
 def _torn_to(state: State, phase: Phase, scene: Scene, particle: Particle) -> float:
-    """Direction of sliding of a particle that is known to start sliding: away from its wall, or in the direction of
-    the missing force.
+    """Sign of u' − p' of a particle that starts to slide.
+
+    The particle leaves its wall or, without contact with a wall, lags behind the accelerating mass.
     """
     if state.gap == 0.0:
         return -state.wall
@@ -156,15 +159,14 @@ def _together(
     particle: Particle,
     friction: float,
 ) -> State:
-    """Mass and particle with equal velocities: the particle is carried, or starts to slide.
+    """Return the state of mass and particle with equal velocities: the mass carries the particle, or sliding starts.
 
     Parameters
     ----------
     state : State
-        State with the common velocity. Its slip is used only if the mass moves; contact and sliding are determined
-        here.
+        State with the common velocity. Its slip is used only if the mass moves; its contact and sliding are not used.
     loose : float
-        Direction in which the particle is known to start sliding; 0 if it is to be determined.
+        Direction in which the particle is known to start sliding; 0 if the direction is to be determined.
     slips : bool
         Whether the mass, at rest on the base, is known to slip.
     """
@@ -205,7 +207,7 @@ def _impact(
     friction: float,
     meter: Meter | None,
 ) -> State:
-    """An impact, and its immediate consequence: a flight with sliding friction, or common motion."""
+    """Return the state just after an impact: a flight with sliding friction, or common motion of both bodies."""
     wall = state.wall if kind == NEAR_WALL else -state.wall
     u_rate = state.w + phase.rate
     approach = max(wall * (u_rate - state.p_rate), 0.0)
@@ -215,7 +217,7 @@ def _impact(
     leaving = particle.restitution * approach
     after = _at_wall(state, wall, state.w + jump, p_rate, scene)
     rounding = _SPEED_ROUNDING * (abs(u_rate) + abs(p_rate) + abs(phase.rate))
-    # while the wall approaches the particle again, friction pushes the particle away from it
+    # while the wall approaches the particle again, friction pushes the particle away from the wall
     _, acceleration = _response(after, _pull(state, wall, particle, friction), 1.0, phase, scene)
     closing = wall * without_fall(acceleration, state.slide, particle) - friction
     loss = impact_loss(approach, particle.restitution, particle.mass_ratio)
@@ -241,7 +243,7 @@ def _impact(
 
 @inlined
 def _at_wall(state: State, wall: float, w: float, p_rate: float, scene: Scene) -> State:
-    """Both bodies at a wall just after an impact."""
+    """Return the state of both bodies at a wall just after an impact."""
     slip = state.slip
     if scene.friction is not None and w != 0.0:
         slip = 1.0 if w > 0.0 else -1.0

@@ -1,1 +1,1 @@
-"""Proofs that a span is free of events, and the first event otherwise."""
+"""Search for the first event in a span, and proofs that a span contains no event."""

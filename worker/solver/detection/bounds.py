@@ -1,4 +1,4 @@
-"""Bounds on the motion across a span, from its start alone. With them a search can be skipped."""
+"""Bounds on the motion over a span, from the state at the start of the span alone."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import (
@@ -15,14 +15,14 @@ from damperlab.worker.solver.state import State
 def slip_bounds(
     x: float, w: float, span: float, base: Excitation, phase: Phase, compliance: float
 ) -> tuple[float, MotionBounds]:
-    """Largest |x|, |w| and |u''| over a span of slip.
+    """Bounds on |x|, |w| and |u''| over a span of slip.
 
     Parameters
     ----------
     x, w : float
-        State at the start, relative to the base and to the shifted spring centre.
+        Displacement from the shifted spring centre and velocity relative to the base, at the start.
     span : float
-        Length, at most a panel (`taylor.LARGEST_WINDOW`), so that the denominator below stays above 0.5.
+        Length T of the span, at most a panel (`taylor.LARGEST_WINDOW`), so that the denominator of W stays above 0.5.
     compliance : float
         κ = 1 over the inertia.
 
@@ -33,8 +33,8 @@ def slip_bounds(
 
     Notes
     -----
-    |w(t)| ≤ |w₀| + T (κ(2ζ W + X) + max |s''|) and |x(t)| ≤ |x₀| + T W, solved for W. A force adds its largest value
-    to X.
+    Let W and X be bounds on |w| and |x|. Then W = |w₀| + T (κ(2ζ W + X) + max |s''|) and X = |x₀| + T W, which are
+    solved for W. A force on the structure adds its largest value to X in the first equation.
     """
     two_zeta = base.two_zeta
     base_most = base_derivative_bound(base, phase, 2)
@@ -91,9 +91,9 @@ def w_rate_bound(segment: Segment, base: Excitation) -> float:
 
 @inlined
 def w_curvature_bound(dropped: int, segment: Segment, base: Excitation) -> float:
-    """Bound on the second derivative of w/t^dropped (0 or 1) over a segment of slip.
+    """Bound on the second derivative of w/t^dropped over a segment of slip, for `dropped` 0 or 1.
 
-    It is 2/(dropped + 2)! times the bound on the derivative of w of order dropped + 2.
+    This bound is 2/(dropped + 2)! times the bound on the derivative of w of order dropped + 2.
     """
     if dropped == 0:
         return _in_slip(3, segment, base) + base_derivative_bound(base, segment.phase, 3)

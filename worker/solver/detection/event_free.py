@@ -1,4 +1,4 @@
-"""Proofs that a segment has no event, because no function whose zeros are events has a zero in it."""
+"""Proofs that a segment has no event."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
@@ -19,7 +19,7 @@ from damperlab.worker.solver.state import State
 
 @inlined
 def gap_rate(state: State, phase: Phase) -> float:
-    """Rate at which the particle leaves the wall last touched."""
+    """Rate of increase of the gap between the particle and the wall last touched."""
     return state.wall * (state.p_rate - (state.w + phase.rate))
 
 
@@ -34,10 +34,10 @@ def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitati
 
 @inlined
 def is_free_between(segment: Segment, scene: Scene) -> bool:
-    """Whether a panel integrated by its matrix holds no event, because no function whose zeros are events has a zero in
-    it.
+    """Whether bounds prove that a complete panel has no event.
 
-    Inside the panel a function is at least its smaller value at the ends, minus time²/8 times a bound on its curvature.
+    Each event is a zero of a function of time. Inside the panel, this function is at least the smaller of its end
+    values, minus time²/8 times a bound on its curvature.
     """
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     window: float = base.window
@@ -80,7 +80,7 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
 
 @inlined
 def is_free_from(segment: Segment, scene: Scene) -> bool:
-    """Whether bounds from the start alone prove that no event lies in a segment; False requires a search."""
+    """Whether bounds from the start of a segment prove that the segment has no event."""
     base, start, regime, time = scene.base, segment.start, segment.regime, segment.time
     if scene.friction is not None:
         if regime.sticks:
@@ -119,7 +119,7 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
 def _rubs_on_between(
     segment: Segment, scene: Scene, particle: Particle, friction: float, share: float
 ) -> bool:
-    """`is_free_between` for a particle with friction: it stays carried, or continues to slide and meets no wall."""
+    """`is_free_between` for a particle with friction that stays carried, or keeps sliding and meets no wall."""
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     if start.riding > 0.0:
         sag = share * u_derivative_bound(4, segment, base)
@@ -154,13 +154,13 @@ def _rubs_on_from(segment: Segment, scene: Scene, particle: Particle, friction: 
 
 @inlined
 def given_to(state: State, phase: Phase, regime: Regime, base: Excitation, particle: Particle) -> float:
-    """Acceleration that friction, or a wall, must give to a carried particle."""
+    """Acceleration that friction or a wall must give to a particle that the mass carries."""
     return without_fall(wall_acceleration(state, phase, regime, base), state.slide, particle)
 
 
 @inlined
 def is_held(state: State, given: float, friction: float, margin: float) -> bool:
-    """Whether a carried particle stays carried while its required acceleration changes by less than a margin."""
+    """Whether the mass keeps carrying a particle if the required acceleration changes by less than a margin."""
     if state.gap == 0.0:
         return state.wall * given + friction > margin
     return friction - abs(given) > margin

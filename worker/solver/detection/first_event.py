@@ -1,4 +1,4 @@
-"""The first event of a segment: zero velocity, end of sticking, a wall, zero contact force, end of a dwell."""
+"""The first event of a segment: rest, onset of slip, contact with a wall, detachment, or end of a dwell."""
 
 from math import inf
 
@@ -38,14 +38,14 @@ from damperlab.worker.solver.sliding import (
 )
 from damperlab.worker.solver.state import State
 
-# By the number k of roots that are divided out: the ratio 2/(k + 2)! of the bound on the second derivative of p(t)/t^k
-# to that on the (k + 2)th derivative of p.
+# Ratio of the bound on the second derivative of p(t)/t^k to the bound on the (k + 2)th derivative of p, for k = 0 to 3:
+# 2/(k + 2)!. k is the number of roots at t = 0 that are divided out.
 _CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 
 
 @inlined
 def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, int]:
-    """Time and kind of the first event within a segment; its length and NOTHING if there is none."""
+    """Return time and kind of the first event in a segment; without an event, the segment's length and NOTHING."""
     t, kind = segment.time, NOTHING
     if scene.friction is not None:
         t, kind = _friction_event(segment, scene, scene.friction, curves)
@@ -65,7 +65,7 @@ def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, i
 
 @inlined
 def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Curves) -> tuple[float, int]:
-    """When the sticking mass starts to slip, or the slipping one comes to rest."""
+    """Find the time at which a sticking mass starts to slip, or a slipping mass comes to rest."""
     base, start, scratch = scene.base, segment.start, curves.scratch
     t, kind = segment.time, NOTHING
     if segment.regime.sticks:
@@ -92,7 +92,10 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
 
 @inlined
 def _release_event(segment: Segment, scene: Scene, curves: Curves, t: float, kind: int) -> tuple[float, int]:
-    """When the wall stops pushing a particle in sustained contact, if that is before the earliest event so far."""
+    """Find the time at which the wall stops pushing a particle in sustained contact.
+
+    Return the earlier of this event and the event (t, kind).
+    """
     acceleration_into(curves.absolute, curves.scratch)
     curvature = u_derivative_bound(4, segment, scene.base)
     found = first_crossing(curves.scratch, segment.start.wall, 0.0, t, curvature)
@@ -105,7 +108,10 @@ def _release_event(segment: Segment, scene: Scene, curves: Curves, t: float, kin
 def _wall_event(
     segment: Segment, scene: Scene, clearance: float, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
-    """When a particle in flight meets a wall, if that is before the earliest event so far."""
+    """Find the time at which a particle in flight meets a wall.
+
+    Return the earlier of this event and the event (t, kind).
+    """
     start, scratch = segment.start, curves.scratch
     order = start.gap_order
     rate = start.wall * (start.p_rate - curves.absolute[1])
@@ -135,7 +141,10 @@ def _wall_event(
 
 @inlined
 def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floats, out: Floats) -> None:
-    """Coefficients of the gap over t^order, since the lowest are zero if the particle has just left the wall."""
+    """Write the coefficients of gap/t^order.
+
+    If the particle has just left the wall, the lowest coefficients of the gap are zero.
+    """
     for i in range(TERMS):
         out[i] = 0.0
     for i in range(max(2 - order, 0), TERMS - order):
@@ -148,7 +157,7 @@ def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floa
 
 @inlined
 def _with_bend(curvature: float, scene: Scene) -> float:
-    """A bound on the curvature of the gap, including the part of a particle with friction."""
+    """Add the acceleration of a particle with friction to a bound on the curvature of the gap."""
     if scene.particle is not None:
         if scene.particle.friction is not None:
             return curvature + largest_of(scene.particle)
@@ -157,7 +166,7 @@ def _with_bend(curvature: float, scene: Scene) -> float:
 
 @inlined
 def _bend(start: State, scene: Scene, order: int, gap: Floats) -> None:
-    """Add to the gap over t^order the contribution of a sliding particle's own acceleration."""
+    """Add the contribution of a sliding particle's acceleration to the coefficients of gap/t^order."""
     if scene.particle is not None:
         if scene.particle.friction is not None:
             if order <= 2:
@@ -174,8 +183,9 @@ def _rubbing_event(
     t: float,
     kind: int,
 ) -> tuple[float, int]:
-    """When a particle with friction starts to slide, meets a wall or comes to rest, if that is before the earliest
-    event so far.
+    """Find the time at which a particle with friction starts to slide, meets a wall or comes to rest.
+
+    Return the earliest of these events and the event (t, kind).
     """
     if segment.start.riding > 0.0:
         return _torn_loose(segment, scene, particle, friction, curves, t, kind)
@@ -187,7 +197,7 @@ def _rubbing_event(
 def _torn_loose(
     segment: Segment, scene: Scene, particle: Particle, friction: float, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
-    """When friction, together with the wall if the particle is on one, can no longer carry the particle."""
+    """Find the time at which friction and the push of a touched wall can no longer carry the particle."""
     start, scratch = segment.start, curves.scratch
     limit = breakaway(friction, largest_forcing(scene.base))
     curvature = u_derivative_bound(4, segment, scene.base)
@@ -208,7 +218,7 @@ def _torn_loose(
 def _rest_event(
     segment: Segment, scene: Scene, particle: Particle, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
-    """When a sliding particle reaches the velocity of the mass."""
+    """Find the time at which a sliding particle reaches the velocity of the mass."""
     start, scratch = segment.start, curves.scratch
     order = order_of(start.slide)
     gained = acceleration_of(start, particle)

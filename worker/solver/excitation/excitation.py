@@ -1,9 +1,7 @@
-"""The excitation of the structure, at one instant and over a panel: a base shaken by a sine or a record, or a sine
-force.
+"""The excitation of the structure: a base shaken by a sine or a record, or a sinusoidal force on the structure.
 
-The integrator uses only the functions here. The compiler keeps only the branch of the given kind of excitation, so
-that a kernel for a shaken base contains no code for records and forces. Under a force the base stands still, and the
-particle, on which no force acts, flies straight in the frame of the base.
+The integrator accesses the excitation only through the functions of this module. The compiler keeps only the branch of
+the given kind of excitation. Under a force the base is at rest.
 """
 
 from typing import NamedTuple
@@ -29,7 +27,7 @@ class Phase(NamedTuple):
     Attributes
     ----------
     first, second : float
-        Factors of the rows of Taylor coefficients: sin φ and cos φ, or s'' and s'''.
+        Factors of the rows of Taylor coefficients: sin φ and cos φ, or s'' and s''' of a record.
     position, rate : float
         s and s'; 0 under a force.
     inertia_force : float
@@ -71,7 +69,7 @@ def phase_at(base: Excitation, k: int) -> Phase:
 
 @inlined
 def phase_until(base: Excitation, k: int) -> Phase:
-    """Phase at the end of panel k, as the limit from within it, because a record may jump there."""
+    """Phase at the end of panel k, as the limit from within the panel, because s'' of a record may jump there."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k] + base.jerk[k] * base.window
         return Phase(
@@ -84,7 +82,7 @@ def phase_until(base: Excitation, k: int) -> Phase:
 
 @inlined
 def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) -> Phase:
-    """Phase a time t later in the same panel, from the polynomial of `expand_excitation`."""
+    """Phase at a time t after `phase` in the same panel, from the polynomial of `expand_excitation`."""
     if isinstance(base, RecordBase):
         acceleration = phase.first + phase.second * t
         return Phase(
@@ -98,7 +96,7 @@ def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) ->
 
 @inlined
 def base_displacement(base: Excitation, excitation: Floats, t: float) -> float:
-    """Displacement s from the polynomial of `expand_excitation`; 0 under a force, for which the base is at rest."""
+    """Displacement s of the base, from the polynomial of `expand_excitation`; 0 under a force."""
     if isinstance(base, SineForce):
         return 0.0
     return value(excitation, t)
@@ -106,7 +104,7 @@ def base_displacement(base: Excitation, excitation: Floats, t: float) -> float:
 
 @inlined
 def base_velocity(base: Excitation, excitation: Floats, t: float) -> float:
-    """Velocity s' from the polynomial of `expand_excitation`; 0 under a force, for which the base is at rest."""
+    """Velocity s' of the base, from the polynomial of `expand_excitation`; 0 under a force."""
     if isinstance(base, SineForce):
         return 0.0
     return slope(excitation, t)
@@ -114,7 +112,7 @@ def base_velocity(base: Excitation, excitation: Floats, t: float) -> float:
 
 @inlined
 def expand_base(base: Excitation, phase: Phase, out: Floats) -> None:
-    """Coefficients of the base displacement s from a phase on."""
+    """Write the Taylor coefficients of the base displacement s after a phase."""
     if isinstance(base, SineForce):
         for n in range(TERMS):
             out[n] = 0.0
@@ -124,7 +122,7 @@ def expand_base(base: Excitation, phase: Phase, out: Floats) -> None:
 
 @inlined
 def expand_excitation(base: Excitation, phase: Phase, out: Floats) -> None:
-    """Coefficients of the base displacement s, or of the force, from a phase on."""
+    """Write the Taylor coefficients of the base displacement s, or of the force, after a phase."""
     for n in range(TERMS):
         out[n] = phase.first * base.rows[n] + phase.second * base.rows[TERMS + n]
     if isinstance(base, RecordBase):
@@ -134,9 +132,7 @@ def expand_excitation(base: Excitation, phase: Phase, out: Floats) -> None:
 
 @inlined
 def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
-    """Add to coefficients of u the parts that the rows of a record lack: position and velocity of the base at the
-    start.
-    """
+    """Add position and velocity of the base, which the rows of a record lack, to the coefficients of u."""
     if isinstance(base, RecordBase):
         out[0] += phase.position
         out[1] += phase.rate
@@ -146,7 +142,7 @@ def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
 def travel(base: Excitation, phase: Phase, end: Phase) -> float:
     """Displacement of the base over a complete panel."""
     if isinstance(base, RecordBase):
-        t = base.window  # no difference of positions, which loses digits if the base is far from its start
+        t = base.window  # a difference of positions would lose digits if the base is far from its start
         return (phase.rate + (phase.first / 2.0 + phase.second * t / 6.0) * t) * t
     if isinstance(base, SineForce):
         return 0.0
@@ -155,8 +151,10 @@ def travel(base: Excitation, phase: Phase, end: Phase) -> float:
 
 @inlined
 def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, out: Floats) -> None:
-    """Taylor coefficients of `sign` times the friction force that holds the mass, without the part that balances the
-    spring: the inertia on a shaken base, or the force on the structure.
+    """Write the Taylor coefficients of `sign` times the friction force that holds the mass.
+
+    The part that balances the spring is left out. The rest is the inertial force on a shaken base, or the exciting
+    force.
     """
     factor = sign * inertia
     if isinstance(base, RecordBase):
@@ -197,7 +195,7 @@ def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
 
 @inlined
 def with_force_bound(bound: float, base: Excitation, order: int) -> float:
-    """Add to a bound the bound on a derivative of the force, of order 0 to 3; unchanged without a force."""
+    """Return `bound` plus a bound on the derivative of the force of order 0 to 3; without a force, return `bound`."""
     if isinstance(base, SineForce):
         r = base.frequency_ratio
         if order == 0:
@@ -236,7 +234,7 @@ def net_resistance(base: Excitation, phase: Phase, taken: float) -> float:
 
 @inlined
 def largest_forcing(base: Excitation) -> float:
-    """Largest |s''| of the complete motion, or the largest force: the scale for the rounding of forces."""
+    """Largest |s''|, or largest exciting force, of the complete motion; the scale of the rounding errors of forces."""
     if isinstance(base, RecordBase):
         return base.largest
     if isinstance(base, SineForce):
@@ -246,9 +244,7 @@ def largest_forcing(base: Excitation) -> float:
 
 @inlined
 def largest_to_hold(base: Excitation, inertia: float) -> float:
-    """Largest friction force that holds the mass, without the part that balances the spring: the inertia, or the
-    exciting force.
-    """
+    """Largest inertial force, or largest exciting force, that friction balances while it holds the mass."""
     if isinstance(base, SineForce):
         return 1.0
     return inertia * largest_forcing(base)
@@ -267,8 +263,9 @@ def contact_forcing(base: Excitation) -> CompliantForcing:
 
 @inlined
 def next_half_start(base: Excitation, state: State) -> State:
-    """The state at the start of the next half cycle: mirrored, so that the phase is 0 again. A record has no half
-    cycles.
+    """Return the state at the start of the next half cycle: mirrored, so that the phase is 0 again.
+
+    Under a record, which has no half cycles, return the state unchanged.
     """
     if isinstance(base, RecordBase):
         return state

@@ -1,4 +1,4 @@
-"""A record divided into panels for the integrator, with the motion of the base."""
+"""A record divided into panels, with velocity and displacement of the base."""
 
 from math import ceil
 from typing import NamedTuple
@@ -23,9 +23,9 @@ class RecordBase(NamedTuple):
     two_zeta, window : float
         2ζ and the length of a panel [1/ω_n].
     windows : int
-        Panels of the complete record.
+        Number of panels of the complete record.
     acceleration, jerk : array, shape (windows,)
-        s'' at the start of each panel, and its constant rate.
+        s'' at the start of each panel, and the constant s''' in the panel.
     rate, position : array, shape (windows + 1,)
         s' and s at the panel ends.
     most : array, shape (windows,)
@@ -33,7 +33,7 @@ class RecordBase(NamedTuple):
     largest : float
         Largest |s''| of the record.
     rows : array, shape (2 · TERMS,)
-        Taylor coefficients of s, minus its start and its tangent, for s'' = 1 and for s''' = 1.
+        Taylor coefficients of s without the terms of order 0 and 1, for s'' = 1 and for s''' = 1.
     """
 
     two_zeta: float
@@ -55,18 +55,19 @@ def make_record_base(
     tail: float = 0.0,
     fastest: float = 1.0,
 ) -> RecordBase:
-    """Panels of a record: its steps, divided if they are too long for the Taylor polynomials.
+    """Divide a record into panels: one per time step, or several if the step is too long for the Taylor polynomials.
 
     Parameters
     ----------
     acceleration : ndarray, shape (samples,)
-        s'' over a reference acceleration, best the largest, so that all numbers are near 1.
+        s'' divided by a reference acceleration. The best reference is the largest acceleration, so that the values are
+        near 1.
     step : float
         Time between samples [1/ω_n].
     damping_ratio : float
         ζ.
     tail : float
-        Time after the last sample during which the base moves at constant velocity [1/ω_n]; rounded up to panels.
+        Time after the last sample during which the base moves at constant velocity [1/ω_n]; rounded up to whole panels.
     fastest : float
         Frequency of the fastest motion that the panels must resolve [ω_n].
     """
@@ -107,14 +108,15 @@ def start_on_record(
 ) -> State:
     """State at the start of a record: the base at rest, the particle at rest in the absolute frame.
 
-    A particle under gravity lies on its lower wall and moves with it.
+    A particle under gravity lies on its lower wall and moves with the wall.
 
     Parameters
     ----------
     v, w : float
         Displacement and velocity of the primary mass.
     place : float
-        Position of the particle in its cavity, from −1 to 1; 0 is its middle. Ignored for a particle under gravity.
+        Position of the particle in its cavity, from −1 to 1; 0 is the middle. The value is ignored for a particle under
+        gravity.
     """
     gap, p_rate, riding, inertia, slide = 0.0, 0.0, 0.0, 1.0, slide_at_rest(particle)
     if particle is not None:

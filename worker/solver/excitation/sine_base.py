@@ -41,7 +41,7 @@ class SineBase(NamedTuple):
     sine, cosine : array, shape (windows + 1,)
         sin φ and cos φ at the panel ends.
     rows : array, shape (2 · TERMS,)
-        Taylor coefficients of s for sin φ = 1 and for cos φ = 1.
+        Taylor coefficients of the factors of sin φ and cos φ in s.
     forms : array, shape (5,), or None
         Integrals over a panel (`quadratic_forms.base_forms`); None if no meter needs energies.
     """
@@ -57,11 +57,10 @@ class SineBase(NamedTuple):
 
 
 class SineForce(NamedTuple):
-    """A force on the structure over half a cycle, divided by its amplitude F₀: sin φ.
+    """A force sin φ on the structure over half a cycle, divided by the amplitude F₀.
 
-    The base is at rest, and lengths are over F₀/k.
-
-    Its attributes are those of `SineBase`, with the force in the place of s.
+    The base is at rest, and lengths are divided by F₀/k. The attributes are those of `SineBase`, with the force instead
+    of s.
     """
 
     frequency_ratio: float
@@ -76,7 +75,7 @@ class SineForce(NamedTuple):
 
 @inlined
 def base_rate_at_phase_zero(frequency_ratio: float | Forced) -> float:
-    """s' at phase 0: 0 where a force acts."""
+    """s' at phase 0; 0 under a force, because the base is at rest."""
     if isinstance(frequency_ratio, Forced):
         return 0.0
     return frequency_ratio
@@ -86,7 +85,7 @@ def base_rate_at_phase_zero(frequency_ratio: float | Forced) -> float:
 def make_sine(
     damping_ratio: float, frequency_ratio: float | Forced, energies: bool | None
 ) -> SineBase | SineForce:
-    """Shaken base, or a force if the frequency is `Forced`; parameters as for `make_sine_base`."""
+    """Make a shaken base, or a force if the frequency is `Forced`, from the parameters of `make_sine_base`."""
     if isinstance(frequency_ratio, Forced):
         return _as_force(make_sine_base(damping_ratio, frequency_ratio.frequency_ratio, energies))
     return make_sine_base(damping_ratio, frequency_ratio, energies)
@@ -101,14 +100,14 @@ def _as_force(one: SineBase) -> SineForce:
 
 @kernel
 def make_sine_base(damping_ratio: float, frequency_ratio: float, energies: bool | None) -> SineBase:
-    """Panels of half a cycle for ζ and r; window · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW.
+    """Divide half a cycle into the fewest panels of a length h with h · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW.
 
     Parameters
     ----------
     damping_ratio, frequency_ratio : float
         ζ and r.
     energies : True or None
-        As in the `observe.meter.Meter` of the integration.
+        True if the meter needs integrals (`observe.meter.Meter`), else None.
     """
     half = pi / frequency_ratio
     count = ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW)

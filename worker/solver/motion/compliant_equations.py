@@ -1,4 +1,4 @@
-"""The equations of the motion in contact with a compliant wall, and everything derived from them once per scene."""
+"""The equations of the motion in contact with a compliant wall, and the `Contact` made from the equations."""
 
 from math import sqrt
 
@@ -31,14 +31,15 @@ from damperlab.worker.solver.particle import Particle, Wall
 
 Array = NDArray[np.float64]
 
-# Longest span of the complete motion times the contact's fastest rate: 0.5^16/16! is below 1e-18.
+# Largest product of the length of a span of the complete motion and the fastest rate of the contact. The first omitted
+# Taylor term is then 0.5^16/16!, below 1e-18.
 _LONGEST = 0.5
 _APART = 10.0  # ratio of rates above which fast and slow motion are separated
 
 
 @kernel
 def make_contact(forcing: CompliantForcing, particle: Particle, wall: Wall) -> Contact:
-    """Motion in contact with a compliant wall."""
+    """Make the motion in contact with a compliant wall."""
     return Contact(
         _contact_motion(forcing, particle.mass_ratio, wall, False, False),
         _contact_motion(forcing, particle.mass_ratio, wall, True, False),
@@ -108,7 +109,7 @@ def _contact_motion(
     weight = 1.0
     if fast > 0:
         p, b, fast_rates, fast_inverse, converged = split(a, fast)
-        if not converged:  # the complete motion over short spans, which need no separation
+        if not converged:  # use the complete motion over short spans, not split into fast and slow
             fast = 0
             slow_step = step
     if fast > 0:
@@ -119,7 +120,8 @@ def _contact_motion(
         fill_rows(slow_rows, generator, lift, DIM - fast, forcing, wall, share, held)
         if fast == 2:
             weight = sqrt(rates[0, 0] * rates[1, 1] - rates[0, 1] * rates[1, 0])
-        else:  # y is slow too, at the lower rate of the contact, with a margin of one half
+        else:
+            # y is part of the slow motion; the rate of y is the lower rate of the contact, times 1.5 as a margin
             slow_step = min(forcing.window, LARGEST_WINDOW / max(1.0, 1.5 * contact_slow))
     return CompliantMotion(
         share,
@@ -138,9 +140,9 @@ def _contact_motion(
 
 @kernel
 def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, between: bool) -> int:
-    """Number of fast coordinates, from the rates of the contact and the fastest of all others.
+    """Number of fast coordinates, from the two rates of the contact and the fastest rate of the other coordinates.
 
-    With `between` it is one if y and y' are both fast and y' is much faster than y, else none.
+    If `between`, the number is 1 if y and y' are both fast and y' is much faster than y, else 0.
     """
     fast = 0
     if contact_slow >= _APART * others:
@@ -154,9 +156,9 @@ def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, b
 
 @kernel
 def _fill_vibration(to_fast: Array, from_fast: Array, p: Array, b: Array, fast: int) -> None:
-    """Fill the matrices that give f = q − Pr from the coordinates, and the contribution (Bf, f + PBf) of f to them.
+    """Fill the matrix that gives f = q − Pr from the coordinates, and the matrix that gives (Bf, f + PBf) from f.
 
-    A single fast coordinate takes the second place.
+    The symbols are those of `compliant_motion`. A single fast coordinate takes the second of the two places.
     """
     n = DIM - fast
     place = 2 - fast
@@ -174,7 +176,7 @@ def _fill_vibration(to_fast: Array, from_fast: Array, p: Array, b: Array, fast: 
 
 @kernel
 def _slow_motion(a: Array, p: Array, fast: int) -> tuple[Array, Array]:
-    """Matrix G of the slow motion, and the matrix that gives its coordinates (ξ, Pξ) from ξ."""
+    """Matrix G of the slow motion, and the matrix that gives the coordinates (ξ, Pξ) from ξ."""
     n = DIM - fast
     generator = zero_matrix(DIM, DIM)
     lift = zero_matrix(DIM, DIM)

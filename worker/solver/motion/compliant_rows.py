@@ -1,4 +1,4 @@
-"""Taylor coefficients of the motion in contact with a compliant wall, for each unit start of its coordinates."""
+"""Taylor coefficients of the motion in contact with a compliant wall, for a unit initial value of each coordinate."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from damperlab.worker.solver.particle import Wall
 Array = NDArray[np.float64]
 
 OF_RELATIVE, OF_ABSOLUTE, OF_Y, OF_WALL_FORCE = range(4)
-"""Sets of rows: x, x + s, y, F."""
+"""Indices of the rows of x, x + s, y and F."""
 
 
 @kernel
@@ -36,20 +36,20 @@ def fill_rows(
     share: float,
     held: bool,
 ) -> None:
-    """Fill the sets of rows.
+    """Fill the rows of Taylor coefficients of x, x + s, y and F.
 
-    Under a record, the rows of x + s lack the position and the velocity of the base, as the rows of the record do.
+    Under a record, the rows of x + s contain neither the position nor the velocity of the base.
 
     Parameters
     ----------
     rows : array, shape (4 · DIM · TERMS,)
-        Of x, x + s, y and F.
+        Taylor coefficients of x, x + s, y and F, with one row per quantity and coordinate.
     generator : array, shape (DIM, DIM)
         Matrix that gives the rates of the first `units` coordinates.
     lift : array, shape (DIM, DIM)
-        Matrix that gives the six coordinates from these.
+        Matrix that gives all six coordinates from the first `units` coordinates.
     share : float
-        x = X + share · y.
+        Factor of y in x = X + share · y.
     held : bool
         Whether friction holds the mass, so that x is constant.
     """
@@ -96,7 +96,7 @@ def fill_rows(
 
 @kernel
 def combine_rows(which: int, coordinates: Floats, units: int, rows: Floats, out: Floats) -> None:
-    """Coefficients of one set of rows from the coordinates at the start."""
+    """Write the coefficients of the quantity `which`, from its rows and the coordinates at the start."""
     at = which * DIM * TERMS
     for n in range(TERMS):
         out[n] = 0.0

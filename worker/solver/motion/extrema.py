@@ -7,23 +7,23 @@ from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import value
 
-_MOST = 8  # extrema in one segment, whose length is less than a tenth of a period
+_MOST = 8  # largest number of extrema in one segment, which is shorter than a tenth of a period
 
 
 @inlined
 def raised(
     peak: float, polynomial: Floats, less: float, rate: Floats, t: float, rate_curvature: float
 ) -> float:
-    """The largest of a peak and all extrema of |polynomial − less| inside a segment.
+    """Return the largest of `peak` and all extrema of |polynomial − less| inside a segment.
 
     Parameters
     ----------
     peak : float
-        Peak so far.
+        Largest value so far.
     polynomial, rate : array, shape (TERMS,)
         Coefficients of the displacement, and of its rate.
     less : float
-        Subtracted from the displacement.
+        Constant that is subtracted from the displacement.
     t : float
         Length of the segment.
     rate_curvature : float

@@ -1,9 +1,9 @@
 """First crossing of zero by a smooth function, found by proof instead of sampling.
 
-An interval is dismissed only if a bound on the curvature proves that the function stays positive on it. Newton's method
-is used only if the same bound proves that the function is monotone there; every other interval is halved. Two close
-roots (a grazing impact) are distinguished from no root down to the rounding of the function itself. Of three or more
-roots within that rounding, a later one may be returned.
+An interval is dismissed only if a bound on the curvature proves that the function stays positive in this interval.
+Newton's method is used only if the same bound proves that the function is monotone in the interval. Every other
+interval is halved. Two close roots (a grazing impact) are found if the function changes sign by more than its rounding
+error. Of three or more roots within this error, a later root may be returned.
 """
 
 from math import inf, sqrt
@@ -12,16 +12,15 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.motion.taylor import curvature_bound, slope, value
 
-_FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding
+# Relative width of an interval in which curvature changes the function by less than the rounding error.
+_FINEST = 1e-9
 _MAX_STEPS = 400
-_FEW_STEPS = 32  # most searches need no more; others have a root near the start, with far less curvature
+_FEW_STEPS = 32  # most searches need no more steps; later steps use a bound over a shorter interval
 
 
 @inlined
 def _newton(polynomial: Floats, sign: float, low: float, high: float, t: float) -> float:
-    """Root in [low, high] of a function that falls monotonically through zero there: Newton's method, kept within
-    its bracket.
-    """
+    """Find the root in [low, high] of a monotonically falling function, by Newton's method within this bracket."""
     width = high - low
     for _ in range(60):
         f = sign * value(polynomial, t)
@@ -53,7 +52,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     ----------
     polynomial : array, shape (TERMS,)
         Coefficients of p. If the previous event (contact just opened, slip just begun) made the lowest coefficients
-        zero, the caller drops them first. Otherwise a short flight would be lost next to the trivial root.
+        zero, the caller drops these coefficients first. Otherwise a root soon after the trivial root at 0 would be
+        missed.
     sign : float
         ±1: the function is sign · p and is positive, or zero and rising, just after `start`.
     start, end : float
@@ -64,12 +64,14 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     Returns
     -------
     float
-        The time; inf if there is none; 0 if `start` is 0 and the function is negative there, or zero and falling.
+        Time of the crossing; inf if there is no crossing; 0 if `start` is 0 and the function is negative there, or zero
+        and falling.
 
     Notes
     -----
-    At most 400 intervals are examined. Motions within a panel need few. A cluster of four or five roots in a hundredth
-    of the interval would need more. Then the sign at the end decides: if it is negative, the end is returned, else inf.
+    At most 400 intervals are examined. Motions within a panel need only a few intervals, but a cluster of four or five
+    roots in a hundredth of the interval would need more than 400. In this case `end` is returned if the function is
+    negative there, else inf.
     """
     if start == 0.0:
         f0 = sign * polynomial[0]
@@ -81,7 +83,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     else:
         f0 = sign * value(polynomial, start)
         d0 = sign * slope(polynomial, start)
-    # the given bound follows from the size of the motion; where the function is small, its own bound is far sharper
+    # the given bound follows from the size of the motion; where the function is small, the bound from its coefficients
+    # is far sharper
     curvature = min(curvature, curvature_bound(polynomial, end))
     low = start
     high = end
@@ -108,8 +111,9 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
             if d > 0.0:
                 clear = True
             else:
-                guess = middle - f / d  # of the tangent
-                # f(high) <= f + d radius + curvature radius²/2 < 0: the root is inside, without evaluating the end
+                guess = middle - f / d  # root of the tangent
+                # f(high) <= f + d radius + curvature radius²/2 < 0, so the root is inside, and the function need not be
+                # evaluated at the end
                 if guess + 0.5 * turning * radius / abs(d) < high:
                     return _newton(polynomial, sign, low, high, max(guess, low))
                 if sign * value(polynomial, high) > 0.0:
@@ -127,5 +131,6 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
             high = min(end, low + 4.0 * radius)
         else:
             high = middle
-    # the rest cannot be resolved: the function is within rounding of zero there, and its sign at the end decides
+    # the remaining interval cannot be resolved, because the function is zero within rounding; the sign at the end
+    # decides
     return end if sign * value(polynomial, end) < 0.0 else inf

@@ -1,8 +1,8 @@
-"""Integrals over a complete panel without events, as quadratic forms of the state at its start.
+"""Integrals over a complete panel without events, as quadratic forms of the state at the start of the panel.
 
 Between events x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ). So the work done, the loss in the dashpot and the
-mean square over a panel of fixed length are quadratic in these four numbers. Each has ten coefficients, the same for
-every panel.
+mean square over a panel of fixed length are quadratic in these four numbers. Each of these integrals has ten
+coefficients, which are the same for every panel.
 """
 
 import numpy as np
@@ -13,8 +13,9 @@ from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 
-# Gauss–Legendre on [0, 1], 6 points: exact to degree 11, error below 1e-16 of the integrand on the longest window.
-# Written out, because numpy finds them as eigenvalues, whose last bits depend on the processor.
+# Gauss–Legendre rule on [0, 1] with 6 points: exact to degree 11, error below 1e-16 of the integrand on the longest
+# panel. Nodes and weights are written out, because NumPy computes them from eigenvalues, whose last bits depend on the
+# processor.
 NODES: NDArray[np.float64] = np.array(
     [
         0.03376524289842399,
@@ -38,7 +39,7 @@ WEIGHTS: NDArray[np.float64] = np.array(
 _POINTS = 6
 
 PAIRS = 10
-"""Number of products of two of four numbers."""
+"""Number of products of two of four numbers, including squares."""
 WORK, LOSS, SQUARED, MEAN = 0, PAIRS, 2 * PAIRS, 3 * PAIRS
 """Offsets of the coefficients of each integral in `motion_forms`."""
 
@@ -50,7 +51,7 @@ def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
     Returns
     -------
     array, shape (5,)
-        ∫s for sin φ = 1 and for cos φ = 1; the coefficients of sin²φ, 2 sin φ cos φ and cos²φ in ∫s².
+        The coefficients of sin φ and cos φ in ∫s, and those of sin²φ, 2 sin φ cos φ and cos²φ in ∫s².
     """
     forms = filled(5, 0.0)
     for i in range(_POINTS):
@@ -82,17 +83,17 @@ def motion_forms(
     base : array, shape (2 · TERMS,)
         Taylor coefficients of s.
     relative, absolute : array, shape (4 · TERMS,)
-        Of x and of x + s.
+        Taylor coefficients of x and of x + s.
     window : float
-        Length.
+        Length of the panel [1/ω_n].
 
     Returns
     -------
     array, shape (3 · PAIRS + 4,)
-        Coefficients in ∫−(2ζw + x) s', then in ∫2ζw², of the products of (x₀, w₀, sin φ, cos φ), in the order
-        00 01 02 03 11 12 13 22 23 33. Then those in ∫(x + s)² of the products of (x₀ + s₀, w₀ + s₀', sin φ, cos φ),
-        and those in ∫(x + s) of these four numbers.
-        Each integral uses coordinates in which it is a sum without cancellation, for r ≪ 1 and for r ≫ 1.
+        Ten coefficients each of ∫−(2ζw + x) s', ∫2ζw² and ∫(x + s)², then four coefficients of ∫(x + s). The first two
+        integrals are quadratic in (x₀, w₀, sin φ, cos φ), with the products in the order 00 01 02 03 11 12 13 22 23 33.
+        The last two integrals use (x₀ + s₀, w₀ + s₀', sin φ, cos φ). These coordinates avoid cancellation for r ≪ 1 and
+        for r ≫ 1.
     """
     forms = filled(3 * PAIRS + 4, 0.0)
     of_absolute = np.empty((4, TERMS))
@@ -142,14 +143,15 @@ def forced_forms(
     force : array, shape (2 · TERMS,)
         Taylor coefficients of the force.
     rows : array, shape (4 · TERMS,)
-        Of x.
+        Taylor coefficients of x.
     window : float
-        Length.
+        Length of the panel [1/ω_n].
 
     Returns
     -------
     array, shape (3 · PAIRS + 4,)
-        As of `motion_forms`, with ∫ sin(φ + r t) w for the work; the base is at rest.
+        The same coefficients as from `motion_forms`, except that the work is ∫ sin(φ + r t) w, because the base is at
+        rest.
     """
     forms = filled(3 * PAIRS + 4, 0.0)
     x = np.empty(4)
@@ -177,13 +179,13 @@ def forced_forms(
 
 @inlined
 def products(a: float, b: float, c: float, d: float) -> tuple[float, ...]:
-    """The ten products of two of four numbers."""
+    """The ten products of two of four numbers, including squares."""
     return a * a, a * b, a * c, a * d, b * b, b * c, b * d, c * c, c * d, d * d
 
 
 @inlined
 def quadratic(forms: Floats, start: int, p: tuple[float, ...]) -> float:
-    """One integral: ten coefficients times the ten products of the panel's start."""
+    """Evaluate one integral: the sum of ten coefficients times the ten products at the start of the panel."""
     a = (forms[start] * p[0] + forms[start + 1] * p[1]) + (forms[start + 2] * p[2] + forms[start + 3] * p[3])
     b = (forms[start + 4] * p[4] + forms[start + 5] * p[5]) + (
         forms[start + 6] * p[6] + forms[start + 7] * p[7]

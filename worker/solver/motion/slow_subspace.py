@@ -1,6 +1,4 @@
-"""Separates fast and slow motion of a contact: the invariant subspace of the slow motion, and the matrix of the fast
-one.
-"""
+"""Separation of the motion in contact into a slow motion, in an invariant subspace, and a fast motion."""
 
 from math import sqrt
 
@@ -13,11 +11,12 @@ from damperlab.worker.solver.array_loops import copy_matrix, largest_element, ze
 Array = NDArray[np.float64]
 
 CENTRE, CENTRE_RATE, BASE_FIRST, BASE_SECOND, Y, Y_RATE = range(6)
-"""Indices of the coordinates of a contact (`compliant_motion.py`): X, X', two of the base, y, y'."""
+"""Indices of the coordinates of a contact (`compliant_motion.py`): X, X', two of the excitation, y, y'."""
 DIM = 6
 """Number of coordinates."""
 _ITERATIONS = 60
-_ROUNDING = 1e-12  # relative change at which only the last digits of an iteration may still oscillate
+# Largest relative change in the last step of a converged iteration.
+_ROUNDING = 1e-12
 
 
 @kernel
@@ -32,7 +31,7 @@ def contact_rates(square: float, damping: float) -> tuple[float, float]:
 
 @kernel
 def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
-    """Give P, B, Λ and its inverse for the last `fast` coordinates, and whether the iterations for P and B converged."""
+    """Return P, B, Λ and Λ⁻¹ for the last `fast` coordinates, and whether the iterations for P and B converged."""
     n = DIM - fast
     p = zero_matrix(fast, n)
     change = 0.0
@@ -89,7 +88,7 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
         if change == 0.0:
             break
     converged = converged and change <= _ROUNDING * largest_element(b)
-    # a single fast coordinate takes the second of two places, so that later code has one form
+    # a single fast coordinate takes the second of two places, so that the same code handles one or two coordinates
     whole = zero_matrix(2, 2)
     whole_inverse = zero_matrix(2, 2)
     for i in range(2):

@@ -1,13 +1,13 @@
 """Taylor polynomials of the motion between events.
 
 Every regime is linear, so its closed form is an entire function whose Taylor coefficients follow from a two-term
-recurrence without any transcendental function. Unlike the textbook form (particular plus homogeneous solution), it has
-no cancellation near resonance or at ζ = 0, r = 1. Panels are short enough for the remainder to lie below rounding:
-0.4^16/16! ≈ 2e-20.
+recurrence without any transcendental function. Unlike the textbook form (particular plus homogeneous solution), the
+recurrence has no cancellation near resonance or at ζ = 0, r = 1. Panels are short enough for the remainder to lie below
+rounding: 0.4^16/16! ≈ 2e-20.
 
 The recurrence is linear in the state at the start of a segment (x, w, sin φ, cos φ), so it is evaluated once per motion
-for each of the four. A segment's coefficients are then a sum of four constant rows; the processor adds eight of their
-numbers in one instruction.
+for a unit value of each of these four numbers. The coefficients of a segment are then a weighted sum of four constant
+rows. The processor adds several numbers of a row in one instruction.
 """
 
 import numpy as np
@@ -18,19 +18,19 @@ from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.array_loops import filled, zero_matrix
 
 ORDER = 15
-"""Degree of the polynomials. Their sixteen coefficients fill the processor's vectors of every width."""
+"""Degree of the polynomials, whose sixteen coefficients fill vector registers of any width."""
 
 TERMS = ORDER + 1
 
 LARGEST_WINDOW = 0.4
-"""Longest panel that keeps the remainder below rounding, for ζ → 0; the unit of time is 1 over the higher frequency of
-structure and excitation.
+"""Longest panel for which the Taylor remainder is below rounding, for ζ → 0. The unit of time is 1 over the higher of
+the frequencies of structure and excitation.
 """
 
 
 @kernel
 def base_rows(frequency_ratio: float) -> NDArray[np.float64]:
-    """Coefficients of s = sin(φ + r t) for sin φ = 1 and for cos φ = 1: flat array, 2 · TERMS."""
+    """Taylor coefficients of the factors of sin φ and cos φ in s = sin(φ + r t), a flat array of 2 · TERMS numbers."""
     rows = filled(2 * TERMS, 0.0)
     rows[0] = 1.0
     rows[TERMS + 1] = frequency_ratio
@@ -54,14 +54,14 @@ def motion_rows(
     compliance : float
         κ, 1 over the inertia: 1 for the primary mass alone, 1/(1 + β) with the particle attached.
     base : array, shape (2 · TERMS,)
-        From `base_rows`.
+        Taylor coefficients of s, from `base_rows`.
 
     Returns
     -------
     relative, absolute : arrays, shape (4 · TERMS,)
         `relative` is for x = v + σγ_F, the displacement from the shifted spring centre, with x'' = r² sin(φ + r t) −
-        κ(2ζ x' + x). `absolute` is for x + s. Its acceleration −κ(2ζ x' + x) is formed directly, because for r ≫ 1 the
-        accelerations of x and s would cancel.
+        κ(2ζ x' + x). `absolute` is for x + s. The acceleration −κ(2ζ x' + x) of x + s is computed directly, because for
+        r ≫ 1 the accelerations of x and s would cancel.
     """
     relative = zero_matrix(4, TERMS)
     absolute = zero_matrix(4, TERMS)
@@ -89,15 +89,15 @@ def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np
     Parameters
     ----------
     two_zeta, compliance : float
-        As for `motion_rows`.
+        2ζ and κ, as for `motion_rows`.
     force : array, shape (2 · TERMS,)
-        Of the force, as from `base_rows`.
+        Taylor coefficients of the force, from `base_rows`.
 
     Returns
     -------
     array, shape (4 · TERMS,)
-        Coefficients of x, with x'' = κ(sin(φ + r t) − 2ζ x' − x). They are also those of x + s, because the base is at
-        rest.
+        Coefficients of x, with x'' = κ(sin(φ + r t) − 2ζ x' − x). The coefficients of x + s are the same, because the
+        base is at rest.
     """
     rows = zero_matrix(4, TERMS)
     rows[0, 0] = 1.0
@@ -112,7 +112,7 @@ def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np
 
 @inlined
 def combine(x: float, w: float, sine: float, cosine: float, rows: Floats, out: Floats) -> None:
-    """Coefficients of a segment from the four rows of its motion."""
+    """Write the coefficients of a segment, a weighted sum of the four rows of its motion."""
     for n in range(TERMS):
         out[n] = (x * rows[n] + w * rows[TERMS + n]) + (
             sine * rows[2 * TERMS + n] + cosine * rows[3 * TERMS + n]
@@ -121,9 +121,9 @@ def combine(x: float, w: float, sine: float, cosine: float, rows: Floats, out: F
 
 @inlined
 def stick(v: float, relative: Floats, absolute: Floats) -> None:
-    """Coefficients of the motion while friction holds the mass, so that v is constant.
+    """Write the coefficients of the motion while friction holds the mass, so that v is constant.
 
-    On entry, `absolute` has the coefficients of s.
+    On entry, `absolute` contains the coefficients of s.
     """
     for n in range(TERMS):
         relative[n] = 0.0
@@ -133,7 +133,7 @@ def stick(v: float, relative: Floats, absolute: Floats) -> None:
 
 @inlined
 def value(p: Floats, t: float) -> float:
-    """Value of a polynomial at t, by Estrin's scheme: a tree of depth four instead of a chain of fifteen."""
+    """Value of a polynomial at t, by Estrin's scheme, which shortens the chain of dependent operations."""
     t2 = t * t
     t4 = t2 * t2
     a = (p[0] + p[1] * t) + (p[2] + p[3] * t) * t2
@@ -145,7 +145,7 @@ def value(p: Floats, t: float) -> float:
 
 @inlined
 def change(p: Floats, t: float) -> float:
-    """Value of a polynomial at t minus its value at 0, to the accuracy of the change itself."""
+    """Value of a polynomial at t minus its value at 0, computed without cancellation."""
     t2 = t * t
     t4 = t2 * t2
     a = p[1] * t + (p[2] + p[3] * t) * t2
@@ -157,7 +157,7 @@ def change(p: Floats, t: float) -> float:
 
 @inlined
 def beyond_tangent(p: Floats, t: float) -> float:
-    """Value of a polynomial at t minus its tangent at 0, to the accuracy of the difference itself."""
+    """Value of a polynomial at t minus the tangent at 0, computed without cancellation."""
     t2 = t * t
     t4 = t2 * t2
     a = (p[2] + p[3] * t) * t2
@@ -205,8 +205,11 @@ def curvature(p: Floats, t: float) -> float:
 
 @inlined
 def rate_into(p: Floats, dropped: int, out: Floats) -> None:
-    """Coefficients of the first derivative of a polynomial, without the `dropped` lowest (division by t^dropped)."""
-    if dropped == 0:  # the common case, with a length known to the compiler
+    """Write the coefficients of the first derivative of a polynomial, divided by t^dropped.
+
+    The `dropped` lowest coefficients are left out.
+    """
+    if dropped == 0:  # the common case, in which the compiler knows the length of the loop
         for i in range(ORDER):
             out[i] = (i + 1) * p[i + 1]
         out[ORDER] = 0.0
@@ -219,7 +222,7 @@ def rate_into(p: Floats, dropped: int, out: Floats) -> None:
 
 @inlined
 def acceleration_into(p: Floats, out: Floats) -> None:
-    """Coefficients of the second derivative of a polynomial."""
+    """Write the coefficients of the second derivative of a polynomial."""
     for i in range(ORDER - 1):
         out[i] = (i + 1) * (i + 2) * p[i + 2]
     out[ORDER - 1] = 0.0

@@ -1,6 +1,4 @@
-"""The vibration of a contact, the fast part f of its motion: its value, its decay, and its contribution to the
-motion.
-"""
+"""The vibration of a contact, which is the fast part f of the motion: value, decay, and contribution to the motion."""
 
 from math import cos, exp, sin, sqrt
 from typing import NamedTuple
@@ -11,12 +9,11 @@ from damperlab.worker.solver.motion.compliant_motion import CompliantMotion
 from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
 from damperlab.worker.solver.particle import Wall
 
-_NOISE = 2e-15  # rounding of f, relative to the terms of its difference
+_NOISE = 2e-15  # rounding error of f, relative to the sum of the moduli of the terms of f
 ENVELOPE_SAFETY = 2.0
-"""Safety factor: a vibration is assumed never to grow beyond this multiple of its initial size.
+"""Assumed upper limit of the ratio of a vibration's size to the initial size.
 
-The vibration decays, but its weak coupling to the slow motion might make it grow first. The factor is chosen, not
-derived.
+The vibration decays, but weak coupling to the slow motion might first increase its size. The limit is not derived.
 """
 
 
@@ -36,9 +33,7 @@ class LinearForm(NamedTuple):
 
 @kernel
 def vibration_of(coordinates: Floats, motion: CompliantMotion) -> tuple[Vibration, bool]:
-    """The vibration at six coordinates, and whether it has decayed to the rounding of the difference that defines
-    it.
-    """
+    """Return the vibration at given coordinates, and whether the vibration has decayed to its rounding error."""
     first = 0.0
     second = 0.0
     first_terms = 0.0
@@ -57,7 +52,7 @@ def vibration_of(coordinates: Floats, motion: CompliantMotion) -> tuple[Vibratio
 
 @inlined
 def vibration_at(coordinates: Floats, motion: CompliantMotion) -> Vibration:
-    """The vibration at six coordinates, whatever its size."""
+    """Return the vibration at given coordinates."""
     first = 0.0
     second = 0.0
     for i in range(DIM):
@@ -68,14 +63,14 @@ def vibration_at(coordinates: Floats, motion: CompliantMotion) -> Vibration:
 
 @inlined
 def subtract_vibration(coordinates: Floats, vibration: Vibration, motion: CompliantMotion) -> None:
-    """Subtract the vibration from the six coordinates, in place, leaving the slow motion, (ξ, Pξ)."""
+    """Subtract the vibration from the six coordinates in place, so that the slow motion (ξ, Pξ) remains."""
     for i in range(DIM):
         coordinates[i] -= value_of_form(vibration, form_of(i, motion))
 
 
 @inlined
 def value_of_form(vibration: Vibration, form: LinearForm) -> float:
-    """first · f₁ + second · f₂: the vibration's contribution to a quantity of this form."""
+    """Return the vibration's contribution to a quantity with this linear form: first · f₁ + second · f₂."""
     return form.first * vibration.first + form.second * vibration.second
 
 
@@ -87,21 +82,21 @@ def form_of(coordinate: int, motion: CompliantMotion) -> LinearForm:
 
 @inlined
 def form_of_x(motion: CompliantMotion) -> LinearForm:
-    """Linear form of the contribution to x = X + share · y."""
+    """Linear form of the vibration's contribution to x = X + share · y."""
     centre, depth = form_of(CENTRE, motion), form_of(Y, motion)
     return LinearForm(centre.first + motion.share * depth.first, centre.second + motion.share * depth.second)
 
 
 @inlined
 def form_of_w(motion: CompliantMotion) -> LinearForm:
-    """Linear form of the contribution to w = X' + share · y'."""
+    """Linear form of the vibration's contribution to w = X' + share · y'."""
     centre, depth = form_of(CENTRE_RATE, motion), form_of(Y_RATE, motion)
     return LinearForm(centre.first + motion.share * depth.first, centre.second + motion.share * depth.second)
 
 
 @inlined
 def form_of_wall_force(motion: CompliantMotion, wall: Wall) -> LinearForm:
-    """Linear form of the contribution to the wall's force Ky + Cy'."""
+    """Linear form of the vibration's contribution to the wall force Ky + Cy'."""
     depth, rate = form_of(Y, motion), form_of(Y_RATE, motion)
     return LinearForm(
         wall.stiffness * depth.first + wall.damping * rate.first,
@@ -111,25 +106,25 @@ def form_of_wall_force(motion: CompliantMotion, wall: Wall) -> LinearForm:
 
 @inlined
 def size_of(vibration: Vibration, weight: float) -> float:
-    """√(f₂² + Ω²f₁²), which never grows while the vibration decays, apart from its weak coupling to the slow motion."""
+    """Return the size √(f₂² + Ω²f₁²) of a vibration."""
     return sqrt(vibration.second * vibration.second + (weight * vibration.first) ** 2)
 
 
 @inlined
 def gain_of(form: LinearForm, weight: float) -> float:
-    """Largest value of a linear form over the size of the vibration."""
+    """Largest ratio of a linear form to the size of the vibration."""
     return sqrt((form.first / weight) ** 2 + form.second * form.second)
 
 
 @kernel
 def vibration_after(vibration: Vibration, rates: Floats, t: float) -> Vibration:
-    """The vibration a time t later, exp(Λt) f, from the four elements of Λ.
+    """Return the vibration after a time t, exp(Λt) f, from the four elements of Λ.
 
     Notes
     -----
-    Let Λ = [[a, b], [c, d]], m = (a + d)/2 < 0 and δ = ((a − d)/2)² + bc. Then
-    exp(Λt) = e^(mt) (cosh(√δ t) + (Λ − m) sinh(√δ t)/√δ). For δ < 0 it has cos and sin of √−δ t. The smaller rate is
-    det Λ over the larger one: m + √δ would cancel.
+    Let Λ = [[a, b], [c, d]], m = (a + d)/2 < 0 and δ = ((a − d)/2)² + bc. Then exp(Λt) = e^(mt) (cosh(√δ t) + (Λ − m)
+    sinh(√δ t)/√δ). For δ < 0, cos and sin of √−δ t replace cosh and sinh. The smaller rate is det Λ divided by the
+    larger rate, because m + √δ would cancel.
     """
     first, second = vibration
     a, b, c, d = rates[0], rates[1], rates[2], rates[3]

@@ -1,6 +1,4 @@
-"""Accumulates observables on a segment, by the kind of base: the response to a record needs more observables than
-the response to a sine.
-"""
+"""Accumulation of observables on a segment."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.record_base import RecordBase
@@ -19,12 +17,12 @@ from damperlab.worker.solver.scene import Curves, Scene
 
 @inlined
 def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> bool:
-    """Measure a complete panel without events if that needs no polynomials; True if nothing remains to be measured."""
+    """Measure a panel without events from its end states, if possible; return whether the measurement is complete."""
     if meter is None:
         return True
     if isinstance(scene.base, RecordBase):
         return False
-    if meter.acceleration is not None:  # it is computed from polynomials
+    if meter.acceleration is not None:  # u'' is computed from polynomials
         return False
     if peaks_at_ends(meter, segment, scene):
         measure_window(meter, segment, scene)
@@ -34,7 +32,7 @@ def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> boo
 
 @inlined
 def measure(meter: Meter | None, segment: Segment, whole: bool, scene: Scene, curves: Curves) -> None:
-    """Measure one segment from its polynomials; `whole` means a complete panel."""
+    """Measure one segment from its polynomials; `whole` is True for a complete panel without events."""
     if meter is not None:
         if isinstance(scene.base, RecordBase):
             measure_segment(meter, segment, scene, curves)

@@ -1,7 +1,7 @@
-"""Observables in contact with a compliant wall: energies, mean square and true peaks, exact for a long step.
+"""Observables in contact with a compliant wall: energies, mean square and peaks, also over a long step.
 
 Under a record the meter also has ∫v², ∫u''² and the largest |u''|, which is finite in contact. Under a harmonic
-excitation it has ∫u''² and the largest |u''| on request (`measure_compliant_acceleration.py`).
+excitation the meter has ∫u''² and the largest |u''| on request (`measure_compliant_acceleration.py`).
 """
 
 from typing import NamedTuple
@@ -54,14 +54,14 @@ from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS
 from damperlab.worker.solver.scene import Scene
 
 LEAST_DECAY = 1e-9
-"""Least |tr Λ| t of a long step. Below it J loses its accuracy, because it is a difference between the two ends divided
-by tr Λ.
+"""Least |tr Λ| t of a long step. For smaller values, the integral J (`measure_vibration`) is inaccurate, because J is a
+difference of two end values, divided by tr Λ.
 """
 
 
 @inlined
 def takes_integrals(meter: Meter) -> bool:
-    """Whether a meter accumulates integrals in contact: of energies, or only ∫u''²."""
+    """Whether a meter accumulates integrals in contact, for energies or for ∫u''²."""
     return meter.energies is not None or meter.acceleration is not None
 
 
@@ -69,7 +69,7 @@ def takes_integrals(meter: Meter) -> bool:
 def measure_contact(
     meter: Meter, moved: float, t: float, damping: float, regime: AnyRegime, scene: Scene
 ) -> None:
-    """Add a segment of length t on the expanded polynomials, over which v changes by `moved`, to the integrals.
+    """Add a segment of length t to the integrals, from its polynomials; v changes by `moved` over the segment.
 
     `damping` is C while the wall pushes, and 0 after detachment.
     """
@@ -120,8 +120,9 @@ def measure_contact(
 
 @inlined
 def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
-    """Force of the base on a mass that friction holds while the wall is pressed; 0 under an exciting force, where
-    neither work nor u'' needs it.
+    """Force of the base on a mass that friction holds during contact with a wall.
+
+    Under an exciting force the result is 0, because neither the work nor u'' depends on this force.
     """
     if isinstance(base, RecordBase):
         return value(buffers.wall_force, t) + record_acceleration(buffers, t)
@@ -133,7 +134,7 @@ def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
 
 @kernel
 def raise_peaks(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
-    """Raise the peaks to the largest |u| and |v|, on request also |u''|, on the expanded polynomials."""
+    """Raise the peaks of |u|, |v| and, on request, |u''| to the largest values of a segment, from its polynomials."""
     sums, offset, buffers = meter.sums, regime.offset, buffers_of(scene)
     sums[PEAK] = largest(buffers.absolute, offset, t, sums[PEAK], buffers.scratch)
     if scene.friction is None:
@@ -156,7 +157,7 @@ def measure_long_step(
     regime: CompliantRegime,
     scene: Scene,
 ) -> None:
-    """Add a long step of length t to all requested observables; no displacement has a relevant peak inside it."""
+    """Add a long step of length t to all requested observables; inside the step, no displacement exceeds a peak."""
     sums, base, excitation = meter.sums, scene.base, buffers_of(scene).excitation
     if takes_integrals(meter):
         measure_contact(meter, v_end - v_start, t, wall_of(scene).damping, regime, scene)
@@ -171,7 +172,7 @@ def measure_long_step(
         if not isinstance(base, RecordBase):
             raise_over_long_step(meter, t, before, regime, scene)
         elif regime.sticks:
-            # |u''| of a slipping mass stays below the peak, since the length of the step was chosen for this
+            # |u''| of a slipping mass stays below the peak, as `longest_step` ensures
             raise_acceleration_in_contact(meter, t, regime, scene)
 
 
@@ -183,7 +184,7 @@ def measure_vibration(
 
     Notes
     -----
-    Integrated by parts, ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f], which is finite because p is a polynomial.
+    Integrated by parts, ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f], which ends because p is a polynomial.
     J = ∫ f fᵀ dt solves ΛJ + JΛᵀ = [f fᵀ].
     """
     sums, base, motion, buffers = meter.sums, scene.base, regime.motion, buffers_of(scene)
@@ -237,7 +238,7 @@ class _Squares(NamedTuple):
 
 @kernel
 def _squares(before: Vibration, after: Vibration, rates: Floats) -> _Squares:
-    """J = ∫ f fᵀ dt.
+    """Return J = ∫ f fᵀ dt over a long step, from the vibration at the two ends of the step.
 
     Let Λ = [[a, b], [c, d]]. The vector j of the elements J₁₁, J₁₂ and J₂₂ is the solution of
     [[2a, 2b, 0], [c, a + d, b], [0, 2c, 2d]] j = [(f₁², f₁f₂, f₂²)].
@@ -260,7 +261,7 @@ def _squares(before: Vibration, after: Vibration, rates: Floats) -> _Squares:
 
 @inlined
 def _own(form: LinearForm, squares: _Squares) -> float:
-    """∫ (l·f)² dt."""
+    """Return ∫ (l·f)² dt for a linear form, from J."""
     return (
         form.first * form.first * squares.first
         + 2.0 * form.first * form.second * squares.both
@@ -278,7 +279,7 @@ def _by_parts(
     regime: CompliantRegime,
     scene: Scene,
 ) -> float:
-    """∫ p l·f dt over [0, t]."""
+    """Return ∫ p l·f dt over [0, t] for a polynomial p and a linear form."""
     inverse, scratch = regime.motion.inverse, buffers_of(scene).scratch
     l1, l2 = form
     first, second = before

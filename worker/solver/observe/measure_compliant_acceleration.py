@@ -1,6 +1,4 @@
-"""u'' of the structure in contact with a compliant wall, where it is finite: its polynomial, and its largest value,
-also over a long step.
-"""
+"""Acceleration u'' of the structure in contact with a compliant wall: its polynomial and its largest value."""
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.addresses import Floats
@@ -30,7 +28,7 @@ from damperlab.worker.solver.motion.vibration import (
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, Meter
 from damperlab.worker.solver.scene import Scene
 
-_DROWNED = 1e-16  # share of the peak below which a vibration does not change its digits
+_DROWNED = 1e-16  # below this fraction of the peak, a vibration does not change the digits of the peak
 
 
 @inlined
@@ -44,7 +42,7 @@ def record_acceleration(buffers: Buffers, t: float) -> float:
 def acceleration_at(
     transmitted: float, t: float, regime: AnyRegime, base: Excitation, buffers: Buffers
 ) -> float:
-    """u'' from the polynomials and the forces of spring, dashpot and friction; a sticking mass moves with its base."""
+    """Return u'' from the polynomials and the force `transmitted` by spring, dashpot and friction."""
     if isinstance(base, SineForce):
         if regime.sticks:
             return 0.0
@@ -54,9 +52,7 @@ def acceleration_at(
 
 @kernel
 def slip_acceleration_into(base: Excitation, buffers: Buffers, out: Floats) -> None:
-    """Coefficients of u'' of a slipping mass, from the forces on it: −(2ζw + x), minus that of the wall, plus the
-    excitation.
-    """
+    """Write the coefficients of u'' of a slipping mass: −(2ζw + x), minus the wall force, plus the exciting force."""
     for n in range(ORDER):
         out[n] = (
             -(base.two_zeta * (n + 1) * buffers.relative[n + 1] + buffers.relative[n]) - buffers.wall_force[n]
@@ -69,10 +65,10 @@ def slip_acceleration_into(base: Excitation, buffers: Buffers, out: Floats) -> N
 
 @kernel
 def raise_acceleration_in_contact(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
-    """Raise the peak to the largest |u''| on the expanded polynomials."""
+    """Raise the peak to the largest |u''| of a segment, from its polynomials."""
     sums, base, buffers = meter.sums, scene.base, buffers_of(scene)
     if regime.sticks:
-        if isinstance(base, RecordBase):  # linear
+        if isinstance(base, RecordBase):  # s'' is linear in time
             ends = max(abs(record_acceleration(buffers, 0.0)), abs(record_acceleration(buffers, t)))
             sums[ACCELERATION_PEAK] = max(sums[ACCELERATION_PEAK], ends)
         elif not isinstance(base, SineForce):
@@ -89,7 +85,7 @@ def raise_acceleration_in_contact(meter: Meter, t: float, regime: AnyRegime, sce
 
 @kernel
 def largest(polynomial: Floats, offset: float, t: float, peak: float, scratch: Floats) -> float:
-    """The larger of a peak and the largest |p − offset| over [0, t]."""
+    """Return the larger of `peak` and the largest |p − offset| over [0, t]."""
     ends = max(abs(polynomial[0] - offset), abs(value(polynomial, t) - offset))
     peak = max(peak, ends)
     curvature = curvature_bound(polynomial, t)
@@ -102,7 +98,7 @@ def largest(polynomial: Floats, offset: float, t: float, peak: float, scratch: F
 
 @kernel
 def form_of_acceleration(regime: CompliantRegime, scene: Scene) -> LinearForm:
-    """The vibration's contribution to u'' of a slipping mass."""
+    """Linear form of the vibration's contribution to u'' of a slipping mass."""
     x, w = form_of_x(regime.motion), form_of_w(regime.motion)
     wall_force = form_of_wall_force(regime.motion, wall_of(scene))
     two_zeta = scene.base.two_zeta
@@ -116,11 +112,11 @@ def form_of_acceleration(regime: CompliantRegime, scene: Scene) -> LinearForm:
 def raise_over_long_step(
     meter: Meter, t: float, vibration: Vibration, regime: CompliantRegime, scene: Scene
 ) -> None:
-    """Raise the peak to the largest |u''| of a long step, for the expanded slow motion and the vibration together.
+    """Raise the peak to the largest |u''| of a long step, for slow motion and vibration together.
 
-    The length of the step does not depend on u'', so that a point has the same bits with and without it. The step is
-    divided into spans in which a polynomial represents the vibration, until envelope and slow motion prove that no
-    higher value follows.
+    The length of the step does not depend on u'', so that a point has the same bits whether u'' is measured or not. The
+    step is divided into spans in which a polynomial represents the vibration. The division ends when the slow motion
+    and the envelope of the vibration prove that no higher value follows.
     """
     if regime.sticks:
         raise_acceleration_in_contact(meter, t, regime, scene)
@@ -151,7 +147,7 @@ def raise_over_long_step(
 
 @kernel
 def _add_vibration(slow: Floats, vibration: Vibration, form: LinearForm, rates: Floats, out: Floats) -> None:
-    """Coefficients of the sum of a polynomial and the linear form of exp(Λt) f."""
+    """Write the coefficients of the sum of a polynomial and the linear form of exp(Λt) f."""
     first, second = vibration
     for n in range(TERMS):
         out[n] = slow[n] + (form.first * first + form.second * second)
@@ -162,7 +158,7 @@ def _add_vibration(slow: Floats, vibration: Vibration, form: LinearForm, rates: 
 
 @kernel
 def _shift(p: Floats, t: float) -> None:
-    """Coefficients of p(t + …), in place: by repeated Horner steps."""
+    """Replace the coefficients of p(τ) by the coefficients of p(t + τ), by repeated Horner steps."""
     for i in range(ORDER):
         for j in range(ORDER - i):
             n = ORDER - 1 - j

@@ -1,4 +1,4 @@
-"""Observables on one segment of the response to a record: energies, squares and true peaks, also of u''."""
+"""Observables on one segment of the response to a record: energies, squares, and the peaks of u, v and u''."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
@@ -26,7 +26,7 @@ from damperlab.worker.solver.scene import Curves, Scene
 
 @inlined
 def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
-    """Energies, squares and true peaks of one segment, from its polynomials."""
+    """Add energies and squares of one segment, and raise the peaks, from the polynomials of the segment."""
     sums, base, regime, phase, t = meter.sums, scene.base, segment.regime, segment.phase, segment.time
     start, end, offset, motion, u2 = (
         segment.start,
@@ -58,7 +58,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         square += GAUSS_WEIGHTS[i] * u * u
         relative_square += GAUSS_WEIGHTS[i] * v * v
         acceleration_square += GAUSS_WEIGHTS[i] * acceleration * acceleration
-    sums[WORK_IN] += t * work / motion.compliance  # the base moves the particle on its wall too
+    sums[WORK_IN] += t * work / motion.compliance  # includes the work on a particle in sustained contact
     measure_rubbing(meter, segment, scene)
     sums[VISCOUS_LOSS] += t * base.two_zeta * loss
     sums[SQUARE] += t * square
@@ -97,7 +97,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         most = u_derivative_bound(4, segment, base)
         if ends + bulge * most > peak:
             # u'' = −κ(2ζw + x) from the polynomial of x, because x'' and s'' might nearly cancel
-            polynomial = of_base  # its coefficients are not needed any more
+            polynomial = of_base  # the coefficients of s are not needed any more
             for n in range(ORDER):
                 polynomial[n] = -motion.compliance * (base.two_zeta * (n + 1) * relative[n + 1] + relative[n])
             polynomial[ORDER] = 0.0

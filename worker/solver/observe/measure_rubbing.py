@@ -1,4 +1,4 @@
-"""Observables of a particle with friction on its cavity, on any segment."""
+"""Observables of a particle with friction in its cavity, on one segment."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.sine_base import SineForce
@@ -10,11 +10,11 @@ from damperlab.worker.solver.sliding import with_pull
 
 @inlined
 def measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
-    """Add the loss of a particle that slides through the cavity.
+    """Add the sliding time and the friction loss of a particle that slides in its cavity.
 
     The work of a shaken base is integrated with the offset of the spring centre. This offset includes the particle's
-    pull, which the spring does not transmit. The work of the pull is therefore added here, also for a held mass, whose
-    work lacks it too.
+    pull, which the spring does not transmit. The work of the pull is therefore added here, for a slipping mass and for
+    a mass that friction holds.
     """
     if scene.particle is not None:
         if scene.particle.friction is not None:

@@ -23,16 +23,21 @@ from damperlab.worker.solver.observe.meter import (
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
 
-# Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
+# Gauss–Lobatto rule on [0, 1] with 6 points, exact to degree 9. `_LOBATTO_NODES` are the four nodes between the ends.
+# `_LOBATTO_WEIGHTS` are the weights of the ends, of the outer two and of the inner two of these nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
 _LOBATTO_NODES = (0.5 - 0.5 * _OUTER, 0.5 - 0.5 * _INNER, 0.5 + 0.5 * _INNER, 0.5 + 0.5 * _OUTER)
 _LOBATTO_WEIGHTS = (1.0 / 30.0, (14.0 - sqrt(7.0)) / 60.0, (14.0 + sqrt(7.0)) / 60.0)
-_TOP = 11  # 0.4^12/12! = 4e-14: higher terms add less than the error of the rule
+# Order of the last term used; the next term, 0.4^12/12! = 4e-14, is less than the error of the rule.
+_TOP = 11
 
 
 @inlined
 def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
-    """Raise the peaks to the values at the ends of a segment; False if a peak between them may be higher."""
+    """Raise the peaks to the values at the ends of a segment.
+
+    If a value between the ends may be higher, change nothing and return False.
+    """
     sums = meter.sums
     v_start = segment.start.v
     v_end = segment.end.v
@@ -41,7 +46,7 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
     at_ends = max(abs(u_start), abs(u_end))
     peak = max(sums[PEAK], at_ends)
     half = 0.5 * segment.time * segment.time
-    # the slope at one end exceeds its possible change over the span, so there is no extremum between
+    # if the displacement changes by more than `bulge`, the slope has no zero in the segment
     bulge = half * segment.bounds.u2
     if at_ends + 0.25 * bulge > peak and abs(u_end - u_start) <= bulge:
         return False
@@ -58,9 +63,7 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
 
 @inlined
 def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
-    """Add a complete panel without events, by the quadratic forms of `motion.quadratic_forms`; peaks are not
-    examined.
-    """
+    """Add a complete panel without events to the sums, but not to the peaks. See `motion.quadratic_forms`."""
     sums, base, regime = meter.sums, scene.base, segment.regime
     measure_rubbing(meter, segment, scene)
     if regime.sticks:
@@ -81,7 +84,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
             sums[SQUARE] += v * (v * base.window + 2.0 * moved) + square
             return
         f = regime.motion.forms
-        assert f is not None  # a metered segment has a motion with forms
+        assert f is not None  # for a meter with energies, the motion has been made with forms
         x = start.v + offset
         p = products(x, start.w, sine, cosine)
         sums[WORK_IN] += quadratic(f, WORK, p)
@@ -99,7 +102,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
 
 @inlined
 def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
-    """Work of the base on a mass at rest on it: the increase of its kinetic energy, at the base's speed."""
+    """Work of the base on a mass that friction holds: the increase in kinetic energy at the velocity of the base."""
     r2 = frequency_ratio * frequency_ratio
     before = segment.phase.position
     after = segment.phase_end.position
@@ -109,9 +112,7 @@ def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
 
 @inlined
 def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
-    """Add a segment that is not a complete panel, by Lobatto's rule, whose end values are known; peaks are not
-    examined.
-    """
+    """Add a segment that is not a complete panel to the sums, but not to the peaks, by Lobatto's rule."""
     sums, base, regime, t = meter.sums, scene.base, segment.regime, segment.time
     measure_rubbing(meter, segment, scene)
     if regime.sticks:
@@ -195,7 +196,7 @@ def slopes(p: Floats, a: float, b: float, c: float, d: float) -> tuple[float, fl
 
 @inlined
 def find_peaks(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
-    """Raise the peaks to the largest |u| and |v| of a segment, true extrema of its polynomials."""
+    """Raise the peaks to the largest |u| and |v| of a segment, at the extrema of its polynomials and at its ends."""
     sums, start, end, t, u2 = meter.sums, segment.start, segment.end, segment.time, segment.bounds.u2
     u_ends = max(abs(start.v + segment.phase.position), abs(end.v + segment.phase_end.position))
     peak = max(sums[PEAK], u_ends)
@@ -218,7 +219,7 @@ def find_peaks(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> 
 def _highest(
     p: Floats, offset: float, rate_end: float, t: float, third_derivative: float, scratch: Floats
 ) -> float:
-    """Largest |p − offset| at an extremum inside a span; 0 if there is none.
+    """Largest |p − offset| at an extremum inside a span; 0 if the span contains no extremum.
 
     Parameters
     ----------
@@ -231,11 +232,12 @@ def _highest(
     curve = 2.0 * p[2]
     if (
         abs(curve) > third_derivative * t
-    ):  # the slope is monotone, so there is one extremum if it changes sign, else none
+    ):  # the slope is monotone: there is one extremum if the slope changes sign, else none
         if rate * rate_end >= 0.0:
             return 0.0
-        # A parabola through slope and curvature at the start and slope at the end. Then two Newton steps: each squares
-        # the error of the time, and the error of the height is the square of that.
+        # The first estimate is the root of a parabola through slope and curvature at the start and slope at the end.
+        # Two Newton steps follow. Each step squares the error of the time, and the error of the extremum is of the
+        # order of the square of this error.
         half = 0.5 * curve
         last = (rate_end - rate - curve * t) / (t * t)
         root = sqrt(max(half * half - last * rate, 0.0))

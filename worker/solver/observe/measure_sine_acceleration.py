@@ -1,6 +1,4 @@
-"""Observables of u'' on one segment under a harmonic excitation, on request: the integral of its square, and its
-largest value.
-"""
+"""Observables of u'' on one segment under a harmonic excitation, on request: ∫u''² and the largest |u''|."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound
@@ -14,10 +12,10 @@ from damperlab.worker.solver.scene import Curves, Scene
 
 @inlined
 def measure_acceleration(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
-    """Add ∫u''² over a segment and raise the peak to its largest |u''|; overwrites the polynomial of the excitation.
+    """Add ∫u''² of a segment and raise the peak of |u''|, overwriting the polynomial of the excitation.
 
-    u'' jumps where slip stops or reverses and where the particle meets, joins or leaves a wall. Each of the two
-    segments that meet there uses its own end value, and neither includes an impulse between them.
+    u'' jumps where slip stops or reverses and where the particle meets, joins or leaves a wall. At such a time, each of
+    the two adjacent segments uses its own end value, and neither includes the impulse between them.
     """
     sums, base, t = meter.sums, scene.base, segment.time
     acceleration, scratch = curves.excitation, curves.scratch

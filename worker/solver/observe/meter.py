@@ -1,4 +1,4 @@
-"""The meter of an integration: its sums, and their positions in the array."""
+"""The meter of an integration: the sums of its observables, and the index of each sum."""
 
 from typing import NamedTuple
 
@@ -8,24 +8,25 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.array_loops import filled
 
-# Sums of a meter; energies over k Z², times over 1/ω_n. The first five and PARTICLE_LOSS are integrals.
+# Indices of the sums of a meter. Energies are over k Z², times over 1/ω_n. The first five sums and PARTICLE_LOSS are
+# integrals.
 WORK_IN = 0
 VISCOUS_LOSS = 1
 FRICTION_LOSS = 2
 IMPACT_LOSS = 3
-SQUARE = 4  # ∫ u² dτ
-STUCK = 5  # time in which friction holds the mass
-SPEED = 6  # largest approach speed of an impact
-PEAK = 7  # largest |u| since the last reset
-RELATIVE_PEAK = 8  # largest |v| since the last reset
-PARTICLE_LOSS = 9  # to the friction of the particle
-SLIDING = 10  # time in which the particle slides
+SQUARE = 4  # ∫ u² dτ.
+STUCK = 5  # Time in which friction holds the mass.
+SPEED = 6  # Largest approach speed of an impact.
+PEAK = 7  # Largest |u| since the last reset.
+RELATIVE_PEAK = 8  # Largest |v| since the last reset.
+PARTICLE_LOSS = 9  # Energy lost by the friction of the particle.
+SLIDING = 10  # Time in which the particle slides.
 METERS = 11
 
-# Additional sums of a record's meter; a meter with acceleration has the last two as well.
-RELATIVE_SQUARE = METERS  # ∫ v² dτ
-ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ
-ACCELERATION_PEAK = METERS + 2  # largest |u''|; under a harmonic excitation since the last reset
+# Additional sums of a meter under a record. Under a harmonic excitation, a meter with `acceleration` has the last two.
+RELATIVE_SQUARE = METERS  # ∫ v² dτ.
+ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ.
+ACCELERATION_PEAK = METERS + 2  # Largest |u''|; under a harmonic excitation since the last reset.
 RECORD_METERS = METERS + 3
 
 
@@ -35,12 +36,12 @@ class Meter(NamedTuple):
     Attributes
     ----------
     sums : array, shape (METERS,) or (RECORD_METERS,)
-        The sums, which grow; the longer array under a record and with the acceleration. If an integration ends early,
-        they are those up to that time.
+        The sums, which an integration increases. The array is longer under a record and with `acceleration`. If an
+        integration ends early, the sums cover the time until then.
     energies : True or None
-        With None, the kernel integrates no energy and no square, and their entries are meaningless.
+        If None, energies and squares are not integrated, and their entries in `sums` are meaningless.
     acceleration : True or None
-        Whether u'' is measured too, as it always is under a record. With None, the kernel contains no code for it.
+        Whether u'' is measured under a harmonic excitation; under a record, u'' is always measured.
     """
 
     sums: NDArray[np.float64]

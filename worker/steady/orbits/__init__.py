@@ -1,1 +1,1 @@
-"""Periodic orbits that a run may tend to."""
+"""Periodic orbits to which a run may tend."""

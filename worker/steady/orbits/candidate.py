@@ -1,7 +1,7 @@
-"""Stable orbits near a run: the orbit that the run tends to, and whether an orbit exists near a run that does not
-repeat.
+"""Stable orbits near a run, to which the run tends or may tend.
 
-An orbit is accepted as the response only if the run approaches it just as its linearisation predicts.
+An orbit is accepted as the response only if the run approaches the orbit just as the linearisation of the orbit
+predicts.
 """
 
 from math import inf, sqrt
@@ -27,25 +27,25 @@ from damperlab.worker.steady.stability.multipliers import spectral_radius
 
 Array = NDArray[np.float64]
 
-# The following values are chosen, not derived; their error rate is measured by comparing answers with long integrations
-# (`accuracy.steady_answers`).
-_TRIAL_PERIODS = 4  # number of periods that must be allowed before Newton's method is started
+# The following values are chosen, not derived; `accuracy.steady_answers` measures the error rate of the answers.
+_TRIAL_PERIODS = 4  # Newton's method is started only if at least this number of periods may be integrated.
 # Largest multiplier of an orbit that attracts; the margin covers the rounding of a multiplier of one.
 _ATTRACTS = 1.0 - 1e-9
-_REACH = 0.1  # relative distance within which an orbit may be the one that the run approaches
-_FAR_REACH = 0.5  # relative distance within which an orbit may lie near the run
-# A candidate is confirmed when the run's distance from it has fallen to the share `_CLOSED_IN` of the first one.
-# `_CLOSED_IN_SLOWLY` suffices if the run has followed the linearisation for `_LONG` half cycles, in which a passing run
-# would have left.
+_REACH = 0.1  # Largest relative distance of an orbit that the run is assumed to approach.
+_FAR_REACH = 0.5  # Largest relative distance of an orbit that is considered near the run.
+# A candidate is confirmed when the distance of the run from the orbit has fallen to `_CLOSED_IN` times the first
+# distance. A fall to `_CLOSED_IN_SLOWLY` is sufficient if the run has followed the linearisation for `_LONG` half
+# cycles. Within this time a run that only passes the orbit would have left the orbit.
 _CLOSED_IN = 0.3
 _CLOSED_IN_SLOWLY = 0.7
 _LONG = 256
-_AT_THE_ORBIT = 1e-8  # relative distance from an orbit at which the run has reached it, whatever the share
-# One stretch of the run, compared with the linearisation.
-_OFF_PREDICTION = 0.25  # share of the remaining distance: a run that deviates by more leaves the orbit
-_NEARER = 0.7  # share of the distance before: a run that comes within it approaches the orbit
-_NO_PREDICTION = 1e-4  # share of the distance before: within it no prediction is needed
-_ROUNDING = 1e-10  # relative distance below which only rounding moves a run on the orbit
+# Relative distance at which a run has reached an orbit, whatever the first distance.
+_AT_THE_ORBIT = 1e-8
+# Limits for comparing one stretch of the run with the linearisation, relative to the distance from the orbit.
+_OFF_PREDICTION = 0.25  # A run leaves the orbit if the deviation from the prediction is larger.
+_NEARER = 0.7  # A run approaches the orbit if the distance falls to this fraction in the stretch.
+_NO_PREDICTION = 1e-4  # No prediction is needed if the distance falls to this fraction in the stretch.
+_ROUNDING = 1e-10  # Relative distance from the orbit that rounding alone can cause.
 
 LEAVES, FOLLOWS, APPROACHES = range(3)
 """Behaviours of a run near an orbit."""
@@ -60,11 +60,11 @@ class Candidate(NamedTuple):
     met : int
         Half cycle of the run at which the orbit was found.
     since : int
-        Half cycle at which the run's distance from it was last recorded.
+        Half cycle at which the distance of the run from the orbit was last recorded.
     share : float
-        Share of the first distance that remained then.
+        Distance of the run from the orbit at `since`, as a fraction of the first distance.
     struck : int
-        Impacts of the run by then.
+        Number of impacts of the run until `since`.
     """
 
     orbit: Orbit
@@ -76,7 +76,7 @@ class Candidate(NamedTuple):
 
 @kernel
 def no_candidate(state: State) -> Candidate:
-    """No pending orbit."""
+    """Return a `Candidate` without an orbit."""
     return Candidate(no_orbit(state), 0, 0, 1.0, 0)
 
 
@@ -84,21 +84,21 @@ def no_candidate(state: State) -> Candidate:
 def stable_orbit_nearby(
     state: State, look: SectionLook, spare: float, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Candidate, bool, int]:
-    """A stable orbit within reach of the run.
+    """Search for a stable orbit within reach of the run.
 
     Parameters
     ----------
     spare : float
-        Half cycles allowed; Newton's method is not started if it would need more.
+        Largest number of half cycles that may be integrated. Newton's method is not started if more might be needed.
 
     Returns
     -------
     candidate : Candidate
-        The orbit, recorded for its confirmation; its period is 0 if there is none.
+        The orbit to be confirmed; the period of the orbit is 0 if no orbit was found.
     confirmed : bool
-        Whether no confirmation is needed, since the run must tend to it.
+        True if no further confirmation is needed, because the run must tend to the orbit.
     halves : int
-        Half cycles used.
+        Number of half cycles integrated.
     """
     particle = scene.particle
     nothing = no_candidate(state)
@@ -127,7 +127,7 @@ def is_beside_stable_orbit(
 ) -> bool:
     """Whether Newton's method from the present state leads to a stable orbit of this period.
 
-    A run that does not repeat while such an orbit exists may be a transient that ends there.
+    A run that does not repeat while such an orbit exists may be a transient that ends on this orbit.
     """
     reach = _FAR_REACH * look.scale
     _, found, _ = newton_orbit(state, period_halves, reach, look, scene, probe, notes)
@@ -140,7 +140,7 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
     """Whether the run must tend to a stable orbit.
 
     Without impacts v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance √(Δv² + Δw²) of any two motions never
-    grows. So a stable periodic motion attracts all others, unless the particle may still meet a wall before.
+    grows. So a stable periodic motion attracts all other motions, provided that the particle meets no wall on the way.
     """
     particle = scene.particle
     if particle is not None:
@@ -164,14 +164,15 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
 def closing_in(
     candidate: Candidate, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Candidate, bool]:
-    """Update a candidate after a further stretch of the run, and say whether it is confirmed; its period is 0 if the
-    run leaves it.
+    """Update a candidate after a further stretch of the run, and return whether the candidate is confirmed.
 
-    The run must approach the orbit just as its linearisation predicts, stretch after stretch, until its distance has
-    fallen to the share `_CLOSED_IN` of the first one. After `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient.
-    This is needed because a run may seem for a while to approach an orbit whose basin ends close by. A stretch with
-    more or fewer impacts than the orbit confirms nothing, because the linearisation does not apply to it. Without
-    impacts the orbit must attract every motion within reach; otherwise it is dropped.
+    If the run leaves the orbit, the period of the returned candidate is 0.
+
+    The run must approach the orbit as the linearisation predicts, stretch after stretch, until the distance has fallen
+    to `_CLOSED_IN` times the first distance. After `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient. This long
+    test is necessary, because a run may seem for a while to approach an orbit whose basin ends close by. A stretch with
+    more or fewer impacts than the orbit confirms nothing, because the linearisation does not apply to this stretch.
+    Without impacts the orbit must attract every motion within reach; otherwise the candidate is dropped.
     """
     orbit = candidate.orbit
     nothing = no_candidate(orbit.state)
@@ -211,7 +212,7 @@ def closing_in(
 
 @kernel
 def _impacts_of(orbit: Orbit, scene: Scene, probe: Scene) -> int:
-    """Impacts in a period of an orbit; −1 if it cannot be followed."""
+    """Number of impacts in one period of an orbit; −1 if the integration ends early."""
     begin_probe(probe, scene, orbit.period_halves)
     before: int = probe.counts[IMPACTS]
     state = orbit.state
@@ -232,16 +233,16 @@ def _follows(
     size: int,
     scale: float,
 ) -> int:
-    """Whether the run approaches the orbit as its linearisation predicts, `periods` periods after a known distance.
+    """Compare a run with the linearisation of an orbit, `periods` periods after a known departure from the orbit.
 
     Parameters
     ----------
     ring_now : array, shape (SECTION_SIZE,)
-        Present section coordinates of the run.
+        Current section coordinates of the run.
     orbit_point : array, shape (SECTION_SIZE,)
         Section coordinates of the orbit.
     departure : array, shape (SECTION_SIZE,)
-        Run minus orbit, `periods` periods ago.
+        Section coordinates of the run minus those of the orbit, `periods` periods ago.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian over one period.
     periods, size : int
@@ -251,8 +252,9 @@ def _follows(
     Returns
     -------
     verdict : int
-        LEAVES, FOLLOWS (as predicted, but hardly nearer than before) or APPROACHES. FOLLOWS proves nothing: if an orbit
-        has a multiplier near the unit circle, a run near it may wander permanently and seem for a while to settle.
+        LEAVES, FOLLOWS (as predicted, but hardly nearer than before) or APPROACHES. FOLLOWS is no proof of an approach:
+        if an orbit has a multiplier near the unit circle, a run near the orbit may wander permanently and seem for a
+        while to settle.
     """
     predicted = departure.copy()
     for _ in range(periods):

@@ -25,8 +25,8 @@ from damperlab.worker.steady.stability.variational import propagate
 Array = NDArray[np.float64]
 
 _ITERATIONS = 10
-_CLOSED = 1e-13  # relative distance from closure that counts as rounding
-_SINGULAR = 1e-11  # pivot below which the orbit is not isolated
+_CLOSED = 1e-13  # Relative distance from closure up to which an orbit is closed within rounding.
+_SINGULAR = 1e-11  # Pivot of 1 − M below which the orbit is not isolated.
 
 
 @kernel
@@ -37,18 +37,18 @@ def march_with_jacobian(
     log: Transitions,
     monodromy: Array,
 ) -> tuple[State, bool]:
-    """Integrate a state through `period_halves` half cycles, writing the Jacobian of the map into `monodromy`.
+    """Integrate a state through `period_halves` half cycles, and write the Jacobian of the map into `monodromy`.
 
     Parameters
     ----------
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
-        Filled.
+        Filled with the Jacobian of the map.
 
     Returns
     -------
     state : State
     complete : bool
-        False if the integration or its log ended early; the Jacobian is then invalid.
+        False if the integration ended early or the log was full; the Jacobian is then invalid.
     """
     for i in range(SECTION_SIZE):
         for j in range(SECTION_SIZE):
@@ -119,7 +119,7 @@ def _newton_step(
 
 @kernel
 def norm(vector: Array, size: int) -> float:
-    """Length of the leading part of a vector."""
+    """Euclidean norm of the first `size` elements of a vector."""
     total = 0.0
     for i in range(size):
         total += vector[i] * vector[i]
@@ -137,31 +137,31 @@ def find_orbit(
     log: Transitions,
     monodromy: Array,
 ) -> tuple[State, float, int]:
-    """Periodic orbit near a state.
+    """Search for a periodic orbit near a state.
 
     Parameters
     ----------
     state : State
-        On the section, close to the orbit.
+        State on the section, close to the orbit.
     period_halves : int
         Period in half cycles of the mirrored map.
     size : int
-        Leading section coordinates that are free.
+        Number of leading section coordinates that are free.
     scale : float
-        Size of the motion.
+        Reference for relative distances (`recurrence.extent`).
     reach : float
-        Longest step that is accepted.
+        Longest step of Newton's method that is accepted.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Filled with the Jacobian of the resulting orbit.
 
     Returns
     -------
     orbit : State
-        State on the orbit; meaningless unless one was found.
+        State on the orbit; meaningless if no orbit was found.
     error : float
-        Estimated distance from the exact orbit; inf if none was found.
+        Estimated distance from the exact orbit; inf if no orbit was found.
     halves : int
-        Half cycles integrated.
+        Number of half cycles integrated.
     """
     friction, particle = scene.friction, scene.particle
     point = np.empty(SECTION_SIZE)
@@ -184,8 +184,8 @@ def find_orbit(
         step_length = norm(step, size)
         is_closed = norm(residual, size) <= _CLOSED * scale
         if is_closed and (step_length <= _CLOSED * scale or step_length > 0.5 * previous_length):
-            return here, step_length, halves  # no step improves it
-        if not step_length <= min(reach, 2.0 * previous_length):  # far from any orbit most tries end here
+            return here, step_length, halves  # no further step improves the orbit
+        if not step_length <= min(reach, 2.0 * previous_length):  # most searches far from any orbit end here
             return state, inf, halves
         previous_length = step_length
         for i in range(size):

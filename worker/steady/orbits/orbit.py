@@ -1,6 +1,4 @@
-"""A periodic orbit of the run, found by Newton's method from its present state or by its repetition, and the orbit's
-multiplier.
-"""
+"""A periodic orbit, found by Newton's method or from the repetition of the run, and the multiplier of the orbit."""
 
 from math import inf
 from typing import NamedTuple
@@ -19,7 +17,7 @@ from damperlab.worker.steady.section.recurrence import RING, settled_period, sta
 from damperlab.worker.steady.stability.multipliers import spectral_radius
 from damperlab.worker.steady.stopping_rules import Settings
 
-_REPELS = 1e-6  # excess of a repelling orbit's largest multiplier over one
+_REPELS = 1e-6  # an orbit repels if its largest multiplier exceeds one by more than this
 
 
 class Orbit(NamedTuple):
@@ -28,7 +26,7 @@ class Orbit(NamedTuple):
     Attributes
     ----------
     state : State
-        On it, at phase 0.
+        State on the orbit, at phase 0.
     period_halves : int
         Period in mirrored half cycles; 0 if there is no orbit.
     error : float
@@ -41,14 +39,14 @@ class Orbit(NamedTuple):
 
 
 class SectionLook(NamedTuple):
-    """State of the run at a section, as a search for an orbit needs it.
+    """Data of the run at a section, for the search for an orbit.
 
     Attributes
     ----------
     half : int
-        Half cycles of the run.
+        Number of half cycles of the run.
     scale : float
-        Size of the motion.
+        Reference for relative distances (`recurrence.extent`).
     size : int
         Number of leading section coordinates that are used.
     """
@@ -60,7 +58,7 @@ class SectionLook(NamedTuple):
 
 @kernel
 def no_orbit(state: State) -> Orbit:
-    """The value for no orbit."""
+    """Return an `Orbit` of period 0, which means no orbit."""
     return Orbit(state, 0, inf)
 
 
@@ -80,19 +78,19 @@ def newton_orbit(
     probe: Scene,
     notes: Notes,
 ) -> tuple[Orbit, bool, int]:
-    """Periodic orbit by Newton's method from a state of the run, with steps no longer than `reach`.
+    """Search for a periodic orbit by Newton's method from a state of the run, with steps no longer than `reach`.
 
     Returns
     -------
     orbit : Orbit
-        Its error is infinite if there is no orbit; its Jacobian is in the notes.
+        The orbit, whose error is infinite if none was found. The Jacobian is in `notes.monodromy`.
     found : bool
     halves : int
-        Half cycles integrated.
+        Number of half cycles integrated.
     """
     begin_probe(probe, scene, 12 * period_halves)
     size = look.size
-    if not rubs(scene.particle):  # a particle that has not met a wall so far may meet one later
+    if not rubs(scene.particle):  # a particle that has not met a wall so far may meet a wall later
         size = active_size(state, scene.particle, probe.counts)
     orbit, error, halves = find_orbit(
         state, period_halves, size, look.scale, reach, probe, notes.log, notes.monodromy
@@ -110,11 +108,13 @@ def repeated_orbit(
     notes: Notes,
     settings: Settings,
 ) -> Orbit:
-    """The orbit on which the run almost repeats; its period is 0 if the run does not repeat, or if the orbit repels it.
+    """Return the orbit on which the run almost repeats.
 
-    A run may come near a repelling orbit by chance: where friction stops the mass, chaos has few dimensions and returns
-    very close to earlier points. If Newton's method fails or leads elsewhere, the run's own state is taken once the run
-    has repeated over the complete memory.
+    The period of the orbit is 0 if the run does not repeat, or if the orbit repels the run.
+
+    A chaotic run may come near a repelling orbit by chance, in particular if friction stops the mass. If Newton's
+    method fails or leads to another orbit, the state of the run itself is used, provided that the run has repeated over
+    all stored section points.
     """
     tolerance = settings.periodic_tolerance
     period_halves, error = settled_period(
@@ -146,7 +146,7 @@ def repeated_orbit(
 def orbit_multiplier(monodromy: NDArray[np.float64], size: int, period_halves: int) -> float:
     """Largest modulus of the Floquet multipliers over one period of the response.
 
-    The map of an odd number of mirrored half cycles is half a period, so its multipliers are squared.
+    The map of an odd number of mirrored half cycles covers half a period, so the multipliers are squared.
     """
     radius = spectral_radius(monodromy, size)
     return radius * radius if period_halves % 2 == 1 else radius

@@ -1,4 +1,4 @@
-"""Search for stable orbits near a run, and its findings."""
+"""Search for stable orbits near a run."""
 
 from typing import NamedTuple
 
@@ -16,29 +16,30 @@ from damperlab.worker.steady.orbits.candidate import (
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit
 from damperlab.worker.steady.run import Notes
 
-_BETWEEN_TRIES = 32  # half cycles of the run between two searches for a stable orbit
-# Half cycles spent on searching for nearby orbits, relative to those of the run: in its burn-in, and while metering.
+_BETWEEN_TRIES = 32  # Half cycles of the run between two searches for a stable orbit.
+# Largest number of half cycles spent on the search for nearby orbits, as a fraction of the half cycles of the run:
+# during the burn-in, and while metering.
 _SHARE_IN_BURN_IN = 0.1
 _SHARE_METERED = 0.05
-# Half cycles between searches for a stable orbit farther off, while metering, and the periods tried in turn. Shorter
-# ones are tried more often, because most chaos ends on them.
+# Number of half cycles between searches for a more distant stable orbit while metering, and the periods that are tried
+# in turn. Short periods are tried more often, because most chaotic transients end on orbits of short period.
 _FAR_EVERY = 64
 _FAR_PERIODS = (1, 2, 3, 1, 2, 4)
 
 
 class Nearby(NamedTuple):
-    """Findings of a run about stable orbits near it.
+    """Results of the search for stable orbits near a run.
 
     Attributes
     ----------
     candidate : Candidate
-        The candidate to be confirmed; its period is 0 if there is none.
+        The candidate to be confirmed; the period of its orbit is 0 if there is no candidate.
     next_try : int
-        Half cycle of the run from which another orbit is searched.
+        Half cycle of the run from which the search for another orbit may start.
     halves_spent : int
-        Half cycles spent on searching.
+        Number of half cycles spent on searching.
     rival : bool
-        Whether a stable orbit is known which the run has not reached.
+        Whether a stable orbit is known that the run has not reached.
     """
 
     candidate: Candidate
@@ -49,7 +50,7 @@ class Nearby(NamedTuple):
 
 @kernel
 def nothing_nearby(state: State, first_try: int) -> Nearby:
-    """The findings before the first search."""
+    """Return the results before the first search."""
     return Nearby(no_candidate(state), first_try, 0, False)
 
 
@@ -57,8 +58,9 @@ def nothing_nearby(state: State, first_try: int) -> Nearby:
 def look_nearby(
     nearby: Nearby, state: State, look: SectionLook, burn_in: int, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Nearby, Orbit]:
-    """Follow the candidate, or search for one. Return the orbit that the run tends to; its period is 0 if none is
-    found.
+    """Follow the candidate, or search for a new candidate.
+
+    Return the results, and the orbit to which the run tends. The period of the orbit is 0 if there is no such orbit.
     """
     candidate, next_try, halves_spent, rival = nearby
     confirmed = False
@@ -90,9 +92,10 @@ def look_farther(
     probe: Scene,
     notes: Notes,
 ) -> Nearby:
-    """Occasionally search for a stable orbit farther off, on which a run that does not repeat may end.
+    """Search occasionally for a more distant stable orbit, on which a run that does not repeat may end.
 
-    The search is rare, which limits its cost. Counted among the nearby searches, it would use up all of their share.
+    The half cycles of this rare search are not added to `halves_spent`, because they would use up the allowance of the
+    nearby searches.
     """
     if metered_halves < 0 or metered_halves % _FAR_EVERY != 0 or nearby.rival:
         return nearby
@@ -106,5 +109,5 @@ def look_farther(
 
 @kernel
 def _halves_to_spare(half: int, burn_in: int) -> float:
-    """Half cycles that may be spent on searching for orbits, during a run of a given number of half cycles."""
+    """Number of half cycles that the search for orbits may have spent when the run has reached half cycle `half`."""
     return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)

@@ -1,1 +1,1 @@
-"""Description of a steady response: its measures, and their errors."""
+"""Measures of a steady response, and the errors of these measures."""

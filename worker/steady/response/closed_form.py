@@ -1,4 +1,4 @@
-"""Steady response of a structure without damper: in closed form, without time stepping."""
+"""Steady response of a structure without damper, in closed form."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,30 +12,31 @@ Values = NDArray[np.float64]
 def linear_response(
     damping_ratio: Values, frequency_ratio: Values, forced: bool = False
 ) -> dict[str, np.ndarray]:
-    """Every result variable of points without friction and without an acting particle.
+    """Return all result variables of points with neither friction nor a particle that acts on the structure.
 
     Parameters
     ----------
     damping_ratio, frequency_ratio : ndarray, shape (N,)
         ζ and r.
     forced : bool
-        Whether a force on the structure excites it instead of a shaken base; lengths are then over F₀/k.
+        Whether the excitation is a force on the structure, and not a shaken base. Lengths are then relative to F₀/k.
 
     Returns
     -------
     dict of ndarray, shape (N,)
-        All variables except run_time and those of an ensemble. Status UNBOUNDED and NaN for ζ = 0 at r = 1.
+        All variables except run_time and the variables of an ensemble. For ζ = 0 at r = 1, the status is UNBOUNDED and
+        the values are NaN.
 
     Notes
     -----
-    With H = r²/(1 − r² + 2iζr) the relative motion is |H| and the absolute one |1 + H| =
-    √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)]. Work in and viscous loss per cycle, over k Z², are computed separately, and the
-    residual compares the two. For a force, 1 replaces r², and the base is at rest. An amplitude from the closed form is
-    exact to a few roundings.
+    Let H = r²/(1 − r² + 2iζr). The relative amplitude is |H|, and the absolute amplitude is |1 + H| =
+    √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)]. Input work and viscous loss per cycle, over k Z², are computed separately, and the
+    residual compares the two. Under a force, the numerator of H is 1, and both amplitudes are |H|. An amplitude from
+    the closed form is accurate to a few rounding errors.
     """
     r = frequency_ratio
     loss = 2.0 * damping_ratio * r
-    detuning = (1.0 - r) * (1.0 + r)  # keeps its digits next to r = 1
+    detuning = (1.0 - r) * (1.0 + r)  # accurate near r = 1
     bottom = np.hypot(detuning, loss)
     bounded = bottom > 0.0
     bottom = np.where(bounded, bottom, np.nan)

@@ -1,4 +1,4 @@
-"""The energy balance of a measured stretch, which any single error of the solver would violate."""
+"""The energy balance of a measured stretch, a check of the solver."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from damperlab.worker.solver.state import Dwell, State
 
 @kernel
 def _contact_energy(dwell: Dwell | None, particle: Particle) -> float:
-    """Energy that the particle recovers when it leaves its wall; 0 if no contact takes time."""
+    """Energy that is recovered when the particle leaves its wall after a dwell; 0 without a dwell."""
     if dwell is not None:
         if dwell.left > 0.0:
             return kept_energy(dwell.speed, particle.restitution, particle.mass_ratio)
@@ -52,7 +52,7 @@ def stored_energy(state: State, base_rate: float, particle: Particle | None) -> 
 
 @kernel
 def _height_energy(state: State, particle: Particle) -> float:
-    """Energy of a particle under gravity, relative to the state in which the spring bears it: −βG (u − p)."""
+    """Energy of a particle under gravity, relative to the state in which the spring bears the weight: −βG (u − p)."""
     if particle.gravity is not None:
         apart = state.wall * (particle.clearance_ratio - state.gap)
         return particle.mass_ratio * fall_of(state.slide, particle) * apart
@@ -69,11 +69,10 @@ def energy_residual(sums: NDArray[np.float64], stored_before: float, stored_afte
 
 @kernel
 def unbalanced(work: float, losses: float, stored_before: float, stored_after: float, peak: float) -> float:
-    """|work in − losses − change of stored energy| over the largest energy.
+    """Return |input work − losses − change of stored energy|, divided by the largest energy.
 
-    The largest energy is the largest of work in, losses, energy stored at either end, and half the square of the peak.
-    The last one is the scale if almost no net work is done over the stretch. Without loss, or with a locked mass, the
-    base recovers in one half cycle the work of the other.
+    The largest energy is the largest of input work, losses, energy stored at either end, and half the square of the
+    peak. Half the square of the peak is the scale if almost no net work is done, without losses or with a locked mass.
     """
     scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)
     if scale == 0.0:  # a force that friction withstands causes no motion

@@ -1,4 +1,4 @@
-"""The measures of one design point, and their derivation from a trace."""
+"""The measures of one design point, and their computation from a trace."""
 
 from math import nan, pi, sqrt
 from typing import NamedTuple
@@ -42,7 +42,7 @@ INTEGRATED = frozenset(
 """Measures that need integrals over the motion. If a study stores none of them, the integrals are not computed."""
 
 FEWEST_STUCK = 1.0 - 1e-6
-"""Share of time above which a mass counts as locked, because at γ_F = r² it slips at single instants."""
+"""Least stick fraction of the class LOCKED; below 1, because at γ_F = r² a locked mass slips at single instants."""
 
 
 ACCELERATION = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
@@ -78,18 +78,18 @@ class Response(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """The kind of response, and its errors.
+    """Class, period and outcome of a response, and the error of its mean peak.
 
     Attributes
     ----------
     response_class, period : int
-        Period in excitation cycles; 0 for a response that is not periodic.
+        Class, and period in excitation cycles. The period is 0 for a response that is not periodic.
     multiplier : float
         Largest Floquet multiplier; NaN for a response that is not periodic.
     error : float
         Standard error of the mean peak; for a periodic response, the distance from periodicity.
     cycles, status : int
-        Cycles of the run, and its outcome.
+        Number of cycles of the run, and status.
     """
 
     response_class: int
@@ -101,7 +101,7 @@ class Kind(NamedTuple):
 
 
 class Largest(NamedTuple):
-    """Largest |u|, and the largest speed of an impact, of a response."""
+    """Largest |u| and largest impact speed of a response."""
 
     peak: float
     speed: float
@@ -148,7 +148,7 @@ def failed(status: int, cycles: int) -> Response:
 
 @kernel
 def share_stuck(stretch: Stretch, frequency_ratio: float) -> float:
-    """Share of a stretch in which friction holds the mass."""
+    """Fraction of the time of a stretch in which friction holds the mass."""
     cycles = 0.5 * (stretch.last - stretch.first)
     return stretch.stuck / (cycles * 2.0 * pi / frequency_ratio)
 
@@ -157,7 +157,7 @@ def share_stuck(stretch: Stretch, frequency_ratio: float) -> float:
 def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bool) -> tuple[int, int]:
     """Class and period [excitation cycles] of a response that repeats after `period_halves` mirrored half cycles.
 
-    `carried` says whether the particle's friction carries it along all the time.
+    `carried` says whether friction carries the particle along with the mass all the time.
     """
     period = period_halves if period_halves % 2 == 1 else period_halves // 2
     if stuck >= FEWEST_STUCK:  # a particle may keep moving between walls that stay at rest
@@ -175,9 +175,10 @@ def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bo
 
 @kernel
 def mean_of_period(trace: NDArray[np.float64], period_halves: int, error: float) -> MeanPeaks:
-    """Means over one period of `period_halves` half cycles, which are the rows 1 … period_halves of the trace.
+    """Mean peaks over one period of `period_halves` half cycles, which are the rows 1 … period_halves of the trace.
 
-    One interval of a whole cycle begins at every half cycle, so that a motion and its mirror image have the same mean.
+    The means are over intervals of one cycle. An interval begins at every half cycle, so that a motion and its mirror
+    image have the same means.
     """
     amplitude = 0.0
     relative = 0.0
@@ -194,18 +195,18 @@ def mean_of_period(trace: NDArray[np.float64], period_halves: int, error: float)
 def mean_of_run(
     trace: NDArray[np.float64], peaks: NDArray[np.float64], series: NDArray[np.float64], first: int, last: int
 ) -> MeanPeaks:
-    """Means over the metered cycles first … last − 1 of a run that does not repeat, with their standard errors.
+    """Mean peaks over the metered cycles first … last − 1 of a run that does not repeat, and standard errors.
 
     Parameters
     ----------
     trace : array
-        Of the run.
+        Trace of the run.
     peaks : array, shape (2, ≥ last)
-        Of |u| and of |v| in each cycle.
+        Peaks of |u| and of |v| in each cycle.
     series : array, shape (≥ last,)
-        Overwritten.
+        Work array, which is overwritten.
     first, last : int
-        Cycles.
+        First cycle, and the cycle after the last.
     """
     amplitude = 0.0
     relative = 0.0
@@ -224,9 +225,9 @@ def mean_of_run(
 def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks) -> Largest:
     """Largest values in the last three quarters of the metered cycles of a run that does not repeat.
 
-    A remaining transient may already be negligible in a mean, but not yet in a largest peak. The burn-in is that of the
-    structure alone; the particle, and the mass with it, settle more slowly. If a run is short, its last cycles may all
-    be below the mean, or without an impact.
+    A remaining transient may already be negligible in a mean, but not yet in a largest peak. The burn-in follows from
+    the decay of the structure alone, but a mass with a particle settles more slowly. If these cycles are below the mean
+    or without an impact, the mean peak or the largest speed of all metered cycles replaces the value.
     """
     first = stretch.first + (stretch.last - stretch.first) // 8 * 2
     peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)
@@ -236,7 +237,7 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
 
 @kernel
 def _error_of_shares(trace: NDArray[np.float64], series: NDArray[np.float64], first: int, last: int) -> float:
-    """Largest standard error of the shares of dissipation, as that of a ratio of means, linearised."""
+    """Largest standard error of the shares of dissipation. A share is a ratio of two means, which is linearised."""
     total = 0.0
     for loss in LOSSES:
         total += trace[2 * last, loss] - trace[2 * first, loss]
@@ -267,22 +268,22 @@ def measured_response(
     acceleration: tuple[float, float] | None,
     kind: Kind,
 ) -> Response:
-    """Response from the metered sums.
+    """Compute the response from the metered sums.
 
     Parameters
     ----------
     stretch : Stretch
         Totals of the metered half cycles.
     energies : True or None
-        Whether integrals were metered; without them, derived measures are NaN.
+        Whether integrals were metered. If None, the measures that need integrals are NaN.
     frequency_ratio : float
         r.
     mean : MeanPeaks
-        Mean peaks, and errors.
+        Mean peaks, and standard errors.
     largest : Largest
         Largest peak and impact speed.
     acceleration : tuple or None
-        Mean peak of |u''|, and ∫u''² dτ; None if u'' was not metered, and derived measures are then NaN.
+        Mean peak of |u''|, and ∫u''² dτ; None if u'' was not metered. The measures of u'' are then NaN.
     kind : Kind
         Class, period and status.
     """
@@ -295,7 +296,7 @@ def measured_response(
     per_cycle = nan
     if energies is not None:
         losses = stretch.viscous + stretch.friction + stretch.impact + stretch.rubbing
-        # a locked mass dissipates nothing, so shares would be those of rounding
+        # a locked mass dissipates nothing, so the shares would be ratios of rounding errors
         share = 1.0 / losses if losses > 1e-12 * stretch.stored_before else 0.0
         shares_error = mean.dissipation_error if share > 0.0 else 0.0
         per_cycle = losses / cycles if share > 0.0 else 0.0

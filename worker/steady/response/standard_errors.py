@@ -9,26 +9,29 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import kernel
 
 FEWEST = 80
-"""Samples below which correlation cannot be estimated."""
+"""Least number of samples for an estimate of the correlation."""
 
-# Numbers of adjacent batches. They have no common factor, because batches of a whole number of periods would have no
-# spread.
+# Numbers of adjacent batches. The two numbers have no common factor, because the means of batches of a whole number of
+# periods would have no spread.
 _BATCHES = (61, 19)
-# Student's t at 97.5 % over 1.96, for the degrees of freedom of overlapping batches, which are one and a half times
-# those of adjacent ones.
+# Ratio of the 97.5 % quantile of Student's t to 1.96. The degrees of freedom of overlapping batches are one and a half
+# times those of adjacent batches.
 _STUDENT = (1.014, 1.047)
-_LONGER = 1.15  # ratio above which the error by longer batches replaces that by shorter ones; less is chance
+# Ratio of errors above which longer batches replace shorter batches; a smaller ratio is considered chance.
+_LONGER = 1.15
 
-_GROUP = 16  # samples in a group of the truncation rule; MSER is misled less by groups than by single samples
-_DIFFERENT = 3.0  # standard errors by which a beginning must differ from the rest to be left out
-_STEADY_TREND = 0.9  # ratio of a third's increase to the previous one above which there is no sign of an end
+_GROUP = 16  # Number of samples in a group; the rule (MSER) is more reliable for groups than for samples.
+_DIFFERENT = 3.0  # Least difference of the means, in standard errors, at which the initial part is dropped.
+# Least ratio of the increases in two successive thirds of a series whose growth shows no sign of an end.
+_STEADY_TREND = 0.9
 _TREND_BATCHES = 19
 _ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
-_GROWN = 0.1  # share by which the last third of a series without a bound exceeds the first
-# Relative error of a constant. The differences of its samples are rounding, which has its own correlation and trend.
+_GROWN = 0.1  # Least relative excess of the last third over the first third in a series without a bound.
+# Relative error up to which a series is considered constant. Differences between samples are then rounding errors,
+# whose correlation and trend have no meaning.
 _ROUNDING = 1e-12
-# Largest difference between the numbers of rising and of falling pairs, among the 171 pairs of 19 batches, that counts
-# as chance. Batches without a trend exceed it, in either direction, three times in 1,000.
+# Largest difference between the numbers of rising and of falling pairs, among the 171 pairs of 19 batches, that is
+# considered chance. Batches without a trend exceed this value, in either direction, three times in 1,000.
 _TREND = 86
 
 
@@ -38,11 +41,11 @@ class Estimate(NamedTuple):
     Attributes
     ----------
     first, last : int
-        Range used.
+        Range of the samples that are used.
     mean, error : float
         The mean and its standard error.
     correlation : float
-        Integrated correlation time [samples]: the number of samples that are worth one independent sample.
+        Integrated correlation time [samples]: the number of samples that are equivalent to one independent sample.
     stationary : bool
         Whether the range shows no trend.
     """
@@ -62,22 +65,23 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
     Parameters
     ----------
     samples : array
-        Correlated, stationary.
+        Correlated samples of a stationary series.
     first, last : int
-        Range used.
+        Range of the samples that are used.
 
     Returns
     -------
     mean, error : float
-        The error comes from batches of 1/61 of the range, unless batches of 1/19 give a significantly larger one.
-        Batches shorter than the correlation time understate the error, but an error from few batches is less certain.
-        1.96 times the error is the half width of a 95 % interval. The correlation of fewer than 80 samples cannot be
-        estimated, so the error is then the largest sample minus the smallest.
+        Mean and standard error. The error comes from batches of 1/61 of the range or, if longer batches give a
+        significantly larger error, of 1/19. Batches shorter than the correlation time understate the error, but an
+        error from few batches is less certain. 1.96 times the error is the half width of a 95 % interval. The
+        correlation of fewer than 80 samples cannot be estimated, so the error is then the largest sample minus the
+        smallest.
 
     Notes
     -----
     A batch begins at every sample (Meketon and Schmeiser 1984). Such overlapping batches have one and a half times the
-    degrees of freedom of adjacent ones, so the error is more accurate, and a run ends sooner with the same coverage.
+    degrees of freedom of adjacent batches, so the error is more accurate, and a run ends sooner with the same coverage.
     """
     count = last - first
     total = 0.0
@@ -98,9 +102,7 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
 
 @kernel
 def _error_by_batches(samples: NDArray[np.float64], first: int, last: int, mean: float, length: int) -> float:
-    """Standard error of the mean of a range, by the means of batches of a given length, one of which begins at every
-    sample.
-    """
+    """Standard error of the mean of a range, from overlapping batches of a given length."""
     total = 0.0
     for i in range(first, first + length):
         total += samples[i]
@@ -114,14 +116,14 @@ def _error_by_batches(samples: NDArray[np.float64], first: int, last: int, mean:
 
 @kernel
 def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
-    """Estimate the mean of samples[first:last], without the transient at the beginning if the data show one.
+    """Estimate the mean of samples[first:last], without a transient at the beginning.
 
     Parameters
     ----------
     samples : array
-        Correlated.
+        Correlated samples.
     first, last : int
-        Range given.
+        Range of the samples that are given.
 
     Returns
     -------
@@ -129,13 +131,13 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
 
     Notes
     -----
-    The transient is that of the marginal standard error rule (MSER, White 1997). It is the beginning, in groups of 16
-    and at most the first half, whose omission minimises Σ(xᵢ − x̄)²/n² of the rest. It is left out only if its mean
-    differs from that of the rest by three standard errors. The rule alone would prefer a part of a correlated series
-    with little variation, and so understate the error. Batch means alone would treat a trend as noise. So the mean
-    counts as stationary only if the remaining batches do not rise or fall more often than by chance (Mann 1945, Kendall
-    1975). The remainder of a trend is added to the error; it follows from the geometric series through the means of its
-    thirds.
+    By the marginal standard error rule (MSER, White 1997), the transient is the initial part whose omission minimises
+    Σ(xᵢ − x̄)²/n² of the rest. It consists of groups of 16 samples and is at most half of the range. The transient is
+    left out only if its mean differs from the mean of the rest by three standard errors. The rule alone would prefer a
+    part of a correlated series with little variation, and so understate the error. Batch means alone would treat a
+    trend as noise. So the series is considered stationary only if the remaining batches do not rise or fall more often
+    than by chance (Mann 1945, Kendall 1975). The future change of a trend is added to the error. This change follows
+    from a geometric series through the means of three thirds of the range.
     """
     cut = _transient(samples, first, last)
     mean, error = mean_and_error(samples, cut, last)
@@ -165,7 +167,7 @@ def _mean(samples: NDArray[np.float64], first: int, last: int) -> float:
 
 @kernel
 def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
-    """Number of pairs of batches whose later one is higher, minus the number of pairs whose later one is lower."""
+    """Number of pairs of batches in which the later batch is higher, minus the number of pairs in which it is lower."""
     length = (last - first) // _TREND_BATCHES
     means = np.empty(_TREND_BATCHES)
     for b in range(_TREND_BATCHES):
@@ -179,7 +181,7 @@ def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
 
 @kernel
 def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -> float:
-    """Distance from the mean of a series with a trend to its possible limit."""
+    """Distance between the mean of a series with a trend and the possible limit of the series."""
     third = (last - first) // 3
     one = _mean(samples, first, first + third)
     two = _mean(samples, first + third, first + 2 * third)
@@ -195,8 +197,10 @@ def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -
 
 @kernel
 def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
-    """Whether samples[first:last] grow to their end and show no bound: every batch is higher than all before it, and
-    the increase of the last third is hardly smaller than the previous one. Fewer than 80 samples are inconclusive.
+    """Whether samples[first:last] grow to their end and show no bound.
+
+    Every batch must be higher than all earlier batches, and the increase of the last third hardly smaller than the
+    increase of the middle third. Fewer than 80 samples are inconclusive and give False.
     """
     if last - first < FEWEST or _rises(samples, first, last) < _ALL_RISE:
         return False
@@ -209,7 +213,7 @@ def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
 
 @kernel
 def _transient(samples: NDArray[np.float64], first: int, last: int) -> int:
-    """End of the transient at the beginning of a series; `first` if the data show none."""
+    """End of the transient at the beginning of a series; `first` if the data show no transient."""
     groups = (last - first) // _GROUP
     if last - first < 2 * FEWEST:
         return first

@@ -23,22 +23,20 @@ from damperlab.worker.solver.observe.meter import (
     Meter,
 )
 
-# Columns of a trace: first those of the half cycle alone,
+# Columns of a trace. The first columns describe one half cycle alone.
 HALF_PEAK = 0
 HALF_RELATIVE_PEAK = 1
 HALF_SPEED = 2
-# then totals since metering began, and the energy stored at the end of the half cycle.
+# The next columns are totals since the start of metering, and the energy stored at the end of the half cycle.
 IMPACTS_SO_FAR = 3
 STORED = 4
-_TOTALS = 5  # the first of the meter's totals, in the order of the meter
+_TOTALS = 5  # first column of the totals from the meter, in the order of `_METERED`
 COLUMNS = _TOTALS + 8
 """Number of columns of a trace."""
 HALF_ACCELERATION = COLUMNS
 _ACCELERATION_SQUARE = COLUMNS + 1
 ACCELERATION_COLUMNS = COLUMNS + 2
-"""Number of columns of a trace with acceleration; the last two are the largest |u''| of the half cycle, and ∫u''² dτ so
-far.
-"""
+"""Number of columns of a trace with acceleration; the last two are the largest |u''| and the total ∫u''² dτ."""
 LOSSES = (_TOTALS + 1, _TOTALS + 2, _TOTALS + 3, _TOTALS + 6)
 """Columns of the losses: viscous, friction, impact, friction of the particle."""
 _METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK, PARTICLE_LOSS, SLIDING)
@@ -50,16 +48,16 @@ class Stretch(NamedTuple):
     Attributes
     ----------
     first, last : int
-        Rows.
+        First and last row.
     impacts : float
     work, viscous, friction, impact : float
         Work of the excitation, and losses, over k Z².
     square, stuck : float
         ∫u² dτ, and the time in which friction holds the mass.
     rubbing, sliding : float
-        Loss to the friction of the particle, over k Z², and the time in which it slides.
+        Energy lost by the friction of the particle, over k Z², and the time in which the particle slides.
     stored_before, stored_after : float
-        Energy stored at the ends.
+        Energy stored at the beginning and at the end.
     speed, peak, relative_peak : float
         Largest impact speed, |u| and |v|.
     """
@@ -92,7 +90,7 @@ def make_trace(rows: int, acceleration: bool | None) -> NDArray[np.float64]:
 
 @inlined
 def clear_peaks(meter: Meter) -> None:
-    """Reset peaks and speeds before a half cycle, so that they are those of the half cycle alone."""
+    """Reset peaks and speeds before a half cycle."""
     sums = meter.sums
     sums[PEAK] = 0.0
     sums[RELATIVE_PEAK] = 0.0
@@ -144,7 +142,7 @@ def stretch_of(trace: NDArray[np.float64], first: int, last: int) -> Stretch:
 
 @kernel
 def largest_in(trace: NDArray[np.float64], first: int, last: int, column: int) -> float:
-    """The largest of a column over the half cycles of the rows first + 1 … last."""
+    """Largest value of a column over the half cycles of the rows first + 1 … last."""
     found: float = trace[first + 1, column]
     for row in range(first + 2, last + 1):
         found = max(found, trace[row, column])
@@ -153,17 +151,17 @@ def largest_in(trace: NDArray[np.float64], first: int, last: int, column: int) -
 
 @kernel
 def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64]) -> None:
-    """Peaks per cycle. They are equal for a motion and its mirror image, which is the same motion half a cycle later.
+    """Compute peaks per cycle, which are equal for a motion and its mirror image.
 
     Parameters
     ----------
     trace : array
-        Metered from row 1 on.
+        Trace with the metered half cycles from row 1 on.
     rows : int
-        Half cycles metered.
+        Number of metered half cycles.
     peaks : array, shape (2, ≥ rows // 2)
-        Filled, for each cycle, with the mean of the peaks of the two one-cycle intervals that begin in it. The last
-        cycle may lack the next half cycle; it then has one interval.
+        Filled, for each cycle, with the mean of the peaks of the two one-cycle intervals that begin in this cycle. If
+        no half cycle follows the last cycle, only one interval begins in the last cycle.
     """
     for column in range(2):
         for i in range(rows // 2):
@@ -172,8 +170,9 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
 
 @inlined
 def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -> float:
-    """Mean of the peaks in a column over the two one-cycle intervals that begin in cycle i, or over the only metered
-    one.
+    """Mean of the peaks in a column over the two one-cycle intervals that begin in cycle i.
+
+    If only one interval is metered, return the peak of this interval.
     """
     first = trace[2 * i + 1, column]
     second = trace[2 * i + 2, column]
@@ -185,9 +184,7 @@ def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -
 
 @kernel
 def acceleration_of_run(trace: NDArray[np.float64], first: int, last: int) -> tuple[float, float]:
-    """Mean peak of |u''| over the metered cycles first … last − 1, by the intervals of `cycle_peaks`, and ∫u''² dτ
-    over them.
-    """
+    """Mean peak of |u''|, by the intervals of `cycle_peaks`, and ∫u''² dτ over the cycles first … last − 1."""
     total = 0.0
     for i in range(first, last):
         total += _peak_of_cycle(trace, 2 * last, HALF_ACCELERATION, i)
@@ -199,7 +196,7 @@ def acceleration_of_run(trace: NDArray[np.float64], first: int, last: int) -> tu
 def acceleration_of_period(
     trace: NDArray[np.float64], period_halves: int, halves: int
 ) -> tuple[float, float]:
-    """Mean peak of |u''| over one period of `period_halves` half cycles, and ∫u''² dτ over `halves` of them, from row 1 on."""
+    """Mean peak of |u''| over one period of `period_halves` half cycles, and ∫u''² dτ over the rows 1 … halves."""
     total = 0.0
     for i in range(period_halves):
         total += max(trace[i + 1, HALF_ACCELERATION], trace[(i + 1) % period_halves + 1, HALF_ACCELERATION])

@@ -1,1 +1,1 @@
-"""Points on the section, at the start of every (mirrored) half cycle, and their recurrence."""
+"""Section points, which are states at the start of mirrored half cycles, and the recurrence of a run."""

@@ -1,6 +1,4 @@
-"""Section coordinates, which are the part of a state that repeats in a periodic response, and the state for given
-coordinates.
-"""
+"""Section coordinates, the part of a state that repeats in a periodic response, and the state at given coordinates."""
 
 from math import ceil, inf
 from typing import Any
@@ -22,9 +20,7 @@ SECTION_SIZE = 4
 
 @inlined
 def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> bool:
-    """Whether the contact has its own coordinates, because the particle is in compliant contact or dwells on a rigid
-    wall.
-    """
+    """Whether the contact has its own coordinates: in compliant contact, and in a dwell on a rigid wall."""
     if wall is not None:
         return riding > 0.0
     return riding > 0.0 and speed > 0.0
@@ -34,9 +30,9 @@ def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> b
 def coordinates(state: State, particle: Particle | None, out: Array) -> None:
     """Write the section coordinates of a state into `out`, shape (SECTION_SIZE,): v, w, p, p' at phase 0, where s = 0.
 
-    For a particle with friction p' comes before p: if it meets no wall, p does not affect the others and is not part of
-    an orbit. In a contact that takes time the last two coordinates describe the contact, with the sign of the wall:
-    penetration and its rate, or the time until detachment and the approach speed.
+    For a particle with friction, p' comes before p: if the particle meets no wall, p does not affect the other
+    coordinates and is not part of an orbit. In a contact of finite duration, the last two coordinates are the
+    penetration and its rate, or the time until detachment and the approach speed, with the sign of the wall.
     """
     out[0] = state.v
     out[1] = state.w
@@ -63,7 +59,7 @@ def _contact_coordinates(state: State, dwell: Dwell | None, wall: Wall | None, o
 
 @inlined
 def has_contact(state: State, dwell: Dwell | None, wall: Wall | None) -> bool:
-    """Whether the last two coordinates are those of a contact."""
+    """Whether the last two coordinates describe a contact."""
     if dwell is not None:
         return has_contact_coordinates(state.riding, dwell.speed, wall)
     return False
@@ -71,13 +67,13 @@ def has_contact(state: State, dwell: Dwell | None, wall: Wall | None) -> bool:
 
 @kernel
 def state_at(point: Array, like: State, particle: Particle | None) -> tuple[State, bool]:
-    """State at section coordinates, in the regime (slip, wall, riding) of another state.
+    """Return the state with given section coordinates, in the regime (slip, wall, riding) of another state.
 
     Returns
     -------
     state : State
     possible : bool
-        False if the particle would lie beyond a wall, or slip against its direction.
+        False if the particle would lie beyond a wall, or if the mass would move against the direction of slip.
     """
     v, w = point[0], point[1]
     gap = 0.0
@@ -145,7 +141,7 @@ def _contact_at(
             dwell = Dwell(0.0, speed)
         if contact_time is not None:
             if dwell.speed > 0.0:
-                # beyond the ends of this contact lies the previous or the next one, about as in a chatter
+                # a time outside this contact belongs to the previous or the next contact, approximately as in a chatter
                 left = like.wall * point[2]
                 later = 1.0 - ceil(left / contact_time)
                 left += later * contact_time
@@ -157,9 +153,7 @@ def _contact_at(
 
 @kernel
 def active_size(state: State, particle: Particle | None, counts: NDArray[np.int64]) -> int:
-    """Number of leading coordinates in which an orbit closes; those of a particle at rest that was never struck are
-    left out.
-    """
+    """Number of leading coordinates in which an orbit closes, without a particle at rest that was never struck."""
     if particle is not None:
         if counts[IMPACTS] > 0 or state.p_rate != 0.0:
             return 4

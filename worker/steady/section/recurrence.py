@@ -1,4 +1,4 @@
-"""Recurrence of a run: distances between its section points, the states at the start of every (mirrored) half cycle."""
+"""Recurrence of a run: distances between section points, which are states at the start of half cycles."""
 
 from math import inf, sqrt
 
@@ -11,26 +11,25 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 Array = NDArray[np.float64]
 
 RING = 128
-"""Half cycles remembered, each by its section coordinates."""
+"""Number of half cycles whose section points are stored."""
 
 LONGEST = 64
-"""Longest period searched, in half cycles; it is 32 excitation periods of an asymmetric response."""
+"""Longest period that is searched [half cycles], equal to 32 excitation cycles."""
 
 SAME = 1e-6
-"""Relative recurrence below which a settled response has this period instead of a multiple of it."""
+"""Largest relative recurrence at which a divisor of a settled period is itself taken as the period."""
 
-# These values are chosen in the same way as those of `orbits.candidate`.
-_ROUNDING = 1e-13  # recurrence of a settled response, relative
-_NEAR = 0.05  # relative recurrence below which Newton's method is tried
-# n times a period is taken instead of the period if its recurrence is below this share, divided by n, of the period's.
+# The following values are chosen, not derived.
+_ROUNDING = 1e-13  # Relative recurrence of a settled response.
+_NEAR = 0.05  # Relative recurrence below which Newton's method is tried.
+# A multiple n of a period replaces the period if the recurrence of the multiple is below `_FAR_BETTER`/n times the
+# recurrence of the period.
 _FAR_BETTER = 0.4
 
 
 @kernel
 def recurrence(ring: Array, now: int, period_halves: int) -> float:
-    """Distance between the section points `now` and `now − period_halves`, indices counted from the start of the
-    run.
-    """
+    """Distance between the section points `now` and `now − period_halves`, counted from the start of the run."""
     here = now % RING
     there = (now - period_halves) % RING
     total = 0.0
@@ -41,8 +40,9 @@ def recurrence(ring: Array, now: int, period_halves: int) -> float:
 
 @kernel
 def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None:
-    """Write the distances of a section point from those up to `LONGEST` half cycles ago into `apart`; move the former
-    values to `before`.
+    """Write the distances of a section point from the points up to `LONGEST` half cycles earlier into `apart`.
+
+    The former values of `apart` are moved to `before`.
     """
     for period_halves in range(1, min(LONGEST, now // 2) + 1):
         before[period_halves] = apart[period_halves]
@@ -51,7 +51,7 @@ def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None
 
 @kernel
 def extent(ring: Array, now: int) -> float:
-    """Size of the section point `now`, at least 1: the reference of distances."""
+    """Reference for relative distances: the size of the section point `now`, at least 1."""
     total = 1.0
     for i in range(SECTION_SIZE):
         total += ring[now % RING, i] ** 2
@@ -62,10 +62,11 @@ def extent(ring: Array, now: int) -> float:
 def settled_period(
     ring: Array, now: int, apart: Array, before: Array, stretch: int, scale: float, tolerance: float
 ) -> tuple[int, float]:
-    """Shortest period [half cycles] to which the run has settled, or 0, and the remaining distance from it.
+    """Return the shortest period [half cycles] to which the run has settled, or 0, and the remaining distance.
 
-    The recurrence of a settling response falls by the factor λ per period, and the remaining distance is the sum of the
-    geometric series, d λ/(1 − λ). The recurrences `apart` now and `before`, `stretch` half cycles ago, give λ.
+    The recurrence d of a settling response falls by the factor λ per period, so the remaining distance is the sum of a
+    geometric series, d λ/(1 − λ). The factor λ is computed from the current recurrences (`apart`) and from earlier
+    recurrences (`before`), which were recorded `stretch` half cycles earlier.
     """
     found = 0
     way_left = inf
@@ -75,12 +76,14 @@ def settled_period(
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
             found, way_left = period_halves, d
         elif d < earlier and earlier <= 0.01 * scale:
-            # one of many periods may come near by chance, so a fall faster than by half is not extrapolated
+            # the recurrence of one of many periods may be small by chance, so a fall by more than half is not
+            # extrapolated
             rate = max((d / earlier) ** (period_halves / stretch), 0.5)
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, way_left = period_halves, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
-            # under a slow base rounding exceeds `_ROUNDING`: it suffices that the recurrence stays below the tolerance
+            # under a slow base, rounding errors exceed `_ROUNDING`, so it suffices that the recurrence stays below the
+            # tolerance
             if stays_closed(ring, now, period_halves, tolerance * scale):
                 found, way_left = period_halves, d
         if found > 0:
@@ -93,7 +96,7 @@ def settled_period(
 
 @kernel
 def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> bool:
-    """Whether the run has repeated within a distance, by the period and all its multiples, for half of the memory."""
+    """Whether the run has repeated within a distance, with the period and its multiples, for `LONGEST` half cycles."""
     if now < RING:
         return False
     for i in range(LONGEST):
@@ -107,9 +110,9 @@ def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> 
 def near_period(apart: Array, longest: int, scale: float) -> int:
     """Shortest period [half cycles] with which the run almost repeats, or 0.
 
-    A multiple of the period is taken if the run repeats far better with it. Near a period doubling, the shorter orbit
-    lies close by but is unstable. The higher the multiple, the better it must repeat: a run that spirals into an orbit
-    turns around it, and after some number of periods it has made about a whole number of turns by chance.
+    A multiple of the period is returned if the run repeats far better with the multiple. Near a period doubling, the
+    shorter orbit lies close to the run but is unstable. With a higher multiple, the run must repeat better: a run that
+    spirals into an orbit turns around the orbit, and may have made almost a whole number of turns by chance.
     """
     found = 0
     nearest = _NEAR * scale

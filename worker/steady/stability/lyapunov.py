@@ -16,9 +16,9 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 from damperlab.worker.steady.stability.variational import propagate
 
 _BATCHES = 16
-# Numbers of cycles for following a tangent vector, and the least growth per cycle that counts as chaos after each.
-# Most chaos shows after few cycles. The growths are chosen, not derived: with them the vector has grown by at least
-# e^6, or by e^3 after 320 cycles.
+# Numbers of cycles over which a tangent vector is followed and, for each number, the least growth per cycle that is
+# classified as chaos. Most chaos is detected after few cycles. The limits are chosen, not derived: they require a
+# growth by at least e^6, or by e^3 after 320 cycles.
 _RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
 
 HALVES_FOLLOWED = 2 * 320 * (_BATCHES + 1) // _BATCHES
@@ -38,23 +38,22 @@ def is_chaotic(
     Parameters
     ----------
     state : State
-        On the attractor.
+        State on the attractor.
     longest : int
-        Largest number of excitation cycles over which the growth is averaged; at least 16 are used. Before averaging,
-        the vector turns towards the direction of growth for a sixteenth of the number used.
+        Largest number of excitation cycles over which the growth is averaged; at least 16 cycles are used. Before the
+        average begins, the vector aligns with the direction of growth for a sixteenth of this number of cycles.
 
     Notes
     -----
     The exponent is the mean increase of ln |δz| per cycle (Benettin et al. 1980). A quasi-periodic response has
-    exponent 0. Its mean then lies within its error or, for slow beats over 320 cycles, below 0.01. The vector is
-    followed only as long as needed.
+    exponent 0. The measured mean is then zero within its error or, for slow beats over 320 cycles, below 0.01.
     """
     tangent = zero_matrix(SECTION_SIZE, 1)
     tangent[0, 0] = 1.0
     if size > 2:
         tangent[2, 0] = 0.3
         tangent[3, 0] = 0.7
-    growth = np.empty(HALVES_FOLLOWED)  # in each half cycle
+    growth = np.empty(HALVES_FOLLOWED)  # logarithm of the growth in each half cycle
     known = 0
     for cycles, least in _RUNGS:
         length = max(min(cycles, longest) // _BATCHES, 1)
@@ -82,7 +81,7 @@ def is_chaotic(
 
 @kernel
 def _mean_growth(growth: NDArray[np.float64], length: int) -> tuple[float, float]:
-    """Growth per cycle and its standard error, by batches of `length` cycles; the first batch only turns the vector."""
+    """Mean growth per cycle and its standard error, from batches of `length` cycles, without the first batch."""
     total = 0.0
     square = 0.0
     for batch in range(1, _BATCHES + 1):

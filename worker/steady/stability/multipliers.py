@@ -11,7 +11,7 @@ from damperlab.worker.solver.array_loops import largest_element
 
 @kernel
 def spectral_radius(matrix: NDArray[np.float64], size: int) -> float:
-    """Largest modulus of the eigenvalues of the leading block: ‖Mᴺ‖^(1/N) for N = 2⁴⁰ (Gelfand), by squaring."""
+    """Largest modulus of the eigenvalues of the leading block, from ‖Mᴺ‖^(1/N) for N = 2⁴⁰ (Gelfand's formula)."""
     a = np.empty((size, size))
     square = np.empty((size, size))
     for i in range(size):

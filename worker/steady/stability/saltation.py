@@ -1,16 +1,16 @@
 """Effect of an event on tangent vectors: one saltation law for all contact models.
 
 All events have the same form (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, ch. 7). An event occurs where a
-coordinate i reaches a given value, so its time changes by δt = −δz_i / f_i. The event changes w by −q g, the last
-coordinate from g to k g, and the vector field from f⁻ to f⁺:
+coordinate i reaches a given value, so the time of the event changes by δt = −δz_i / f_i. The event changes w by −q g,
+the last coordinate from g to k g, and the vector field from f⁻ to f⁺:
 
     δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt,    R: w → w − q g, g → k g.
 
 A reversal or a strike on a compliant wall has q = 0, k = 1. An impact has q = β(1+e)/(1+β), k = −e or, if it completes
-a chatter, q = β/(1+β), k = 0. The beginning of a dwell has q = β/(1+β), k = 1, because the speed is remembered; its end
-has q = βe/(1+β), k = −e. A particle with friction comes to rest in its cavity where y' is 0, with q = 0, k = 1. If the
-field does not jump, the event has no effect: at the onset of slip, when a contact force falls to zero, and when a
-particle clears a wall.
+a chatter, q = β/(1+β), k = 0. The beginning of a dwell has q = β/(1+β), k = 1, because the approach speed remains a
+coordinate; the end of a dwell has q = βe/(1+β), k = −e. A particle with friction comes to rest in its cavity where y'
+is 0, with q = 0, k = 1. An event at which the field does not jump has no effect. Such events are the onset of slip, a
+contact force that falls to zero, and a particle that clears a wall.
 """
 
 from typing import Any, NamedTuple
@@ -45,14 +45,13 @@ from damperlab.worker.solver.transition_log import (
 
 Array = NDArray[np.float64]
 
-# Up to this length [1/ω_n], the mean acceleration of a flight is that of its ends, to a relative 1e-11.
+# Up to this duration [1/ω_n], the mean acceleration of a flight is the mean of the accelerations at both ends, with a
+# relative error of 1e-11.
 _SHORT_FLIGHT = 1e-5
 
 
 class Field(NamedTuple):
-    """The vector field on one side of an event: the rates of (v, w, y, y'), or of the coordinates that replace y and
-    y'.
-    """
+    """The vector field on one side of an event: rates of v, w, y and y', or of the coordinates in place of y and y'."""
 
     v: float
     w: float
@@ -72,12 +71,12 @@ def field(
     particle: Particle | None,
     wall: Wall | None,
 ) -> Field:
-    """The vector field just before or just after an event."""
+    """Compute the vector field just before or just after an event."""
     w = rows[at + side + W]
     slip = rows[at + side + SLIP]
     inertia_force = rows[at + INERTIA_FORCE]
     riding = False
-    wall_force = 0.0  # of a compliant wall on the particle
+    wall_force = 0.0  # force of a compliant wall on the particle
     compliance = free.compliance
     if particle is not None:
         riding = rows[at + side + RIDING] > 0.0
@@ -135,10 +134,10 @@ def leaving_speed(
 ) -> float:
     """Speed at which a particle leaves the wall at the end of its dwell.
 
-    It is e times the approach speed. The flights of a chatter become so short that this speed is rounding compared with
-    the velocities. The logged length of such a flight is then inconsistent with its speed, and using both would make
-    the motion of the next impact inaccurate. For a short flight that ends on the same wall, the speed is therefore
-    computed from its length and the speed of that impact.
+    The speed is e times the approach speed. The flights of a chatter become so short that this speed is within the
+    rounding of the velocities. The logged duration of such a flight is then inconsistent with its speed, and the use of
+    both would make the propagation through the next impact inaccurate. For a short flight that ends on the same wall,
+    the speed is therefore computed from the duration of the flight and the speed of the impact that ends it.
     """
     known: float = particle.restitution * rows[at + BEFORE + SPEED]
     gained = 0.0
@@ -172,8 +171,8 @@ def pass_contact(
     z: Array,
     n: int,
 ) -> None:
-    """The particle meets a wall, or detaches from it."""
-    if wall is not None:  # only the field jumps
+    """Propagate tangent vectors through an event at which the particle meets a wall or detaches from a wall."""
+    if wall is not None:  # on a compliant wall only the field jumps
         pass_event(2, before.y, 0.0, 1.0, before, after, z, n)
         return
     share = particle.mass_ratio / (1.0 + particle.mass_ratio)
@@ -195,15 +194,15 @@ def pass_contact(
 def pass_event(
     reaches: int, rate: float, exchanged: float, kept: float, before: Field, after: Field, z: Array, n: int
 ) -> None:
-    """The saltation law: δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt.
+    """Apply the saltation law δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt to tangent vectors.
 
     Parameters
     ----------
     reaches : int
-        Coordinate that reaches its given value at the event: 1, 2 or 3.
+        Index of the coordinate that reaches a given value at the event: 1, 2 or 3.
     rate : float
-        Rate of this coordinate before the event. If it is zero, the event is a touch without a linearisation, and
-        nothing is changed.
+        Rate of this coordinate before the event. If this rate is zero, the event is a touch, which has no
+        linearisation, and nothing is changed.
     exchanged, kept : float
         q and k of the reset map.
     before, after : Field

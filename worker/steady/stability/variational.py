@@ -1,9 +1,9 @@
 """The variational equations of a half cycle: linear motion between events, and one saltation law at every event.
 
-A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p, because δp would lose the small δy after a
-chatter. While a particle dwells on a rigid wall, y does not vary. Changes of the time until detachment and of the
-approach speed, (±δleft, ±δspeed), replace those of y and y'. They have the sign of the wall, so that they change sign
-with all others when half a cycle is mirrored. On the section, p and p' replace y and y' of a particle in flight
+A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p. The small δy after a chatter could not be computed
+accurately from δp. While a particle dwells on a rigid wall, y does not vary. Changes of the time until detachment and
+of the approach speed, (±δleft, ±δspeed), replace δy and δy'. Their sign is that of the wall, so that all components
+change sign when half a cycle is mirrored. On the section, p and p' replace y and y' of a particle in flight
 (`section.coordinates.coordinates`).
 """
 
@@ -56,17 +56,17 @@ def propagate(
     Parameters
     ----------
     log : Transitions
-        Of exactly one half cycle.
+        Transitions of exactly one half cycle.
     base, free, loaded, friction, particle
-        As the fields of a `Scene`.
+        Fields of the `Scene` with these names.
     tangents : array, shape (SECTION_SIZE, n)
         n tangent vectors, in columns, in the coordinates of `section.coordinates.coordinates`.
 
     Notes
     -----
-    While friction holds the mass, δw is 0; a particle in sustained contact follows the wall. Directions in which a
-    perturbation vanishes immediately have multiplier 0. The matrix of a chatter is the product of those of its impacts
-    up to its end.
+    While friction holds the mass, δw is 0. A particle in sustained contact follows the wall. Directions in which a
+    perturbation vanishes immediately have multiplier 0. The matrix of a chatter is the product of the matrices of its
+    impacts.
     """
     if particle is not None:
         _propagate(log, base, free, loaded, friction, particle, particle.wall, tangents)
@@ -145,7 +145,7 @@ def _propagate(
 
 @inlined
 def _enter(rows: Array, friction: float | None, wall: Wall | None, z: Array, n: int) -> None:
-    """Convert from section coordinates."""
+    """Convert tangent vectors from section coordinates."""
     riding = rows[BEFORE + RIDING]
     contact = has_contact_coordinates(riding, rows[BEFORE + SPEED], wall)
     held = False
@@ -161,7 +161,7 @@ def _enter(rows: Array, friction: float | None, wall: Wall | None, z: Array, n: 
 
 @inlined
 def _leave(rows: Array, last: int, wall: Wall | None, z: Array, n: int) -> None:
-    """Convert to section coordinates."""
+    """Convert tangent vectors to section coordinates."""
     if not has_contact_coordinates(rows[last + AFTER + RIDING], rows[last + AFTER + SPEED], wall):
         for j in range(n):
             z[2 * n + j] = z[j] - z[2 * n + j]
@@ -170,7 +170,7 @@ def _leave(rows: Array, last: int, wall: Wall | None, z: Array, n: int) -> None:
 
 @inlined
 def _enter_rubbing(rows: Array, friction: float | None, z: Array, n: int) -> None:
-    """Convert from the section coordinates of a particle with friction, in which p' comes before p."""
+    """Convert tangent vectors from the section coordinates of a particle with friction, in which p' comes before p."""
     carried = rows[BEFORE + RIDING] > 0.0
     on_wall = carried and rows[BEFORE + GAP] == 0.0
     held = False
@@ -187,7 +187,7 @@ def _enter_rubbing(rows: Array, friction: float | None, z: Array, n: int) -> Non
 
 @inlined
 def _leave_rubbing(z: Array, n: int) -> None:
-    """Convert to the section coordinates of a particle with friction."""
+    """Convert tangent vectors to the section coordinates of a particle with friction."""
     for j in range(n):
         p_rate = z[n + j] - z[3 * n + j]
         z[3 * n + j] = z[j] - z[2 * n + j]
@@ -195,7 +195,7 @@ def _leave_rubbing(z: Array, n: int) -> None:
 
 
 class Homogeneous(NamedTuple):
-    """The motion without its excitation.
+    """The linear motion without excitation.
 
     Attributes
     ----------
@@ -250,7 +250,7 @@ def _flow(
         return
     windows = int(span / window)
     rest = span - windows * window
-    vv_change = change(motion.of_v, rest)  # change of the matrix from free flight, accurate for short spans
+    vv_change = change(motion.of_v, rest)  # difference from the matrix of motion at constant velocity
     vw_change = beyond_tangent(motion.of_w, rest)
     wv = slope(motion.of_v, rest)
     ww = slope(motion.of_w, rest)

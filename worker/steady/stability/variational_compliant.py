@@ -1,4 +1,4 @@
-"""The variational equations in contact with a compliant wall: the propagation of small changes of the start."""
+"""The variational equations in contact with a compliant wall: the propagation of tangent vectors."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,13 +36,14 @@ Array = NDArray[np.float64]
 def flow_in_contact(
     span: float, held: bool, arrays: Contact, wall: Wall | None, tangents: Array, n: int
 ) -> None:
-    """Propagate through a span in contact. A span longer than `motion.step` uses polynomials for the slow motion and an
-    exponential for the vibration.
+    """Propagate through a span in contact.
+
+    A span longer than `motion.step` uses polynomials for the slow motion and an exponential for the vibration.
 
     Parameters
     ----------
     span : float
-        Length, at most that of a contact segment.
+        Length of the span, at most that of a contact segment.
     held : bool
         Whether friction holds the mass.
     arrays : Contact

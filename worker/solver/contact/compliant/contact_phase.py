@@ -1,18 +1,19 @@
-"""A compliant wall: from the first touch until the particle is clear of it.
+"""Contact phase at a compliant wall: from the first touch until the particle is clear of the wall.
 
 The contact phase is integrated in one of four ways:
 
-1. Before the contact's own vibration has decayed, polynomials of all six coordinates are used, in spans of half the
-   inverse of its fastest rate.
-2. Once y' alone follows the other coordinates, spans may be as long as the rate of y allows
+1. Before the contact's own vibration has decayed, polynomials of all six coordinates are used. Their spans are at most
+   half the inverse of the contact's fastest rate.
+2. Once y' depends on the other coordinates, but y still decays, spans may be as long as the rate of y allows
    (`CompliantRegime.between`).
-3. If an envelope of the vibration proves that it cannot cause an event, one long step is taken. The slow motion is
-   then given by polynomials, and the vibration by its exponential.
+3. If an envelope of the vibration proves that the vibration cannot cause an event, one long step is taken. The slow
+   motion is then given by polynomials, and the vibration by an exponential.
 4. Once the vibration has decayed below rounding, polynomials of the slow motion are used, in complete panels if y and
-   y' are both fast. So rest on the stiffest wall costs no more than rest on a rigid wall.
+   y' are both fast. So a particle at rest on a very stiff wall takes no more steps than on a rigid wall.
 
-The particle detaches where the force of the wall falls to zero. It still penetrates the wall then, and some energy is
-left in the wall's spring. The particle flies until it is clear of the wall, or until spring and dashpot push again.
+The particle detaches where the force of the wall falls to zero. At this time the particle still penetrates the wall,
+and some energy is left in the wall's spring. The particle flies until it is clear of the wall, or until spring and
+dashpot push again.
 """
 
 from damperlab.worker.jit import kernel
@@ -55,12 +56,15 @@ from damperlab.worker.solver.segment_log import Log
 from damperlab.worker.solver.state import Dwell, State, in_contact
 from damperlab.worker.solver.transition_log import Transitions, note_segment, note_transition
 
-_SPEED_ROUNDING = 1e-13  # relative size below which a leaving speed is rounding
+_SPEED_ROUNDING = 1e-13  # below this fraction of the velocities, a leaving speed is a rounding error
 
 
 @kernel
 def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter | None) -> State:
-    """The particle meets a compliant wall. No velocity jumps, but the dashpot resists immediately."""
+    """Return the state just after the particle meets a compliant wall.
+
+    The velocities do not jump, but the dashpot resists immediately.
+    """
     wall = wall_of(scene)
     u_rate = state.w + phase.rate
     approach = max(side * (u_rate - state.p_rate), 0.0)
@@ -91,7 +95,7 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
 
 @kernel
 def _slip_from_rest(v: float, wall_force: float, phase: Phase, scene: Scene, friction: float) -> float:
-    """Direction in which a mass at rest on the base starts to slip; 0 if friction holds it against the contact too."""
+    """Direction in which a mass at rest on the base starts to slip under a wall force; 0 if the mass sticks."""
     limit = breakaway(friction, largest_forcing(scene.base) + abs(wall_force))
     return slip_direction(force_to_hold(scene.base, phase, v, 1.0) - wall_force, limit)
 
@@ -105,17 +109,17 @@ def while_in_contact(
     Parameters
     ----------
     state : State
-        State anywhere in panel k.
+        State at a time within panel k.
     span : Span
-        Remaining panel there.
+        The rest of panel k from that time on.
 
     Returns
     -------
     state : State
     span : Span
-        The remaining panel afterwards; its time is 0 at the end of the panel.
+        The rest of panel k from the returned state on; `remaining` is 0 if the contact reaches the end of the panel.
     outcome : int
-        Of `events.Outcome`.
+        A value of `events.Outcome`.
     """
     base, counts, excitation = scene.base, scene.counts, curves_of(scene).excitation
     opening = phase_at(base, k)
@@ -148,7 +152,7 @@ def while_in_contact(
 def _in_contact(
     state: State, phase: Phase, remaining: float, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
-    """One segment of compliant contact: the state at its end, its length, and its event."""
+    """Integrate one segment of compliant contact, and return the end state, the length and the kind of event."""
     buffers = buffers_of(scene)
     regime = compliant_regime_of(state, scene)
     motion = regime.motion
@@ -174,7 +178,7 @@ def _in_contact(
             t = longest_step(state, phase, t, vibration, regime, scene, meter)
             if t > 0.0:
                 return after_long_step(state, t, vibration, regime, scene, meter)
-            coordinates_into(state, regime, phase, start)  # until here, `start` had only the slow motion
+            coordinates_into(state, regime, phase, start)  # so far, `start` contains only the slow motion
         scene.counts[SEGMENTS] += 1
     expand(start, DIM, motion.rows, phase, scene)
     return to_event(state, phase, min(remaining, motion.step), regime, scene, meter)
@@ -182,7 +186,7 @@ def _in_contact(
 
 @kernel
 def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Meter | None) -> State:
-    """Transition at an event during contact."""
+    """Return the state just after an event during contact."""
     wall = wall_of(scene)
     slip = state.slip
     slip_order = state.slip_order
@@ -224,7 +228,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
     elif kind == CLEARANCE:
         order = 1 if leaving > 0.0 else 2
     elif kind == PUSHED_AGAIN:
-        if leaving < 0.0:  # because of rounding, the particle penetrates the wall slightly before it strikes
+        if leaving < 0.0:  # because of rounding, the particle penetrates the wall before it strikes
             return strike(state, state.wall, phase, scene, meter)
         if wall.damping == 0.0:
             gap = 0.0

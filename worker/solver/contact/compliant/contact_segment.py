@@ -1,4 +1,4 @@
-"""A span in contact with a compliant wall, on expanded polynomials, up to its first event or its end."""
+"""Integration of a span in contact with a compliant wall, on Taylor polynomials, to its first event or its end."""
 
 from math import inf
 
@@ -55,7 +55,7 @@ def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) 
 def to_event(
     state: State, phase: Phase, span: float, regime: CompliantRegime, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
-    """Integrate to the first event on the expanded polynomials of contact, or to the end of the span."""
+    """Integrate on the expanded polynomials to the first event, or to the end of the span."""
     buffers = buffers_of(scene)
     relative, depth, scratch = buffers.relative, buffers.y, buffers.scratch
     t, kind = friction_event(state, phase, span, regime, scene)
@@ -90,7 +90,7 @@ def to_event(
 def friction_event(
     state: State, phase: Phase, span: float, regime: AnyRegime, scene: Scene
 ) -> tuple[float, int]:
-    """Find when the mass stops or starts to slip on the base, with the wall's force from `buffers.wall_force`."""
+    """Find the time at which the mass stops or starts to slip under the wall force in `buffers.wall_force`."""
     t = span
     kind = NOTHING
     if scene.friction is not None:

@@ -1,4 +1,4 @@
-"""A long step over the decaying vibration of a contact: slow motion by polynomials, vibration by its exponential."""
+"""A long step over a decaying contact vibration: polynomials for the slow motion, an exponential for the vibration."""
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.addresses import Floats
@@ -31,7 +31,7 @@ from damperlab.worker.solver.state import Dwell, State, advanced
 
 @kernel
 def coordinates_into(state: State, regime: CompliantRegime, phase: Phase, start: Floats) -> None:
-    """The six coordinates of a state in contact."""
+    """Write the six coordinates of a state in contact into `start`."""
     y = -state.wall * state.gap
     y_rate = state.wall * approach_speed(state.dwell)
     start[CENTRE] = (state.v + regime.offset) - regime.motion.share * y
@@ -51,7 +51,7 @@ def after_long_step(
     scene: Scene,
     meter: Meter | None,
 ) -> tuple[State, float, int]:
-    """The state after a long step, and its length; it ends without an event."""
+    """Return the state after a long step, the length of the step, and NOTHING, because the step has no event."""
     motion, buffers = regime.motion, buffers_of(scene)
     after = vibration_after(vibration, motion.rates, t)
     v = state.v

@@ -1,6 +1,4 @@
-"""The proof that a span in contact is free of events, from the slow motion and an envelope of the decaying
-vibration.
-"""
+"""Proof that a span in contact has no event, from its slow motion and an envelope of its decaying vibration."""
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.addresses import Floats
@@ -22,13 +20,14 @@ from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, PEAK, RELAT
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 
-FEWEST_STEPS = 8.0  # a long step that replaces fewer steps than this is not worth its proof
+# Least number of ordinary steps in a long step; for fewer steps the proof costs more than the step saves.
+FEWEST_STEPS = 8.0
 _SHORTER = 0.125
 
 
 @kernel
 def _lower_bound(polynomial: Floats, sign: float, t: float) -> float:
-    """Lower bound of sign · p over [0, t]: it is at most t²/8 times the bound on |p''| below its smaller end value."""
+    """Lower bound of sign · p over [0, t]: the smaller end value, minus t²/8 times a bound on |p''|."""
     ends = min(sign * polynomial[0], sign * value(polynomial, t))
     return ends - 0.125 * t * t * curvature_bound(polynomial, t)
 
@@ -43,11 +42,11 @@ def longest_step(
     scene: Scene,
     meter: Meter | None,
 ) -> float:
-    """Longest span in which slow motion and vibration together provably cause no event; 0 if it is too short to be
-    useful.
+    """Longest span in which slow motion and vibration provably cause no event; 0 if the span would be too short.
 
-    With a meter, no displacement may have a peak inside the span that exceeds the meter's largest so far. Under a
-    record the same applies to u'' of a slipping mass. The slow motion must be expanded.
+    With a meter, no displacement in the span may exceed the largest value that the meter has recorded so far. Under a
+    record, this also holds for u'' of a slipping mass. The caller has expanded the slow motion into the buffers
+    (`contact_segment.expand`).
     """
     base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
     wall, buffers = wall_of(scene), buffers_of(scene)
@@ -80,7 +79,8 @@ def longest_step(
             else:
                 clear = clear and _lower_bound(scratch, state.slip, t) > w_most
         if meter is not None and clear:
-            # computed with or without energies, so that a point has the same bits
+            # This limit also applies if no energies are measured, so that a point has the same bits with and without
+            # energies.
             clear = abs(motion.rates[0] + motion.rates[3]) * t >= LEAST_DECAY
             if isinstance(base, RecordBase):
                 if not regime.sticks:

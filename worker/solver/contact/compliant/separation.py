@@ -1,5 +1,5 @@
-"""A particle after detachment from a compliant wall with residual penetration: it flies until it is clear, or is
-pushed again.
+"""Flight of a particle that has detached from a compliant wall but still penetrates the wall. The flight ends when the
+particle is clear of the wall or is pushed again.
 """
 
 from math import inf
@@ -32,18 +32,18 @@ from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
 
-_NEAR = 1e-6  # share of a span in which a root is searched first, and the factor by which it grows
-_WIDER = 16.0
+_NEAR = 1e-6  # Fraction of a span in which a root is searched first.
+_WIDER = 16.0  # Factor by which this fraction grows.
 
 
 @kernel
 def separate(
     state: State, phase: Phase, time_left: float, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
-    """One segment of a particle that still penetrates the wall after detachment; the wall does not pull it."""
+    """Integrate one segment of a particle that has detached but still penetrates the wall; no wall force acts."""
     base, wall, buffers = scene.base, wall_of(scene), buffers_of(scene)
     relative, absolute, scratch = buffers.relative, buffers.absolute, buffers.scratch
-    pen = buffers.y  # wall · y here: the penetration of the particle
+    pen = buffers.y  # wall · y, the penetration of the particle
     regime = regime_of(state, scene)
     expand_excitation(base, phase, buffers.excitation)
     if regime.sticks:
@@ -97,10 +97,10 @@ def separate(
 
 @kernel
 def _crossing_from(polynomial: Floats, near: float, span: float) -> float:
-    """First fall through zero, searched in spans that grow from `near`.
+    """First time at which a polynomial falls through zero, searched in intervals that grow from `near`.
 
-    A bound on the curvature over the complete span would hide a nearby root, because the particle is soon clear of a
-    stiff wall, which it penetrates only slightly.
+    The particle penetrates a stiff wall only slightly and is soon clear of the wall. A bound on the curvature over the
+    complete span would hide this early root.
     """
     start = 0.0
     end = min(max(near, 1e-15 * span), span)
