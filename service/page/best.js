@@ -6,35 +6,45 @@ import { leading, VALUE } from "./headline.js";
 import { drawn } from "./numbers.js";
 import { Shown } from "./shown.js";
 import { LARGEST } from "./thumbnail.js";
+import { Turns } from "./turns.js";
 
 /** Values by study and revision. @type {Map<string, Promise<Best | null>>} */
 const known = new Map();
+/** A browser opens six connections to a service. Most of them stay free for what the user asks next. */
+const turns = new Turns(1);
 
 /**
  * @param {StudyRecord} record record as in the list of studies
- * @returns {Promise<Best | null>} null if the study has no best damper yet, or is too large
+ * @param {AbortSignal} leaving aborted when the user leaves the list
+ * @returns {Promise<Best | null>} null without a best damper yet, for a large study, and if the list was left
  */
-export function bestOf(record) {
+export function bestOf(record, leaving) {
   if (record.points_done < record.points_total || record.points_total > LARGEST) return Promise.resolve(null);
-  const key = `${record.id} ${record.revision}`;
-  const found = known.get(key) ?? asked(record.id);
-  known.set(key, found);
+  const found = known.get(key(record)) ?? turns.run(() => asked(record, leaving));
+  known.set(key(record), found);
   return found;
 }
 
-/** @param {string} id */
-async function asked(id) {
+/** @param {StudyRecord} record */
+function key({ id, revision }) {
+  return `${id} ${revision}`;
+}
+
+/** @param {StudyRecord} record @param {AbortSignal} signal */
+async function asked(record, signal) {
+  const { id } = record;
   try {
     const [ranked, { in_units }] = await Promise.all([
-      ask(studyPath(id, "optimal-designs"), { top: 1 }),
-      ask(studyPath(id, "axes")),
+      ask(studyPath(id, "optimal-designs"), { top: 1 }, { signal }),
+      ask(studyPath(id, "axes"), {}, { signal }),
     ]);
     const { best } = leading(ranked);
     return best && spelledBest(ranked.units, best.value, new Shown(in_units));
   } catch (error) {
-    // the study stores no amplitude, or was deleted
-    if (error instanceof Refusal) return null;
-    throw error;
+    if (signal.aborted) known.delete(key(record));
+    // without an abort: the study stores no amplitude, or was deleted
+    else if (!(error instanceof Refusal)) throw error;
+    return null;
   }
 }
 

@@ -30,8 +30,8 @@ export function nameOf({ id, name }) {
 /**
  * @template {Listed} T
  * @typedef {{kind: "studies" | "designs", kept: Kept, filter: Filter, none: () => Promise<Child> | Child,
- *   picture?: (record: T) => Child, says: (record: T) => Child[], state: (record: T) => Child[], best:
- *   (record: T) => Promise<Best | null>}} Shelved
+ *   picture?: (record: T) => Child, says: (record: T) => Child[], state: (record: T) => Child[],
+ *   best: (record: T, leaving: AbortSignal) => Promise<Best | null>}} Shelved
  */
 
 /** @template {Listed} T */
@@ -48,7 +48,7 @@ export class Shelf {
   records = [];
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   timer;
-  left = false;
+  leaving = new AbortController();
   asked = 0;
   ul = el("ul", { class: "cards" });
   bar = el("div", { class: "row chosen", role: "group", "aria-label": "Those chosen" });
@@ -73,7 +73,7 @@ export class Shelf {
   }
 
   leave() {
-    this.left = true;
+    this.leaving.abort();
     clearTimeout(this.timer);
   }
 
@@ -94,7 +94,7 @@ export class Shelf {
       if (mine === this.asked) fill(this.list, refusalBox(error));
       return;
     }
-    if (this.left || mine !== this.asked) return;
+    if (this.leaving.signal.aborted || mine !== this.asked) return;
     this.records = cursor ? [...this.records, ...page.records] : page.records;
     const none = this.records.length === 0 && !page.cursor ? await this.what.none() : null;
     if (none) return fill(this.list, none);
@@ -191,10 +191,10 @@ export class Shelf {
   /** @param {HTMLElement} place @param {T} record */
   async drawBest(place, record) {
     // `await` is used even without a request, so that the item is in the page before it is filled
-    const best = await (this.gone ? null : this.what.best(record));
+    const best = await (this.gone ? null : this.what.best(record, this.leaving.signal));
     this.bests.set(record.id, best);
     if (best) fill(place, el("span", { class: "quiet" }, "best "), el("strong", {}, best.text));
-    if (this.sort === "best" && !this.left) this.show();
+    if (this.sort === "best" && !this.leaving.signal.aborted) this.show();
   }
 
   drawBar() {

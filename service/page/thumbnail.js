@@ -4,14 +4,13 @@
 import { ask, Refusal, studyPath } from "./api.js";
 import { el } from "./dom.js";
 import { extentOf, isWide } from "./numbers.js";
+import { Turns } from "./turns.js";
 import { orderOf } from "./vocabulary.js";
 
 /** Largest number of values along each axis of a picture. */
 const MOST = 32;
 /** Largest number of points of a study with a picture. For a larger study the service would read too much. */
 export const LARGEST = 1_000_000;
-/** Largest number of pictures requested at the same time. */
-const AT_ONCE = 2;
 /** Number of times that the picture of a running study is drawn again, after equal shares of its points. */
 const STEPS = 5;
 /** The colours of maps: nine equally spaced colours of matplotlib's colour scale cividis. */
@@ -31,9 +30,7 @@ const CIVIDIS = [
 const begun = new Map();
 /** The functions that draw canvases once they are visible. @type {WeakMap<Element, () => Promise<void>>} */
 const waiting = new WeakMap();
-/** @type {(() => Promise<void>)[]} */
-const queue = [];
-let underWay = 0;
+const turns = new Turns(2);
 
 const seen = new IntersectionObserver((entries) => {
   for (const { target, isIntersecting } of entries) {
@@ -41,9 +38,8 @@ const seen = new IntersectionObserver((entries) => {
     if (!isIntersecting || !draw) continue;
     waiting.delete(target);
     seen.unobserve(target);
-    queue.push(draw);
+    void turns.run(draw);
   }
-  void work();
 });
 
 /**
@@ -87,20 +83,6 @@ function whyNone(record) {
   if (record.points_done < record.points_total && record.state !== "running")
     return "partly computed, no picture";
   return "one axis, no map";
-}
-
-async function work() {
-  if (underWay >= AT_ONCE) return;
-  const draw = queue.shift();
-  if (!draw) return;
-  underWay += 1;
-  void work();
-  try {
-    await draw();
-  } finally {
-    underWay -= 1;
-    void work();
-  }
 }
 
 /**

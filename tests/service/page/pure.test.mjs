@@ -7,6 +7,7 @@ import { test } from "node:test";
 const module = (name) => import(`file://${process.env.PAGE}/${name}.js`);
 globalThis.window = { matchMedia: () => ({ matches: false, addEventListener() {} }) };
 globalThis.document = { documentElement: {}, baseURI: "http://localhost/" };
+globalThis.IntersectionObserver = class {};
 globalThis.getComputedStyle = () => ({ getPropertyValue: () => "" });
 const { count, counted, drawn, duration, extentOf, isLogarithmic, isWide, nearest, short, size } = await module("numbers");
 const { tableOf } = await module("figure_table");
@@ -19,6 +20,7 @@ const { cavityOf, inRatios, inUnits } = await module("quantities");
 const { worded } = await module("faults");
 const { compiling } = await module("patience");
 const { isComparable } = await module("vocabulary");
+const { bestOf } = await module("best");
 const { isStoredAlready } = await module("document_form");
 
 test("numbers have the digits that matter, times and sizes the unit that is read", () => {
@@ -181,4 +183,26 @@ test("ratios turned into units and back, and a cavity that stands", () => {
   near(lies.particle_friction_coefficient, 0.02);
   near(lies.tilt_deg, 30);
   assert.equal(cavityOf({ ...point, dimensions: [] }, () => NaN, structure).particle_friction_coefficient, 0);
+});
+
+test("values of a list are requested in turn, and not any more once the list was left", async () => {
+  const asked = [];
+  globalThis.fetch = (url, { signal }) =>
+    new Promise((_, stop) => {
+      asked.push(url.pathname.split("/")[4]);
+      if (signal.aborted) stop(signal.reason);
+      signal.addEventListener("abort", () => stop(signal.reason));
+    });
+  const study = (id) => ({ id, revision: 1, points_done: 4, points_total: 4 });
+  const list = () => {
+    const leaving = new AbortController();
+    return [leaving, Promise.all(["a", "b", "c"].map((id) => bestOf(study(id), leaving.signal)))];
+  };
+  for (let visit = 0; visit < 2; visit += 1) {
+    const [leaving, bests] = list();
+    assert.deepEqual(asked.splice(0), ["a", "a"]); // its ranking and its units
+    leaving.abort();
+    assert.deepEqual(await bests, [null, null, null]);
+    asked.length = 0;
+  }
 });
