@@ -21,7 +21,7 @@ from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES
 
 from damperlab.service import problems
 from damperlab.service.access import AccessLog
-from damperlab.service.cluster import SharedCluster, opening
+from damperlab.service.cluster import SharedCluster, open_cluster
 from damperlab.service.designer import Designer
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.documentation import PLACE, Documentation
@@ -207,7 +207,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     store = await run_sync(lambda: settings.open_store(wait_seconds=wait))
     with suppress(OSError):
         await run_sync(remove_exports, settings.data_dir)
-    cluster = SharedCluster(opening(settings, lambda: dispatcher.blocks_left()))
+    cluster = SharedCluster(lambda: open_cluster(settings, lambda: dispatcher.blocks_left()))
     dispatcher = Dispatcher(store, runs, cluster, settings.studies_at_once)
     kernels = Kernels(core_count())
     bounds = settings.work_seconds, settings.work_wait_seconds, settings.work_memory_bytes

@@ -15,8 +15,8 @@ MOST_JOBS = 16
 """Default limit on the number of jobs in a batch system."""
 
 
-def opening(settings: Settings, wanted: Callable[[], int]) -> "Callable[[], AbstractContextManager[Client]]":
-    """Return a function that opens a cluster as described in the settings.
+def open_cluster(settings: Settings, wanted: Callable[[], int]) -> "AbstractContextManager[Client]":
+    """Open a cluster as described in the settings, until the end of the context.
 
     Parameters
     ----------
@@ -24,9 +24,19 @@ def opening(settings: Settings, wanted: Callable[[], int]) -> "Callable[[], Abst
         Settings of the service, or of a command.
     wanted : callable
         Returns the number of workers for which there is work. A batch system gets this number of jobs, within limits.
+
+    Raises
+    ------
+    ClusterUnusable
+        If the cluster cannot be opened.
     """
+    # both modules import Dask, and a service that computes nothing needs no Dask
     if settings.cluster is None:
-        return lambda: _connected(settings)
+        from damperlab.worker.cluster.cluster import connect
+
+        return connect(settings.workers, settings.scheduler)
+    from damperlab.worker.cluster.jobs import hire
+
     most = max(MOST_JOBS, settings.workers_min) if settings.workers is None else settings.workers
     jobs = Jobs(
         settings.cluster,
@@ -36,18 +46,6 @@ def opening(settings: Settings, wanted: Callable[[], int]) -> "Callable[[], Abst
         settings.job_memory_bytes,
         settings.job_options,
     )
-    return lambda: _hired(jobs, settings, wanted)
-
-
-def _connected(settings: Settings) -> "AbstractContextManager[Client]":
-    from damperlab.worker.cluster.cluster import connect  # imported here, because it imports Dask
-
-    return connect(settings.workers, settings.scheduler)
-
-
-def _hired(jobs: Jobs, settings: Settings, wanted: Callable[[], int]) -> "AbstractContextManager[Client]":
-    from damperlab.worker.cluster.jobs import hire
-
     return hire(jobs, settings.cluster_host, settings.data_dir / "jobs", wanted)
 
 
@@ -61,7 +59,7 @@ class SharedCluster:
     Parameters
     ----------
     opened : callable
-        Opens the cluster, see `opening`.
+        Opens the cluster, as `open_cluster` does.
     """
 
     def __init__(self, opened: "Callable[[], AbstractContextManager[Client]]") -> None:

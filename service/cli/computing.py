@@ -285,11 +285,11 @@ class Computer(ExitStack):
             from damperlab.worker.cluster.cluster import connect
 
             return connect(workers=means.workers, scheduler=means.scheduler)
-        from damperlab.service.cluster import opening
+        from damperlab.service.cluster import open_cluster
 
         settings = settings_of(self.store.data_dir, workers=means.workers, cluster=means.cluster)
         note(f"Workers are jobs of {means.cluster}; their output is kept under {settings.data_dir / 'jobs'}.")
-        return opening(settings, self._left)()
+        return open_cluster(settings, self._left)
 
     def _left(self) -> int:
         """Return the number of blocks of the present study that are not computed yet."""
