@@ -21,6 +21,8 @@ FEW, MANY = 0.1, 100.0
 """Lowest plausible clearance ratio, and highest plausible friction ratio. Ratios beyond suggest a wrong unit."""
 ROUGH = 2.0
 """Coefficient of sliding friction that no dry pair of materials exceeds."""
+DISPLACEMENTS = ("displacement_m", "relative_displacement_m")
+"""Names of the limits on a displacement of the structure."""
 VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
 """Acceleration of a base [m/s²] above which a unit is probably wrong: 0.3 m instead of 0.3 mm at 8 Hz is 77 g."""
 
@@ -93,6 +95,8 @@ def unusual_specification(asked: Specification) -> list[str]:
         if not each.motion.force
     ]
     found += _rough(asked.choices[PARTICLE_FRICTION.name].start)
+    if not asked.records:
+        found += _loose(asked.limits, max(over_m), structure.damping_ratio)
     return found + _violent(min(shakes, default=0.0), key)
 
 
@@ -125,6 +129,20 @@ def _violent(acceleration: float, key: str) -> list[str]:
         return []
     shown = f"{acceleration / ACCELERATION_UNITS['g']:.3g} g"
     return [f"The base shakes with at least {shown}: check the units of {key} and of the frequencies."]
+
+
+def _loose(limits: Mapping[str, float], base_m: float, damping: float) -> list[str]:
+    """Report limits on a displacement that the structure keeps at every frequency without a damper.
+
+    Near resonance the structure moves ``Z/(2ζ)`` against its base, and at most Z more in space.
+    """
+    most = base_m * (1.0 + 0.5 / damping) if damping > 0.0 else np.inf
+    return [
+        f"Without a damper the displacement is at most {most:.3g} m, below the limit of {limit:g} m: check the "
+        f"unit of `limits.{name}`."
+        for name, limit in limits.items()
+        if name in DISPLACEMENTS and limit > most
+    ]
 
 
 def _rough(coefficient: float) -> list[str]:

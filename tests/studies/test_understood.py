@@ -120,6 +120,8 @@ def test_under_a_force_what_is_unusual_is_said_of_the_force() -> None:
         ({}, [0.5, 2.0], {}, WIDE),
         ({}, [0.5, 2.0], {"base_amplitude_m": 0.3}, "check the units of `base_amplitude_m`"),
         ({"friction_force_n": 16e3}, 0.002, {}, RUBS),
+        ({"limits": {"displacement_m": 2.0}}, 0.002, {}, "check the unit of `limits.displacement_m`"),
+        ({"limits": {"displacement_m": 0.004}}, 0.002, {}, ""),
         ({}, 2.0, {}, ""),
         ({}, 0.002, {}, ""),
     ],
