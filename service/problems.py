@@ -26,8 +26,8 @@ from damperlab.studies.faults import (
 )
 from damperlab.studies.ground.shelf import RecordDamaged, RecordKept, RecordNotFound, ShelfFull
 from damperlab.studies.pydantic_faults import value_fault
-from damperlab.studies.store.cube.chunks import BlockDamaged
 from damperlab.studies.store.faults import (
+    BlockDamaged,
     CatalogueDamaged,
     KeyTaken,
     NothingToDo,

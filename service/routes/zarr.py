@@ -19,7 +19,6 @@ from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import Problem, documented
 from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import StudyId, TheService
-from damperlab.studies.store.cube.chunks import BlockDamaged, Marks, chunk_place, telling
 from damperlab.studies.store.cube.coding import StoredCoordinate, checksum_holds
 from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.description import (
@@ -29,9 +28,9 @@ from damperlab.studies.store.cube.description import (
     node_metadata,
     plain_metadata,
 )
-from damperlab.studies.store.cube.packed import read_part
-from damperlab.studies.store.export.grouped import Group, group_of, grouped_metadata
-from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.cube.packed import Marks, read_part
+from damperlab.studies.store.export.grouped import Group, chunk_place, group_of, grouped_metadata
+from damperlab.studies.store.faults import BlockDamaged, StudyNotFound, telling
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store

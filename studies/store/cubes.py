@@ -10,8 +10,7 @@ from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.home import disk_gone
 from damperlab.studies.store.catalogue.quota import Taken, taken
 from damperlab.studies.store.catalogue.rows import lost_marks, marks_of, study_row
-from damperlab.studies.store.cube.chunks import Marks
-from damperlab.studies.store.cube.packed import block_key
+from damperlab.studies.store.cube.packed import Marks, block_key
 from damperlab.studies.store.faults import RevisionGone, catalogue_damaged, using
 from damperlab.studies.store.files.shelf import Shelf
 

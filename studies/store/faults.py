@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from damperlab.studies.faults import Fault
-from damperlab.studies.store.files.shelf import ShelfAway
+from damperlab.studies.faults import Fault, sentence
+from damperlab.studies.store.files.shelf import Shelf, ShelfAway
 from damperlab.studies.user_error import UserError
 
 
@@ -52,6 +52,10 @@ class StoreAway(StoreFault):
 
 class CatalogueDamaged(StoreFault):
     """The catalogue's entry of a study is damaged."""
+
+
+class BlockDamaged(StoreFault):
+    """Stored data of a study are lost or damaged: a block with a done-mark, or a cube's description."""
 
 
 class QuotaReached(StoreFault):
@@ -107,6 +111,43 @@ def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueD
             f"The catalogue is damaged: study {study_id} has {found}.",
         )
     )
+
+
+def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDamaged:
+    """Return the error for lost or damaged data. `index` is None if `what` is not part of a block."""
+    study_id = shelf.name.removesuffix(".zarr").rpartition("-")[0]
+    where = f"{'' if index is None else f'block {index} of '}study {study_id}"
+    return BlockDamaged(
+        Fault(
+            where,
+            f"{what}: {found}",
+            "what was written",
+            f"list all damage with `damperlab store verify {study_id}`, and repair the study with `damperlab store verify "
+            f"--repair {study_id}`: descriptions are written again, lost blocks are computed again",
+            sentence(f"{where} cannot be read: {what}: {found}"),
+        )
+    )
+
+
+@contextmanager
+def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is lost") -> Iterator[None]:
+    """Raise a `StoreFault` in place of an error that occurs while a cube is read.
+
+    Raises
+    ------
+    BlockDamaged
+        If the block, or another part of the cube, is missing or damaged.
+    StoreFault
+        If the disk or the server reports an error.
+    """
+    try:
+        yield
+    except FileNotFoundError as error:
+        raise damaged(shelf, index, what, lost) from error
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+    except (ValueError, RuntimeError) as error:
+        raise damaged(shelf, index, what, str(error)) from error
 
 
 def lost_files(noun: str, name: str, why: str, advice: str) -> Fault:

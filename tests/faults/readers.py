@@ -24,10 +24,9 @@ from aiohttp import ClientError
 from numcodecs.blosc import decompress
 from tests.faults.tokens import METRICS, PLAN, STUDY, token
 
-from damperlab.studies.store.cube.chunks import BlockDamaged
 from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.opened import open_cube
-from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.faults import BlockDamaged, StudyNotFound
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.variables import VARIABLES as REGISTRY

@@ -82,7 +82,7 @@ NEUTRAL = {
     "studies.ground": "builtin files generated heading kanai_tajimi paper question random_vibration recipe shelf "
     "shock sweep sweep_reading",
     "studies.store": "faults kept_quota provenance record solver sources",
-    "studies.store.cube": "coding cube chunks decoded definition",
+    "studies.store.cube": "coding cube decoded definition",
     "studies.store.files": "folder sealed shelf",
     "studies.store.reuse": "reuse",
     # tuned mass dampers are compared with, not stored

@@ -26,11 +26,17 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, pieces, record_of
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
-from damperlab.studies.store.cube.chunks import BlockDamaged, telling
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.packed import BLOCKS, block_key, whole_block
-from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyNotFound, using
+from damperlab.studies.store.faults import (
+    BlockDamaged,
+    CatalogueDamaged,
+    StoreFault,
+    StudyNotFound,
+    telling,
+    using,
+)
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.manifest import keep_marks

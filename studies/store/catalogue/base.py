@@ -6,7 +6,7 @@ from pathlib import Path
 from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.catalogue.home import cube_name
 from damperlab.studies.store.catalogue.quota import Quota
-from damperlab.studies.store.cube.chunks import Marks
+from damperlab.studies.store.cube.packed import Marks
 from damperlab.studies.store.files.shelf import Shelf
 
 

@@ -8,6 +8,9 @@ with a checksum.
     parts     the variables, each encoded as a chunk of a Zarr array that ends with its CRC-32C
 
 Every byte has a checksum. The header names the study, so that a lost catalogue can be rebuilt.
+
+Every attempt to compute a block writes a new file, whose name contains the generation of the attempt. The done-mark of
+the block names the generation that readers use. No file is ever overwritten, so a reader never mixes two attempts.
 """
 
 import json
@@ -23,6 +26,9 @@ from damperlab.studies.store.files.shelf import Shelf
 
 BLOCKS = "blocks"
 """Name of the cube's folder with the files of the blocks."""
+
+Marks = Mapping[int, str]
+"""The generation of every done block, by the block's index."""
 
 _MAGIC = b"DAMPBLK1"
 _FRAME = struct.Struct("<8sII")

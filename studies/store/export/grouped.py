@@ -1,4 +1,4 @@
-"""Large chunks for readers over a network. Each large chunk joins many blocks of a complete cube.
+"""Keys of chunks over a network: single blocks, and large chunks that each join many blocks of a complete cube.
 
 A client would otherwise request hundreds of blocks to read a plane of a large cube. The keys of joined chunks use
 Zarr's encoding `v2`, so a reader that has opened an incomplete cube still gets single blocks.
@@ -13,10 +13,10 @@ from math import prod
 
 import numpy as np
 
-from damperlab.studies.store.cube.chunks import Marks, read_place
 from damperlab.studies.store.cube.coding import StoredArray
 from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.description import Description
+from damperlab.studies.store.cube.packed import Marks
 from damperlab.studies.store.files.shelf import Shelf
 
 POINTS = 2**16
@@ -77,7 +77,7 @@ def group_of(key: str, described: Description) -> Group | None:
     if array is None:
         return None
     chunks = grouped_chunks(array.shape, array.chunks)
-    place = read_place(name, block_grid(array.shape, chunks))
+    place = _place(name, block_grid(array.shape, chunks))
     return None if place is None else Group(described, array, chunks, place)
 
 
@@ -104,3 +104,21 @@ def grouped_metadata(metadata: bytes) -> bytes:
             grid["chunk_shape"] = grouped_chunks(tuple(node["shape"]), tuple(grid["chunk_shape"]))
             node["chunk_key_encoding"] = {"name": "v2", "configuration": {"separator": "."}}
     return json.dumps(document).encode()
+
+
+def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:
+    """Read the variable and the block's index from the key of a chunk; return None for any other key."""
+    variable, slash, name = key.partition("/c.")
+    place = _place(name, grid) if slash else None
+    return None if place is None else (variable, int(np.ravel_multi_index(place, grid)))
+
+
+def _place(name: str, grid: tuple[int, ...]) -> tuple[int, ...] | None:
+    """Read the indices of a chunk from a text such as `0.0.2`; return None if the grid has no such chunk."""
+    parts = name.split(".")
+    if len(parts) != len(grid) or not all(
+        part.isascii() and part.isdigit() and len(part) < 10 for part in parts
+    ):
+        return None
+    place = tuple(map(int, parts))
+    return place if all(at < count for at, count in zip(place, grid, strict=True)) else None

@@ -22,10 +22,9 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import is_sound, require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
-from damperlab.studies.store.cube.chunks import telling
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
 from damperlab.studies.store.cube.description import first_pieces
-from damperlab.studies.store.faults import NothingToDo, using
+from damperlab.studies.store.faults import NothingToDo, telling, using
 from damperlab.studies.store.files.shelf import TOMBSTONE
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.entering import Entering, Entry

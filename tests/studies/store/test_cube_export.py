@@ -24,7 +24,6 @@ from zarr.storage import MemoryStore
 import damperlab.studies.store.export.export
 import damperlab.studies.store.export.table
 from damperlab.studies.conventions import of_variable
-from damperlab.studies.store.cube.chunks import BlockDamaged
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.cube.description import describe_cube, plain_metadata
 from damperlab.studies.store.export.export import write_file
@@ -32,6 +31,7 @@ from damperlab.studies.store.export.grouped import POINTS, group_of, grouped_chu
 from damperlab.studies.store.export.parquet import parquet_pieces
 from damperlab.studies.store.export.slabs import rows, slabs
 from damperlab.studies.store.export.table import csv_lines
+from damperlab.studies.store.faults import BlockDamaged
 from damperlab.studies.units import coordinates_in_units, with_units
 from damperlab.studies.variables import DIMENSIONS
 

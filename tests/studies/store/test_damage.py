@@ -21,9 +21,8 @@ from tests.filling import (
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage, sweep
 from damperlab.studies.store.care.verify import check_catalogue, repair, verify
-from damperlab.studies.store.cube.chunks import BlockDamaged
 from damperlab.studies.store.cube.coding import checksum
-from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyBusy
+from damperlab.studies.store.faults import BlockDamaged, CatalogueDamaged, StoreFault, StudyBusy
 from damperlab.studies.store.store import Store
 
 METRICS = ["amplitude_ratio", "cycles", "run_time"]
