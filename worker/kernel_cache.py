@@ -30,7 +30,7 @@ from numba.core.compiler import CompileResult
 from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
-from damperlab.studies.store.sources import hash_of
+from damperlab.studies.store.solver import hash_of
 from damperlab.worker.compiler.numba_read import ALONE
 from damperlab.worker.compiler.target import PROCESSOR, TRIPLE
 from damperlab.worker.fingerprint import UNKNOWN, fingerprint, name_of

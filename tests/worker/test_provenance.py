@@ -81,7 +81,7 @@ NEUTRAL = {
     # the samples of a record are in the digest
     "studies.ground": "builtin files generated heading kanai_tajimi paper question random_vibration recipe shelf "
     "shock sweep sweep_reading",
-    "studies.store": "faults kept_quota provenance record solver sources",
+    "studies.store": "faults kept_quota provenance record solver",
     "studies.store.cube": "coding cube decoded definition",
     "studies.store.files": "folder sealed shelf",
     "studies.store.reuse": "reuse",

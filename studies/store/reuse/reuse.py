@@ -1,4 +1,7 @@
-"""Search for points that earlier studies have computed with the same solver and settings at identical coordinates."""
+"""Search for earlier studies of a family, and for the points that they have computed at identical coordinates.
+
+The studies of a family have the same solver and settings, and differ only in their grids.
+"""
 
 import json
 import math
@@ -19,6 +22,9 @@ from damperlab.studies.store.life_cycle.entering import box_of
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.known_points import Source
 from damperlab.studies.store.store import Store
+
+MOST_STUDIES = 8
+"""Largest number of studies that `done_of_family` returns."""
 
 
 class Overlaps:
@@ -146,3 +152,20 @@ def _overlap(study: AnyStudy, other: Record, earlier: AnyStudy) -> _Overlap | No
             return None
         common.append((here, there))
     return _Overlap(other, tuple(common))
+
+
+def done_of_family(store: Store, family: str) -> list[Record]:
+    """Find the latest completed studies of a family.
+
+    Parameters
+    ----------
+    store : Store
+        The store.
+    family : str
+        Digest of the family, from `damperlab.studies.digest.family_digest`; no study is found for an empty text.
+    """
+    c = studies.c
+    query = select(studies).where(c.family == family, c.family != "", ALIVE, c.state == "done")
+    with store.catalogue.reading() as connection:
+        rows = connection.execute(query.order_by(c.number.desc()).limit(MOST_STUDIES)).all()
+    return [record_of(row) for row in rows]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from damperlab.studies.store.sources import computing_lines, hash_of
+from damperlab.studies.store.solver import computing_lines, hash_of
 
 ROOT = Path(__file__).parents[3]
 
