@@ -20,8 +20,8 @@ from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.store.catalogue.home import cube_name, holds_results, parse_cube_name
 from damperlab.studies.store.catalogue.rows import claim_owner, last_event, study_row, sums_of_marks
-from damperlab.studies.store.catalogue.rowsum import SUMMED, damaged_row, is_sound
-from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, studies
+from damperlab.studies.store.catalogue.rowsum import damaged_row, is_sound
+from damperlab.studies.store.catalogue.tables import SUMMED, access_keys, done_blocks, studies
 from damperlab.studies.store.cube.cube import lost_attachments
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube, first_pieces

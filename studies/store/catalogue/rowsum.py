@@ -4,7 +4,6 @@ A transaction removes the checksum of each row that it writes, and adds the new 
 (`Catalogue.writing`). So a row without a checksum is being written.
 """
 
-from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
@@ -24,20 +23,12 @@ from sqlalchemy import (
     update,
 )
 
-from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, studies
+from damperlab.studies.store.catalogue.tables import SUMMED
 from damperlab.studies.store.faults import CatalogueDamaged, catalogue_damaged
 
-SUMMED = (studies, done_blocks, keys, events, access_keys)
-"""The tables whose rows have a checksum."""
+_LEFT_OUT = {"crc", "claim_owner", "claim_expires"}
+"""Columns that a checksum leaves out. Claims have none, because frequent renewals correct a flipped bit."""
 
-_LEFT_OUT = {
-    # claims have no checksum, because frequent renewals correct a flipped bit
-    "studies": {"crc", "claim_owner", "claim_expires"},
-    "done_blocks": {"crc"},
-    "keys": {"crc"},
-    "events": {"crc"},
-    "access_keys": {"crc"},
-}
 _TOUCHED = "damperlab touched"
 _SEALS = {"seals": True}
 _AT_ONCE = 1000
@@ -56,9 +47,7 @@ def row_sum(table: Table, row: Row[Any]) -> int:
 @cache
 def _told(table: Table) -> tuple[tuple[Column[Any], Any], ...]:
     return tuple(
-        (column, getattr(column.default, "arg", None))
-        for column in table.c
-        if column.name not in _LEFT_OUT[table.name]
+        (column, getattr(column.default, "arg", None)) for column in table.c if column.name not in _LEFT_OUT
     )
 
 
@@ -96,11 +85,11 @@ def watch(statement: Any, connection: Connection) -> Any:
     return statement.values(crc=None) if isinstance(statement, Update) else statement
 
 
-def seal_rows(connection: Connection, tables: Iterable[Table] | None = None) -> None:
-    """Add missing checksums to the rows of tables, by default of the tables that the transaction has written."""
+def seal_rows(connection: Connection) -> None:
+    """Add missing checksums to the rows of the tables that the transaction has written."""
     touched = connection.info.pop(_TOUCHED, set())
-    for table in SUMMED if tables is None else tables:
-        if tables is not None or table.name in touched:
+    for table in SUMMED:
+        if table.name in touched:
             _seal(connection, table)
 
 

@@ -168,6 +168,9 @@ access_keys = Table(
     Column("crc", BigInteger),
 )
 
-for _table in (studies, done_blocks, keys, events, access_keys):
+SUMMED = (studies, done_blocks, keys, events, access_keys)
+"""The tables whose rows have a checksum."""
+
+for _table in SUMMED:
     _lacking = _table.c.crc.is_(None)
     Index(f"unsealed_{_table.name}", _table.c.crc, sqlite_where=_lacking, postgresql_where=_lacking)

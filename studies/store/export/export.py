@@ -8,9 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damperlab.studies.conventions import of_variable_in_units
-from damperlab.studies.store.export.parquet import parquet_pieces
 from damperlab.studies.store.export.slabs import BUDGET, slabs
-from damperlab.studies.store.export.table import chunks_of, coordinates_beside, csv_lines, dimensions_of
+from damperlab.studies.store.export.table import (
+    chunks_of,
+    coordinates_beside,
+    csv_lines,
+    dimensions_of,
+    parquet_pieces,
+)
 from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.units import coordinates_in_units, results_in_units
 from damperlab.studies.vocabulary import ExportFormat

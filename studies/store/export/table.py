@@ -1,6 +1,8 @@
-"""Conversion of a cube, piece by piece, to a table with one row per point, and to CSV text."""
+"""Conversion of a cube, piece by piece, to a table with one row per point, as CSV text or as a Parquet file."""
 
+import json
 from collections.abc import Iterator
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,6 +63,60 @@ def csv_lines(cube: "xr.Dataset") -> Iterator[str]:
         for start in range(0, next(iter(piece.values())).size, ROWS_AT_ONCE):
             lists = [column[start : start + ROWS_AT_ONCE].tolist() for column in piece.values()]
             yield "".join(map(line.__mod__, zip(*lists, strict=True)))
+
+
+def parquet_pieces(cube: "xr.Dataset") -> Iterator[bytes]:
+    """Yield the pieces of a Parquet file with the table of a cube; see `columns`.
+
+    The metadata contain the attributes of the cube, and the unit and the description of every column.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study's cube, from `Store.cube`.
+
+    Yields
+    ------
+    bytes
+        The pieces of the file, in order.
+    """
+    # imported here, because importing pyarrow takes a fifth of a second
+    import pyarrow
+    import pyarrow.parquet
+
+    schema = pyarrow.schema(
+        [
+            pyarrow.field(
+                name,
+                pyarrow.from_numpy_dtype(dtype),
+                metadata={key: _text(value) for key, value in attributes.items()},
+            )
+            for name, (dtype, attributes) in column_attributes(cube).items()
+        ],
+        metadata={str(key): _text(value) for key, value in cube.attrs.items()},
+    )
+    sink = BytesIO()
+    with pyarrow.parquet.ParquetWriter(
+        pyarrow.PythonFile(sink, mode="w"), schema, compression="zstd"
+    ) as writer:
+        for piece in columns(cube):
+            writer.write_table(pyarrow.table(piece, schema=schema))
+            yield _taken(sink)
+    yield _taken(sink)
+
+
+def _taken(sink: BytesIO) -> bytes:
+    """Remove the bytes that were written since the last call, and return them."""
+    piece = sink.getvalue()
+    sink.seek(0)
+    sink.truncate()
+    return piece
+
+
+def _text(value: object) -> str:
+    if isinstance(value, str):
+        return value
+    return json.dumps(value.tolist() if hasattr(value, "tolist") else value)
 
 
 def column_attributes(cube: "xr.Dataset") -> dict[str, tuple[np.dtype[Any], dict[str, Any]]]:

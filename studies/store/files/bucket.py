@@ -7,6 +7,7 @@ AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY. The keys are not stored, logged or 
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from datetime import timedelta
 from functools import lru_cache
@@ -102,13 +103,18 @@ class Bucket(Shelf):
 
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
         """Write objects. A prefix need not be created."""
-        self.put_all(pieces)
+        self._put_all(pieces)
 
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
         """Write the first objects of several prefixes in parallel."""
-        self.put_all(
+        self._put_all(
             {f"{name}/{key}": content for name, pieces in shelves.items() for key, content in pieces.items()}
         )
+
+    def _put_all(self, pieces: Mapping[str, bytes]) -> None:
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            for _ in pool.map(self.put, pieces, pieces.values()):
+                pass
 
     def entries(self) -> Iterator[Entry]:
         """List every object."""

@@ -6,7 +6,6 @@ the write. A visible file is always complete.
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 AT_ONCE = 16
@@ -132,9 +131,3 @@ class Shelf(ABC):
     @abstractmethod
     def clear(self) -> None:
         """Remove every file, and also the folder if the storage location is a folder."""
-
-    def put_all(self, pieces: Mapping[str, bytes]) -> None:
-        """Write several files in parallel, and wait until all are written."""
-        with ThreadPoolExecutor(AT_ONCE) as pool:
-            for _ in pool.map(self.put, pieces, pieces.values()):
-                pass

@@ -28,9 +28,8 @@ from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.cube.description import describe_cube, plain_metadata
 from damperlab.studies.store.export.export import write_file
 from damperlab.studies.store.export.grouped import POINTS, group_of, grouped_chunks, grouped_metadata
-from damperlab.studies.store.export.parquet import parquet_pieces
 from damperlab.studies.store.export.slabs import rows, slabs
-from damperlab.studies.store.export.table import csv_lines
+from damperlab.studies.store.export.table import csv_lines, parquet_pieces
 from damperlab.studies.store.faults import BlockDamaged
 from damperlab.studies.units import coordinates_in_units, with_units
 from damperlab.studies.variables import DIMENSIONS
