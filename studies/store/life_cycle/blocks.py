@@ -25,13 +25,13 @@ from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.packed import BLOCKS
 from damperlab.studies.store.faults import NothingToDo, StoreFault, catalogue_damaged, using
 from damperlab.studies.store.life_cycle.claims import require_free
-from damperlab.studies.store.life_cycle.lookup import Lookup
 from damperlab.studies.store.life_cycle.manifest import drop_marks, keep_marks
+from damperlab.studies.store.life_cycle.states import States
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.vocabulary import ENDED
 
 
-class Blocks(Lookup):
+class Blocks(States):
     """The part of a store that sets and invalidates done-marks."""
 
     def pending(self, study_id: str) -> np.ndarray:

@@ -1,21 +1,18 @@
-"""Lookup of studies by name or page by page, and access to the state and the events of a study."""
+"""Lookup of studies by name or page by page, and of the events of a study."""
 
 import math
-import time
 from typing import Any
 
-from sqlalchemy import Connection, Row, func, select, update
+from sqlalchemy import Row, func, select
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.base import StoreBase
-from damperlab.studies.store.catalogue.quota import Ledger
 from damperlab.studies.store.catalogue.rows import (
     ALIVE,
     FIRST_DIGITS,
     VALUES,
     alive_row,
     cursor_of,
-    log_event,
     newest_row,
     number_before,
     record_of,
@@ -25,11 +22,9 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import events, studies
-from damperlab.studies.store.faults import StoreFault, cannot_use
-from damperlab.studies.store.life_cycle.manifest import keep_marks, put_off_marks
+from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.life_cycle.wanted import ALL, Wanted
-from damperlab.studies.store.record import PREPARATIONS, Page, Record, Totals
-from damperlab.studies.vocabulary import ENDED, STATES
+from damperlab.studies.store.record import Page, Record, Totals
 
 PAGE_LIMIT = 1000
 """Largest number of records on one page."""
@@ -38,7 +33,7 @@ MOST_LOOKED_AT = 5000
 
 
 class Lookup(StoreBase):
-    """The part of a store that finds studies, and sets their states."""
+    """The part of a store that finds studies."""
 
     def find(self, ref: str) -> Record:
         """Find a study by its complete id, by its name, or by the first digits of its id, in this order.
@@ -50,8 +45,7 @@ class Lookup(StoreBase):
         StudyNotFound
             If no study fits, several studies fit the digits, or fewer than `FIRST_DIGITS` digits are given.
         """
-        # replace lone surrogates and NUL, which databases refuse
-        ref = _sayable(ref)
+        ref = sayable(ref)
         with self.catalogue.reading() as connection:
             row = alive_row(connection, ref)
             if row is not None:
@@ -149,143 +143,6 @@ class Lookup(StoreBase):
         with self.catalogue.reading() as connection:
             return {row[0]: Totals(*map(int, row[1:])) for row in connection.execute(query)}
 
-    def set_state(
-        self,
-        study_id: str,
-        state: str,
-        message: str | None = None,
-        *,
-        only_from: tuple[str, ...] = STATES,
-        owner: str | None = None,
-        at_once: bool = True,
-    ) -> Record:
-        """Change the state of a study, and return the study's record.
-
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        state : str
-            One of `STATES`.
-        message : str, optional
-            Message to store with the study. None keeps the present message; an empty text removes the message.
-        only_from : tuple of str
-            States in which the study may be changed. In any other state, nothing changes.
-        owner : str, optional
-            Owner of the claim on the study. If another owner has the claim, nothing changes.
-        at_once : bool
-            Whether to write the done-marks of a cancelled or failed study into the cube before this method returns. If
-            not, `keep_late_marks` writes the marks later.
-
-        Raises
-        ------
-        StudyNotFound
-            If there is no such study.
-        TooManyUnfinished
-            If an ended study is to be queued again and the limit of waiting and running studies is reached.
-        """
-        if state not in STATES:
-            raise ValueError(f"{state!r} is none of {STATES}")
-        now = time.time()
-        later = state in ENDED and state != "done" and not at_once
-        if state in ENDED and not later:
-            with self.catalogue.reading() as connection:
-                changes = _may_change(study_row(connection, study_id), only_from, owner)
-            # if the state will not be changed, the marks in the cube must not be changed either
-            if changes:
-                self._keep_marks(study_id, state, message, now)
-        with self.catalogue.writing() as connection:
-            if later:
-                put_off_marks(connection, study_id)
-            return self._change_state(connection, study_id, state, message, only_from, owner, now)
-
-    def _change_state(
-        self,
-        connection: Connection,
-        study_id: str,
-        state: str,
-        message: str | None,
-        only_from: tuple[str, ...],
-        owner: str | None,
-        now: float,
-    ) -> Record:
-        row = study_row(connection, study_id)
-        if not _may_change(row, only_from, owner):
-            return record_of(row)
-        if state == "queued":
-            self._require_turn(connection, row)
-        change: dict[str, Any] = {"state": state} | _phase(None)
-        if message is not None:
-            change["message"] = message or None
-        if state == "running":
-            change |= {"started": row.started or now, "finished": None}
-            change |= {"run_began": now, "run_points": row.points_done, "last_mark": None}
-        elif state == "queued":
-            change["finished"] = None
-        elif row.state != state:
-            change["finished"] = now
-        connection.execute(update(studies).where(studies.c.number == row.number).values(change))
-        if row.state != state:
-            log_event(connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else ""))
-        return record_of(study_row(connection, study_id))
-
-    def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
-        """Raise `TooManyUnfinished` if an ended study would exceed the limit of waiting and running studies."""
-        if row.state in ENDED:
-            Ledger(connection, self.quota).enter(row.submitted_by, 0, 0, 1)
-
-    def set_phase(
-        self,
-        study_id: str,
-        phase: str | None,
-        done: int | None = None,
-        total: int | None = None,
-        *,
-        owner: str,
-        message: str | None = None,
-    ) -> None:
-        """Set the phase of a running study. Nothing changes if another owner has the claim.
-
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        phase : str or None
-            One of `PREPARATIONS`, or None when the computation of blocks begins.
-        done, total : int, optional
-            Number of completed items and of all items of the phase, if known.
-        owner : str
-            Owner of the claim on the study.
-        message : str, optional
-            Reason why the study waits. An empty text removes the present message; None keeps the message.
-        """
-        if phase not in (None, *PREPARATIONS):
-            raise ValueError(f"{phase!r} is none of {PREPARATIONS}")
-        change = _phase(phase, done, total)
-        if phase is None:
-            change["run_began"] = time.time()
-        if message is not None:
-            change["message"] = _sayable(message) or None
-        ours = (studies.c.id == study_id, ALIVE, studies.c.claim_owner == owner, studies.c.state == "running")
-        with self.catalogue.writing() as connection:
-            connection.execute(update(studies).where(*ours).values(change))
-
-    def note(self, study_id: str, what: str) -> None:
-        """Add an event to a study's log."""
-        with self.catalogue.writing() as connection:
-            log_event(connection, study_id, _sayable(what))
-
-    def _keep_marks(self, study_id: str, state: str, message: str | None, now: float) -> None:
-        changes = {"state": state, "finished": now} | (
-            {} if message is None else {"message": message or None}
-        )
-        try:
-            keep_marks(self, study_id, changes)
-        except OSError as error:
-            if state == "done":
-                raise cannot_use(self.shelf.address, error) from error
-            # a cancelled or failed study may end without a list of marks, because the disk may be full
-
     def events(self, study_id: str) -> list[tuple[float, str]]:
         """Return the events of a study, oldest first. Each event is a time in seconds since 1970 and a text."""
         query = select(events).where(events.c.study == study_id).order_by(events.c.number)
@@ -296,13 +153,6 @@ class Lookup(StoreBase):
         return [(row.at, row.what) for row in rows]
 
 
-def _may_change(row: Row[Any], only_from: tuple[str, ...], owner: str | None) -> bool:
-    return row.state in only_from and owner in (None, row.claim_owner)
-
-
-def _phase(phase: str | None, done: int | None = None, total: int | None = None) -> dict[str, Any]:
-    return {"phase": phase, "phase_done": done, "phase_total": total}
-
-
-def _sayable(text: str) -> str:
+def sayable(text: str) -> str:
+    """Replace lone surrogates and NUL, which databases refuse."""
     return text.encode(errors="replace").decode().replace("\0", "?")

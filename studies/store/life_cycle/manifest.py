@@ -73,9 +73,9 @@ def put_off_marks(connection: Connection, study_id: str) -> None:
     remember(connection, f"{PUT_OFF}{study_id}", uuid.uuid4().hex)
 
 
-def marks_put_off(connection: Connection, study_id: str) -> bool:
-    """Whether the done-marks of a study must still be written into its cube."""
-    return fact(connection, f"{PUT_OFF}{study_id}") is not None
+def marks_put_off(connection: Connection, study_id: str) -> str | None:
+    """Return the note that the done-marks of a study must still be written into its cube; None if there is no note."""
+    return fact(connection, f"{PUT_OFF}{study_id}")
 
 
 def drop_marks(shelf: Shelf) -> None:

@@ -10,7 +10,7 @@ from tests.filling import enter, make_plan_of, make_study, outcome_of, values_of
 import damperlab.studies.store.catalogue.rows
 import damperlab.studies.store.life_cycle.blocks
 import damperlab.studies.store.life_cycle.claims
-import damperlab.studies.store.life_cycle.lookup
+import damperlab.studies.store.life_cycle.states
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.cube.cube import write_region
@@ -163,7 +163,7 @@ def test_studies_that_wait_are_told_by_their_priority_and_then_the_oldest_first(
 def test_what_is_left_is_told_by_no_clock_that_was_set_back(
     store: Store, study_id: str, clocks: Clocks, monkeypatch: pytest.MonkeyPatch, jump: float
 ) -> None:
-    for module in (damperlab.studies.store.life_cycle.lookup, damperlab.studies.store.life_cycle.blocks):
+    for module in (damperlab.studies.store.life_cycle.states, damperlab.studies.store.life_cycle.blocks):
         monkeypatch.setattr(module, "time", clocks)
     plan = make_plan_of(make_study())
     store.set_state(study_id, "running")

@@ -1,0 +1,262 @@
+"""States, phases and remarks of studies. An ended study keeps its state, marks and remarks also in its cube."""
+
+import json
+import time
+from collections.abc import Callable
+from typing import Any
+
+from sqlalchemy import Connection, Row, delete, select, update
+
+from damperlab.studies.remarks import Remarks
+from damperlab.studies.store.catalogue.quota import Ledger
+from damperlab.studies.store.catalogue.rows import ALIVE, log_event, record_of, study_row
+from damperlab.studies.store.catalogue.tables import facts, studies
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.life_cycle.lookup import Lookup, sayable
+from damperlab.studies.store.life_cycle.manifest import (
+    PUT_OFF,
+    drop_marks,
+    keep_marks,
+    marks_put_off,
+    put_off_marks,
+)
+from damperlab.studies.store.record import PREPARATIONS, Record
+from damperlab.studies.vocabulary import ENDED, STATES
+
+
+class States(Lookup):
+    """The part of a store that changes the states, phases, events and remarks of studies."""
+
+    def set_state(
+        self,
+        study_id: str,
+        state: str,
+        message: str | None = None,
+        *,
+        only_from: tuple[str, ...] = STATES,
+        owner: str | None = None,
+        at_once: bool = True,
+    ) -> Record:
+        """Change the state of a study, and return the study's record.
+
+        Parameters
+        ----------
+        study_id : str
+            Complete id of the study.
+        state : str
+            One of `STATES`.
+        message : str, optional
+            Message to store with the study. None keeps the present message; an empty text removes the message.
+        only_from : tuple of str
+            States in which the study may be changed. In any other state, nothing changes.
+        owner : str, optional
+            Owner of the claim on the study. If another owner has the claim, nothing changes.
+        at_once : bool
+            Whether to write the done-marks of a cancelled or failed study into the cube before this method returns. If
+            not, `keep_late_marks` writes the marks later.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        TooManyUnfinished
+            If an ended study is to be queued again and the limit of waiting and running studies is reached.
+        """
+        if state not in STATES:
+            raise ValueError(f"{state!r} is none of {STATES}")
+        now = time.time()
+        later = state in ENDED and state != "done" and not at_once
+        if state in ENDED and not later:
+            with self.catalogue.reading() as connection:
+                changes = _may_change(study_row(connection, study_id), only_from, owner)
+            # if the state will not be changed, the marks in the cube must not be changed either
+            if changes:
+                self._keep_marks(study_id, state, message, now)
+        with self.catalogue.writing() as connection:
+            if later:
+                put_off_marks(connection, study_id)
+            return self._change_state(connection, study_id, state, message, only_from, owner, now)
+
+    def _change_state(
+        self,
+        connection: Connection,
+        study_id: str,
+        state: str,
+        message: str | None,
+        only_from: tuple[str, ...],
+        owner: str | None,
+        now: float,
+    ) -> Record:
+        row = study_row(connection, study_id)
+        if not _may_change(row, only_from, owner):
+            return record_of(row)
+        if state == "queued":
+            self._require_turn(connection, row)
+        change: dict[str, Any] = {"state": state} | _phase(None)
+        if message is not None:
+            change["message"] = message or None
+        if state == "running":
+            change |= {"started": row.started or now, "finished": None}
+            change |= {"run_began": now, "run_points": row.points_done, "last_mark": None}
+        elif state == "queued":
+            change["finished"] = None
+        elif row.state != state:
+            change["finished"] = now
+        connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+        if row.state != state:
+            log_event(connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else ""))
+        return record_of(study_row(connection, study_id))
+
+    def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
+        """Raise `TooManyUnfinished` if an ended study would exceed the limit of waiting and running studies."""
+        if row.state in ENDED:
+            Ledger(connection, self.quota).enter(row.submitted_by, 0, 0, 1)
+
+    def set_phase(
+        self,
+        study_id: str,
+        phase: str | None,
+        done: int | None = None,
+        total: int | None = None,
+        *,
+        owner: str,
+        message: str | None = None,
+    ) -> None:
+        """Set the phase of a running study. Nothing changes if another owner has the claim.
+
+        Parameters
+        ----------
+        study_id : str
+            Complete id of the study.
+        phase : str or None
+            One of `PREPARATIONS`, or None when the computation of blocks begins.
+        done, total : int, optional
+            Number of completed items and of all items of the phase, if known.
+        owner : str
+            Owner of the claim on the study.
+        message : str, optional
+            Reason why the study waits. An empty text removes the present message; None keeps the message.
+        """
+        if phase not in (None, *PREPARATIONS):
+            raise ValueError(f"{phase!r} is none of {PREPARATIONS}")
+        change = _phase(phase, done, total)
+        if phase is None:
+            change["run_began"] = time.time()
+        if message is not None:
+            change["message"] = sayable(message) or None
+        ours = (studies.c.id == study_id, ALIVE, studies.c.claim_owner == owner, studies.c.state == "running")
+        with self.catalogue.writing() as connection:
+            connection.execute(update(studies).where(*ours).values(change))
+
+    def note(self, study_id: str, what: str) -> None:
+        """Add an event to a study's log."""
+        with self.catalogue.writing() as connection:
+            log_event(connection, study_id, sayable(what))
+
+    def _keep_marks(self, study_id: str, state: str, message: str | None, now: float) -> None:
+        changes = {"state": state, "finished": now} | (
+            {} if message is None else {"message": message or None}
+        )
+        try:
+            keep_marks(self, study_id, changes)
+        except OSError as error:
+            if state == "done":
+                raise cannot_use(self.shelf.address, error) from error
+            # a cancelled or failed study may end without a list of marks, because the disk may be full
+
+    def remark(self, study_id: str, remarks: Remarks, *, at_once: bool = True) -> Record:
+        """Store a user's remarks about a study in the catalogue, and for an ended study also in the cube.
+
+        Parameters
+        ----------
+        study_id : str
+            Complete id of the study.
+        remarks : Remarks
+            The remarks. A remark that is None is not changed.
+        at_once : bool
+            Whether to write the remarks into the cube now. If not, `keep_late_marks` writes the remarks later.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StoreFault
+            If the remarks cannot be written.
+        """
+        tags = None if remarks.tags is None else json.dumps(remarks.tags)
+        said = {"tags": tags, "note": remarks.note, "name": remarks.name}
+        change = {name: value for name, value in said.items() if value is not None}
+        with self.catalogue.writing() as connection:
+            number = study_row(connection, study_id).number
+            connection.execute(update(studies).where(studies.c.number == number).values(change))
+            row = study_row(connection, study_id)
+            if row.state in ENDED:
+                # write the marks again, because a lost catalogue is restored from the marks in the cube
+                put_off_marks(connection, study_id)
+        if row.state in ENDED and at_once:
+            self._keep_late(study_id)
+        return record_of(row)
+
+    def keep_late_marks(self, stop: Callable[[], bool] = lambda: False) -> None:
+        """Write the postponed done-marks of ended studies into their cubes.
+
+        Parameters
+        ----------
+        stop : callable
+            Function that is called before each study; if it returns true, the remaining studies are left for later.
+
+        Raises
+        ------
+        StoreFault
+            If the marks of a study cannot be written. The marks of all other studies are still written.
+        """
+        failed: StoreFault | None = None
+        query = select(facts.c.key).where(facts.c.key.startswith(PUT_OFF, autoescape=True))
+        with self.catalogue.reading() as connection:
+            keys = connection.execute(query).scalars().all()
+        for key in keys:
+            if stop():
+                return
+            try:
+                self._keep_late(key.removeprefix(PUT_OFF))
+            except StoreFault as error:  # continue with the other studies
+                failed = failed or error
+        if failed is not None:
+            raise failed
+
+    def _keep_late(self, study_id: str) -> None:
+        with self.catalogue.reading() as connection:
+            note = marks_put_off(connection, study_id)
+        try:
+            # the done-marks of a resumed study are written when the study ends
+            before = self.find(study_id)
+            if before.ended:
+                keep_marks(self, study_id, {})
+                after = self.find(study_id)
+                if (after.revision, after.state, after.finished) != (
+                    before.revision,
+                    before.state,
+                    before.finished,
+                ):
+                    # the study changed during this write, which may have replaced newer marks
+                    with self.catalogue.reading() as connection:
+                        number = study_row(connection, study_id).number
+                    drop_marks(self.cube_shelf(study_id, number))
+                    self._keep_late(study_id)
+                    return
+        except (StudyNotFound, FileNotFoundError):
+            pass  # the study was deleted or its cube is lost, so there is no place to write to
+        except OSError as error:
+            raise cannot_use(self.shelf.address, error) from error
+        with self.catalogue.writing() as connection:
+            # delete only this note: marks that were postponed meanwhile have another note
+            key = f"{PUT_OFF}{study_id}"
+            connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == note))
+
+
+def _may_change(row: Row[Any], only_from: tuple[str, ...], owner: str | None) -> bool:
+    return row.state in only_from and owner in (None, row.claim_owner)
+
+
+def _phase(phase: str | None, done: int | None = None, total: int | None = None) -> dict[str, Any]:
+    return {"phase": phase, "phase_done": done, "phase_total": total}
