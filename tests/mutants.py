@@ -164,8 +164,8 @@ MUTANTS = (
         "tests/worker/dispatch/test_workers.py",
     ),
     Mutant(
-        "worker/dispatch/worker_state.py",
-        'worker.standing != "leaving" and ',
+        "worker/dispatch/workers.py",
+        ' or worker.standing == "leaving"',
         "",
         "tests/worker/dispatch/test_workers.py",
     ),

@@ -1,7 +1,7 @@
 """Standing and failures of each worker of a study."""
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -12,9 +12,6 @@ from damperlab.worker.outcomes import RETRIES
 _NEVER = math.inf
 AGAIN_SECONDS = 15.0
 """Time after which an excluded worker is tested again [s], since a store or a connection may have recovered."""
-
-STUCK_SECONDS, STUCK_TIMES = 600.0, 100.0
-"""A block is moved to another worker after the longer of `STUCK_SECONDS` and `STUCK_TIMES` times its expected time."""
 
 Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
 """Standing of a worker. A joining worker is being tested, and a usable worker computes blocks. After an exclusion, a
@@ -247,37 +244,3 @@ def _some(told: list[str]) -> str:
     """Join the first three messages about workers, and count the other messages."""
     more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
     return "; ".join(told[:3]) + more
-
-
-class Patience:
-    """Records when each block began to run, in order to find blocks that run for too long."""
-
-    def __init__(self) -> None:
-        self._since: dict[str, float] = {}
-
-    def overdue(
-        self, states: Iterable[WorkerState], expected: Callable[[int], float], now: float
-    ) -> Iterator[tuple[WorkerState, str, float]]:
-        """Yield the tasks that have run for too long.
-
-        Parameters
-        ----------
-        states : iterable of WorkerState
-            Workers. Leaving workers are ignored.
-        expected : callable
-            Returns the expected time of the block with the given index [s].
-        now : float
-            Time of a monotonic clock [s].
-
-        Yields
-        ------
-        worker, key, seconds : WorkerState, str, float
-            The worker, the key of its task, and the time for which the task has run [s].
-        """
-        running = {key: worker for worker in states for key in list(worker.held)[: worker.threads]}
-        self._since = {key: self._since.get(key, now) for key in running}
-        for key, worker in running.items():
-            seconds = now - self._since[key]
-            likely = expected(worker.held[key].index)
-            if worker.standing != "leaving" and seconds > max(STUCK_SECONDS, STUCK_TIMES * likely):
-                yield worker, key, seconds

@@ -10,12 +10,15 @@ from dataclasses import replace
 
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.worker.dispatch.backlog import Attempt, Backlog
-from damperlab.worker.dispatch.worker_state import AGAIN_SECONDS, Patience, Standings, WorkerState
+from damperlab.worker.dispatch.worker_state import AGAIN_SECONDS, Standings, WorkerState
 from damperlab.worker.outcomes import RETRIES, Crashed, Failure, Leaving, Outage, is_full
 from damperlab.worker.provenance import WrongCode
 
 BLOCKS_PER_THREAD = 2
 """Number of blocks that a worker has per thread. A second block starts as soon as the first block has ended."""
+
+STUCK_SECONDS, STUCK_TIMES = 600.0, 100.0
+"""A block is moved to another worker after the longer of `STUCK_SECONDS` and `STUCK_TIMES` times its expected time."""
 
 
 class Workers(Standings):
@@ -38,7 +41,8 @@ class Workers(Standings):
         self._where: dict[str, str] = {}
         # The n-th dict contains the addresses of workers with fewer than n blocks per thread, which saves a search.
         self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
-        self._patience = Patience()
+        # time at which `take_away` first saw each running task
+        self._since: dict[str, float] = {}
 
     @property
     def waiting(self) -> int:
@@ -91,9 +95,14 @@ class Workers(Standings):
             Keys of the tasks whose blocks were taken back, and whose results are not wanted.
         """
         lost: list[str] = []
-        for worker, key, seconds in self._patience.overdue(self.states.values(), self._backlog.expected, now):
+        running = {key: one for one in self.states.values() for key in list(one.held)[: one.threads]}
+        self._since = {key: self._since.get(key, now) for key in running}
+        for key, worker in running.items():
             attempt = worker.held.get(key)
-            if attempt is None or attempt.moved or self._is_alone(worker):
+            if attempt is None or attempt.moved or worker.standing == "leaving" or self._is_alone(worker):
+                continue
+            seconds = now - self._since[key]
+            if seconds <= max(STUCK_SECONDS, STUCK_TIMES * self._backlog.expected(attempt.index)):
                 continue
             reason = f"block {attempt.index} has been there for {seconds:.0f} s and does not end"
             self.leave_out(worker.address, reason, now + AGAIN_SECONDS)

@@ -118,8 +118,8 @@ def test_block_that_never_ends_at_a_worker_goes_to_another(
     client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As where a disk of that machine hangs, while the machine answers."""
-    monkeypatch.setattr("damperlab.worker.dispatch.worker_state.STUCK_SECONDS", 1.0)
-    monkeypatch.setattr("damperlab.worker.dispatch.worker_state.STUCK_TIMES", 0.0)
+    monkeypatch.setattr("damperlab.worker.dispatch.workers.STUCK_SECONDS", 1.0)
+    monkeypatch.setattr("damperlab.worker.dispatch.workers.STUCK_TIMES", 0.0)
     client.wait_for_workers(2)
     hangs = min(client.nthreads())
 

@@ -4,8 +4,7 @@ import pytest
 from tests.benchmarks import model
 
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.worker_state import STUCK_SECONDS
-from damperlab.worker.dispatch.workers import Workers
+from damperlab.worker.dispatch.workers import STUCK_SECONDS, Workers
 
 
 def workers_of(count: int, backlog: Backlog) -> Workers:
