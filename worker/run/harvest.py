@@ -1,4 +1,4 @@
-"""Records the results of a run: completed blocks are marked as done, and failed blocks are stored as failed points."""
+"""Records the results of a run: done-marks of completed blocks, failed points of failed blocks, and the final state."""
 
 import uuid
 from collections.abc import Iterable
@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.plan import Plan
+from damperlab.studies.store.care.sweep import sweep
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
@@ -18,7 +19,7 @@ from damperlab.worker.worker_process.tasks import failed_values
 
 
 class Harvest:
-    """Records completed blocks.
+    """Records completed blocks, and the end of the run. Nothing is written after the claim is lost.
 
     Parameters
     ----------
@@ -26,32 +27,28 @@ class Harvest:
         Store that holds the study.
     lease : Lease
         This run's claim on the study.
-    plan : Plan
-        Division of the study into blocks.
-    expected : array of float
-        Expected kernel time of each block [s], from which the progress is computed.
     account : Account
         Object that counts each block that was marked as done.
     """
 
-    def __init__(
-        self, store: Store, lease: Lease, plan: Plan, expected: NDArray[np.float64], account: Account
-    ) -> None:
+    def __init__(self, store: Store, lease: Lease, account: Account) -> None:
         self.spent_seconds = 0.0
         """Kernel time of the blocks that this run has completed [s]."""
         self.marked = 0
         """Number of blocks that this run has marked as done."""
-        self.failures: list[str] = []
-        """Failed blocks, each with the reason."""
+        self._failures: list[str] = []
         self._store = store
         self._lease = lease
-        self._plan = plan
-        self._expected = expected
         self._account = account
-        self._cube_path = store.cube_path(lease.study_id)
+
+    def expect(self, plan: Plan, seconds: NDArray[np.float64]) -> None:
+        """Set the plan of the study, and the expected kernel time of each block [s]. Both must be set before `keep`."""
+        self._plan = plan
+        self._seconds = seconds
+        self._cube_path = self._store.cube_path(self._lease.study_id)
 
     def keep(self, ended: Iterable[BlockOutcome | Failure]) -> None:
-        """Mark ended blocks as done. Nothing is marked after the claim is lost.
+        """Mark ended blocks as done.
 
         Parameters
         ----------
@@ -93,12 +90,55 @@ class Harvest:
             return
         self.marked += len(outcomes)
         for outcome in outcomes:
-            self._account.count(outcome, float(self._expected[outcome.index]))
+            self._account.count(outcome, float(self._seconds[outcome.index]))
 
     def _give_up(self, failure: Failure) -> BlockOutcome:
         block = self._plan.block(failure.index)
         values = failed_values(self._plan.study, block)
         told = {"message": failure.message}
         outcome = write_region(self._cube_path, block, values, uuid.uuid4().hex[:12], told)
-        self.failures.append(f"block {failure.index}: {failure.message}")
+        self._failures.append(f"block {failure.index}: {failure.message}")
         return outcome
+
+    def settle(self, stopped_as: str, stopped_by: str | None) -> None:
+        """Set the final state of the study: done or failed if all blocks have ended, otherwise `stopped_as`.
+
+        Parameters
+        ----------
+        stopped_as : str
+            State to set if blocks are still pending.
+        stopped_by : str, optional
+            Message to set if blocks are still pending.
+        """
+        if self._lease.lost.is_set():
+            return
+        study_id = self._lease.study_id
+        record = self._store.find(study_id)
+        sweep(self._store, study_id)
+        if record.blocks_done < record.blocks_total:
+            self.put_down(stopped_as, stopped_by)
+            return
+        left_out, failures = self._account.left_out, self._failures
+        message = f"computed without workers that were left out: {left_out}" if left_out else None
+        if failures:
+            message = f"{len(failures)} of {record.blocks_total} blocks failed; the first: {failures[0]}"
+        elif message is None and record.message and not record.points_failed:
+            message = ""  # the message of an earlier, interrupted run no longer applies
+        # numerical failures are results and took kernel time; blocks that failed as a whole took no kernel time
+        given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
+        state = "failed" if given_up else "done"
+        # a study that was cancelled during its last block stays cancelled
+        self._store.set_state(study_id, state, message, only_from=("running",), owner=self._lease.owner)
+
+    def put_down(self, state: str, message: str | None) -> None:
+        """Set the state of an incomplete study. A state that another process has set is kept."""
+        if not self._lease.lost.is_set():
+            self._store.set_state(
+                self._lease.study_id, state, message, only_from=("running",), owner=self._lease.owner
+            )
+
+    def left(self) -> str:
+        """Return a message that counts the stored and the remaining blocks."""
+        record = self._store.find(self._lease.study_id)
+        pending = record.blocks_total - record.blocks_done
+        return f"{record.blocks_done} of {record.blocks_total} blocks are kept; a continued run computes the other {pending}"

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing, suppress
+from dataclasses import dataclass
 from threading import Event
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,6 @@ from damperlab.worker.dispatch.cost_model import family_factor, seconds_per_poin
 from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage
 from damperlab.worker.provenance import WrongCode, computing, require_solver
 from damperlab.worker.run.account import Account
-from damperlab.worker.run.ending import Ending
 from damperlab.worker.run.harvest import Harvest
 from damperlab.worker.run.in_this_process import InThisProcess
 from damperlab.worker.run.lease import Lease, hold
@@ -119,34 +119,46 @@ def run_study(
     """
     store.find(study_id)
     with hold(store, study_id) as lease:
-        run = _Run(store, lease, Account(store, lease, on_progress), stop, budget_seconds)
+        budget = math.inf if budget_seconds is None else budget_seconds
+        limits = _Limits(here_seconds, wait_seconds, return_seconds, budget)
+        run = _Run(store, lease, Account(store, lease, on_progress), client_factory, stop, limits)
         if run.begin(only_from):
             try:
-                run.complete(stopped_as, client_factory, here_seconds, wait_seconds, return_seconds)
+                run.complete(stopped_as)
             # Each branch writes the final state once: a process killed between two writes would leave a wrong state.
             except Outage as error:
-                run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
+                run.harvest.put_down(outage_as, f"{error}; {run.harvest.left()}")
             except Interrupted as error:
-                run.ending.put_down(
-                    outage_as if store.trouble() else "failed", f"{error}; {run.ending.left()}"
+                run.harvest.put_down(
+                    outage_as if store.trouble() else "failed", f"{error}; {run.harvest.left()}"
                 )
             except StudyNotFound:
                 raise
             except StoreFault as error:
                 # the catalogue was locked or its server did not answer; writing the state may succeed now
-                run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
+                run.harvest.put_down(outage_as, f"{error}; {run.harvest.left()}")
             except WrongCode as error:
-                run.ending.put_down("failed", str(error))
+                run.harvest.put_down("failed", str(error))
             except KeyboardInterrupt:
-                run.ending.put_down("cancelled", None)
+                run.harvest.put_down("cancelled", None)
                 raise
             except ClusterUnusable as error:
-                run.ending.put_down(outage_as, str(error))
+                run.harvest.put_down(outage_as, str(error))
                 raise
             except Exception as error:
-                run.ending.put_down("failed", str(error))
+                run.harvest.put_down("failed", str(error))
                 raise
     return store.find(study_id)
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """Times that end a run or a wait of the run [s]; see the parameters of `run_study`."""
+
+    here_seconds: float
+    wait_seconds: float
+    return_seconds: float
+    budget_seconds: float
 
 
 class _Run:
@@ -160,23 +172,31 @@ class _Run:
         This run's claim on the study.
     account : Account
         Object that reports phase and progress.
+    client_factory : callable
+        Returns a context manager that yields a client of the cluster.
     stop : Event
         Event that another thread sets to stop the run.
-    budget_seconds : float, optional
-        Kernel time after which the run stops [s].
+    limits : _Limits
+        Times that end the run or a wait of the run.
     """
 
     def __init__(
-        self, store: Store, lease: Lease, account: Account, stop: Event, budget_seconds: float | None
+        self,
+        store: Store,
+        lease: Lease,
+        account: Account,
+        client_factory: "Callable[[], AbstractContextManager[Client]]",
+        stop: Event,
+        limits: _Limits,
     ) -> None:
         self._store = store
         self._lease = lease
         self._study_id = lease.study_id
-        self.ending = Ending(store, lease)
         self._account = account
+        self._client_factory = client_factory
         self._stop = stop
-        self._budget = math.inf if budget_seconds is None else budget_seconds
-        self._harvest: Harvest | None = None
+        self._limits = limits
+        self.harvest = Harvest(store, lease, account)
         self._had_cluster = False
         self._record = store.find(self._study_id)
 
@@ -191,27 +211,21 @@ class _Run:
         self._lease.begun.set()
         return self._record.state == "running"
 
-    def complete(
-        self,
-        stopped_as: str,
-        client_factory: "Callable[[], AbstractContextManager[Client]]",
-        here_seconds: float,
-        wait_seconds: float,
-        return_seconds: float,
-    ) -> None:
+    def complete(self, stopped_as: str) -> None:
         """Compute the pending blocks and set the final state. If the store does not answer, wait for an answer."""
         gives_up_at, kept = 0.0, -1
         while True:
             try:
-                self.compute(client_factory, here_seconds, wait_seconds, return_seconds)
-                self.end(stopped_as)
+                self._compute()
+                self._account.report(at_once=True)
+                self.harvest.settle(stopped_as, self._budget_spent())
                 return
             except StoreFault as error:
                 if not may_pass(error) or self._stopping:
                     raise
-                marked = self._harvest.marked if self._harvest else 0
-                if marked > kept:
-                    gives_up_at, kept = time.monotonic() + return_seconds, marked
+                if self.harvest.marked > kept:
+                    kept = self.harvest.marked
+                    gives_up_at = time.monotonic() + self._limits.return_seconds
                 self._wait_for_store(error, gives_up_at)
 
     def _wait_for_store(self, error: StoreFault, gives_up_at: float) -> None:
@@ -229,13 +243,7 @@ class _Run:
                 error = again
         raise error
 
-    def compute(
-        self,
-        client_factory: "Callable[[], AbstractContextManager[Client]]",
-        here_seconds: float,
-        wait_seconds: float,
-        return_seconds: float,
-    ) -> None:
+    def _compute(self) -> None:
         """Compute the pending blocks until none is left, the run is stopped or the budget is spent."""
         study = parse_stored(self._record.definition, self._record.digest)
         # the recorded chunk is used, because the cost model may have changed since the submission
@@ -245,10 +253,7 @@ class _Run:
         earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
         expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
         work_left = float(expected[pending].sum())
-        # one Harvest serves the whole run, so that it also counts blocks completed before the store was lost
-        self._harvest = self._harvest or Harvest(
-            self._store, self._lease, self._plan, expected, self._account
-        )
+        self.harvest.expect(self._plan, expected)
         self._account.measure(self._record, work_left)
         self._account.report(at_once=True)
         if not pending.size or self._stopping:
@@ -258,7 +263,7 @@ class _Run:
             # the workers' processors are compared later, when a cluster has started
             require_solver(self._study_id, self._record.provenance)
         self._require_room()
-        if work_left <= here_seconds:
+        if work_left <= self._limits.here_seconds:
             self._compute_here(pending, work_left)
             return
         self._require_readable()
@@ -275,7 +280,7 @@ class _Run:
             there_before=self._had_cluster,
         )
         self._had_cluster = True
-        away.compute(client_factory, self._pump, wait_seconds, return_seconds)
+        away.compute(self._client_factory, self._pump, self._limits.wait_seconds, self._limits.return_seconds)
 
     def _take_back_lost(self) -> None:
         """Mark blocks whose files are lost as pending, so that they are computed again."""
@@ -314,29 +319,22 @@ class _Run:
                 if self._stopping:
                     return
 
-    def end(self, stopped_as: str) -> None:
-        """Write the final state of the study."""
-        self._account.report(at_once=True)
-        failures = self._harvest.failures if self._harvest else []
-        self.ending.settle(stopped_as, self._budget_spent(), failures, self._account.left_out)
-
     @property
     def _stopping(self) -> bool:
-        return self._stop.is_set() or self._lease.over or self._spent >= self._budget
+        return self._stop.is_set() or self._lease.over or self._spent
 
     @property
-    def _spent(self) -> float:
-        return self._harvest.spent_seconds if self._harvest else 0.0
+    def _spent(self) -> bool:
+        return self.harvest.spent_seconds >= self._limits.budget_seconds
 
     def _budget_spent(self) -> str | None:
         """Return a message if the budget is spent, and None otherwise."""
-        if self._spent < self._budget:
+        if not self._spent:
             return None
-        hours = self._budget / SECONDS_PER_HOUR
-        return f"the budget of {hours:.3g} core hours is spent; {self.ending.left()}"
+        hours = self._limits.budget_seconds / SECONDS_PER_HOUR
+        return f"the budget of {hours:.3g} core hours is spent; {self.harvest.left()}"
 
     def _pump(self, window: "Window | InThisProcess") -> None:
-        assert self._harvest is not None
         while not self._stopping:
             self._require_room()
             window.fill()
@@ -344,10 +342,10 @@ class _Run:
                 return
             if not isinstance(window, InThisProcess):
                 self._account.tell_of_workers(window.stranded, window.gives_up_at)
-            self._harvest.keep(window.collect(POLL_SECONDS))
+            self.harvest.keep(window.collect(POLL_SECONDS))
             self._account.report()
         for ended in window.drain(GRACE_SECONDS):
-            self._harvest.keep([ended])
+            self.harvest.keep([ended])
             self._account.report()
 
     def _require_room(self) -> None:
