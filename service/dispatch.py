@@ -300,11 +300,11 @@ class Dispatcher:
         return [one for one in found if one.id not in here and one.id not in self._not_before]
 
     def _run_batch(self, ids: list[str], stop: threading.Event) -> None:
-        from damperlab.worker.run.small_batch_on_cluster import run_small_studies
+        from damperlab.worker.run.small_batch import compute_together_on_cluster
 
         left = ids
         try:
-            left = run_small_studies(self._runners_store, ids, self.cluster.borrow, stop)
+            left = compute_together_on_cluster(self._runners_store, ids, self.cluster.borrow, stop)
             self.trouble = None
             _log.info(
                 "%d small studies were run together, %d are left to run alone",

@@ -5,12 +5,11 @@ from collections.abc import Callable, Collection, Mapping
 
 from distributed import CancelledError, Future
 
-from damperlab.studies.plan import Block
 from damperlab.worker.dispatch.tasks import FETCH_SECONDS, Call, Tasks
 from damperlab.worker.dispatch.worker_state import AGAIN_SECONDS
 from damperlab.worker.dispatch.workers import Workers
 from damperlab.worker.provenance import WrongCode
-from damperlab.worker.worker_process.examination import Answer, examine, majority
+from damperlab.worker.worker_process.examination import Answer, majority
 
 LATE_SECONDS = 10.0
 """Longest wait for answers of other workers after the first answer, and longest time to fetch an answer [s]."""
@@ -37,17 +36,9 @@ class Examiner:
         # time of the first failure to fetch an answer, by task key
         self._late: dict[str, float] = {}
 
-    def prepare(self, cube_path: str, digest: str, code: str, canary: Block | None) -> None:
-        """Set the test that workers must pass.
-
-        Parameters
-        ----------
-        cube_path, digest, code : str
-            Arguments of `damperlab.worker.worker_process.examination.examine`.
-        canary : Block, optional
-            Points that every worker computes in the test.
-        """
-        self._examination = examine, cube_path, digest, code, canary
+    def prepare(self, examination: Call) -> None:
+        """Set the test that workers must pass: the function `examine` and its arguments, the points last."""
+        self._examination = examination
 
     @property
     def compiles(self) -> bool:

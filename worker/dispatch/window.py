@@ -7,7 +7,6 @@ from math import inf
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
-from damperlab.studies.plan import Block
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.examiner import Examiner
@@ -82,14 +81,7 @@ class Window:
         return self._able + self._wait_seconds
 
     def assemble(
-        self,
-        cube_path: str,
-        digest: str,
-        code: str,
-        identity: str,
-        canary: Block | None,
-        truth: str,
-        look_on: Callable[[], bool],
+        self, examination: Call, identity: str, truth: str, look_on: Callable[[], bool]
     ) -> dict[str, str] | None:
         """Test the present workers, and accept those that have the study's solver and compute the same bits.
 
@@ -97,14 +89,12 @@ class Window:
 
         Parameters
         ----------
-        cube_path, digest, code : str
-            Arguments of `damperlab.worker.worker_process.tasks.run_block`.
+        examination : tuple
+            The function `damperlab.worker.worker_process.examination.examine` and its arguments.
         identity : str
             Identity of the study's solver. If empty, the most frequent identity of the workers is used.
-        canary : Block, optional
-            Points that every worker computes. None for a first test, before kernels are compiled.
         truth : str
-            Hash of the stored results of the points. If empty, the result of the majority of the workers is used.
+            Hash of the stored results of the examined points. If empty, the result of the majority of the workers is used.
         look_on : callable
             Called between checks. If it returns False, the wait ends.
 
@@ -118,7 +108,7 @@ class Window:
         Outage
             If no worker could compute for `wait_seconds`.
         """
-        self._examiner.prepare(cube_path, digest, code, canary)
+        self._examiner.prepare(examination)
         # the wait starts anew, so that minutes of compilation since the last check do not count as waiting
         self._able = time.monotonic()
         # the present workers are checked immediately, even if the previous check was just now

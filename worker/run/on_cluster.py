@@ -15,7 +15,6 @@ from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.preparation import compile_at_workers
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost, asking_the_cluster
-from damperlab.worker.provenance import code_hash
 from damperlab.worker.run.account import Account
 from damperlab.worker.run.lease import Lease
 from damperlab.worker.run.recipe import Recipe
@@ -146,10 +145,8 @@ class OnCluster:
 
     def _assemble(self, window: Window, client: Client, recipe: Recipe, pending: NDArray[np.int64]) -> bool:
         """Select workers with the same solver, and compile their kernels. Return False if the study was stopped."""
-        study_id = self._lease.study_id
-        digest = self._store.find(study_id).digest
-        first = partial(window.assemble, self._store.cube_path(study_id), digest, code_hash())
-        facts = first(recipe.begun, None, "", lambda: self._look_on(window))
+        look_on = partial(self._look_on, window)
+        facts = window.assemble(recipe.examination(None), recipe.begun, "", look_on)
         if facts is None:
             return False
         recipe.agree({"the workers": facts})
@@ -159,7 +156,8 @@ class OnCluster:
                 client, scenes(self._plan.study), self._account.compiling, self._stopping, usable
             )
         canary, truth = recipe.canary(pending)
-        return first(facts["identity"], canary, truth, lambda: self._look_on(window)) is not None
+        examination = recipe.examination(canary)
+        return window.assemble(examination, facts["identity"], truth, look_on) is not None
 
     def _look_on(self, window: Window) -> bool:
         """Report events about workers, and return whether the study continues."""

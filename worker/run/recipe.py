@@ -16,7 +16,7 @@ from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.provenance import code_hash, one_identity, require_begun_alike
 from damperlab.worker.run.lease import Lease
-from damperlab.worker.worker_process.examination import canary_of, stored_bits
+from damperlab.worker.worker_process.examination import canary_of, examine, stored_bits
 from damperlab.worker.worker_process.tasks import run_block
 
 
@@ -84,6 +84,16 @@ class Recipe:
         generation = key.removeprefix("block-")
         solver, known = self._record.provenance["identity"], self._overlaps.of(block)
         return run_block, self._cube_path, self._record.digest, block, code_hash(), generation, known, solver
+
+    def examination(self, canary: Block | None) -> tuple[Any, ...]:
+        """Return a tuple of the function that tests a worker, and the arguments of this function.
+
+        Parameters
+        ----------
+        canary : Block, optional
+            Points that the worker computes. None for a first test, before kernels are compiled.
+        """
+        return examine, self._cube_path, self._record.digest, code_hash(), canary
 
     def canary(self, pending: NDArray[np.int64]) -> tuple[Block, str]:
         """Return the points that every worker computes as a test, and the hash of their stored results.

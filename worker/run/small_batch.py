@@ -1,12 +1,15 @@
-"""Runs several small studies as one batch. The studies are claimed and finished together, which saves time."""
+"""Runs several small studies as one batch, in this process or on a cluster.
+
+The studies are claimed and finished together, which saves time.
+"""
 
 import logging
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from typing import Any
+from contextlib import AbstractContextManager, contextmanager, suppress
+from typing import TYPE_CHECKING, Any
 
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.cube.definition import parse_stored
@@ -16,13 +19,23 @@ from damperlab.studies.store.reuse.reuse import Boxes, Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.cores import core_count
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import code_hash, computing
+from damperlab.worker.outcomes import Outage, asking_the_cluster
+from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity
 from damperlab.worker.run.background import Background
 from damperlab.worker.run.lease import RENEW_SECONDS, held_owner
+from damperlab.worker.scenes import scenes
 from damperlab.worker.worker_process.tasks import run_block
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
 
 AT_ONCE = 16
 """Largest number of studies in a batch. If the process is killed, at most this many studies must be computed again."""
+
+A_TASK = 8
+"""Number of studies in one task."""
+POLL_SECONDS = 0.05
+"""Interval between checks whether the tasks have ended [s]."""
 
 _log = logging.getLogger(__name__)
 
@@ -42,22 +55,73 @@ def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool])
         Returns True if no further study may start.
     """
     identity = computing()["identity"]
-    with hold(store, ids, identity) as (owner, records):
+    with _hold(store, ids, identity) as (owner, records):
 
         def attempt(task: tuple[Any, ...]) -> BlockOutcome | None:
-            try:
-                return None if stop() else run_block(*task)
-            except Exception:
-                return None  # a separate run computes the study again, and reports the error
+            return None if stop() else _attempted(task)
 
         with ThreadPoolExecutor(core_count(), "block") as threads:
-            outcomes = threads.map(attempt, tasks_of(store, records, identity))
+            outcomes = threads.map(attempt, _tasks_of(store, records, identity))
             done = {record.id: end for record, end in zip(records, outcomes, strict=True) if end is not None}
         store.finish(owner, done)
 
 
+def compute_together_on_cluster(
+    store: Store,
+    ids: Sequence[str],
+    client_factory: "Callable[[], AbstractContextManager[Client]]",
+    stop: threading.Event,
+) -> list[str]:
+    """Compute new studies of one block each on a cluster.
+
+    Parameters
+    ----------
+    store : Store
+        Store that holds the studies.
+    ids : sequence of str
+        Full ids of the studies.
+    client_factory : callable
+        Returns a context manager that yields a client.
+    stop : Event
+        Event that another thread sets to end the wait for results.
+
+    Returns
+    -------
+    list of str
+        Ids of the studies that need a separate run, for example because kernels must be compiled or the block failed.
+    """
+    # imported here, because studies that this process computes need no cluster library
+    from damperlab.worker.dispatch.tasks import sealed
+
+    with client_factory() as client:
+        try:
+            answers: dict[str, dict[str, str]] = client.run(computing, on_error="ignore")
+            identity = one_identity(answers)["identity"] if answers else ""
+        except WrongCode:
+            identity = ""
+        # if kernels are missing, no study is claimed here, because only a separate run reports the compilation
+        if not identity or store.trouble() is not None or not _ready(client, [store.find(ids[0])]):
+            return list(ids)
+        with _hold(store, ids, identity) as (owner, records):
+            if not records or not _ready(client, records):
+                return list(ids)
+            tasks = _tasks_of(store, records, identity)
+            futures = [
+                client.submit(*sealed(run_blocks, tasks[start : start + A_TASK]), pure=False)
+                for start in range(0, len(tasks), A_TASK)
+            ]
+            try:
+                outcomes = _outcomes(client, futures, stop)
+            finally:
+                with suppress(Outage), asking_the_cluster(client):
+                    client.cancel(futures)
+            done = {record.id: end for record, end in zip(records, outcomes, strict=False) if end is not None}
+            store.finish(owner, done)
+    return [study_id for study_id in ids if study_id not in done]
+
+
 @contextmanager
-def hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str, list[Record]]]:
+def _hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str, list[Record]]]:
     """Hold claims on studies within the context. Afterwards unfinished studies are queued again.
 
     Parameters
@@ -89,7 +153,7 @@ def hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str,
                 _log.warning("the claims of %s could not be released: %s", owner, error)
 
 
-def tasks_of(store: Store, records: Sequence[Record], identity: str) -> list[tuple[Any, ...]]:
+def _tasks_of(store: Store, records: Sequence[Record], identity: str) -> list[tuple[Any, ...]]:
     """Return the arguments of `run_block` for each study."""
     boxes: dict[str, Boxes] = {}
     tasks: list[tuple[Any, ...]] = []
@@ -103,3 +167,37 @@ def tasks_of(store: Store, records: Sequence[Record], identity: str) -> list[tup
         path = store.cube_path(record.id)
         tasks.append((path, record.digest, block, code_hash(), uuid.uuid4().hex[:12], sources, identity))
     return tasks
+
+
+def run_blocks(tasks: Sequence[tuple[Any, ...]]) -> list[BlockOutcome | None]:
+    """Compute several blocks one after the other in a Dask task. The outcome of a failed block is None."""
+    return [_attempted(task) for task in tasks]
+
+
+def _attempted(task: tuple[Any, ...]) -> BlockOutcome | None:
+    try:
+        return run_block(*task)
+    except Exception:
+        return None  # a separate run computes the study again, and reports the error
+
+
+def _ready(client: "Client", records: Sequence[Record]) -> bool:
+    """Return whether every worker has all kernels that the studies need."""
+    from damperlab.worker.dispatch.preparation import all_ready
+
+    wanted = (scenes(parse_stored(record.definition, record.digest)) for record in records)
+    return all_ready(client, sorted({scene for some in wanted for scene in some}))
+
+
+def _outcomes(
+    client: "Client", futures: "Sequence[Future]", stop: threading.Event
+) -> list[BlockOutcome | None]:
+    """Wait for all tasks, and return the outcomes of their blocks. The outcome of a block without a result is None."""
+    while not all(future.done() for future in futures):
+        if stop.wait(POLL_SECONDS) or client.status != "running":
+            break
+    found: list[BlockOutcome | None] = []
+    for future in futures:
+        good = future.done() and future.status == "finished"
+        found += future.result() if good else [None] * A_TASK
+    return found

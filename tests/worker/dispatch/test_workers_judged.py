@@ -101,15 +101,8 @@ def test_whoever_is_there_is_asked_at_once_each_time(store: Store, monkeypatch: 
     with connect(workers=1) as client:
         window = Window(client, lambda index, key: (abs, index), Backlog([0]))
         for points in (None, canary):
-            facts = window.assemble(
-                store.cube_path(record.id),
-                record.digest,
-                code_hash(),
-                "",
-                points,
-                "",
-                partial(next, iter([True] * 3000), False),
-            )
+            asked = examine, store.cube_path(record.id), record.digest, code_hash(), points
+            facts = window.assemble(asked, "", "", partial(next, iter([True] * 3000), False))
             assert facts is not None, "nobody was asked"
         window.close()
 
@@ -121,15 +114,15 @@ def test_what_workers_compile_is_no_want_of_workers(store: Store) -> None:
     wait_seconds = 2.0
     with connect(workers=1) as client:
         # whatever it loads first is no part of this
-        client.run(examine, store.cube_path(record.id), record.digest, code_hash(), canary)
+        asked = examine, store.cube_path(record.id), record.digest, code_hash()
+        client.run(*asked, canary)
         window = Window(client, lambda index, key: (abs, index), Backlog([0]), wait_seconds=wait_seconds)
-        first = partial(window.assemble, store.cube_path(record.id), record.digest, code_hash())
-        facts = first("", None, "", lambda: True)
+        facts = window.assemble((*asked, None), "", "", lambda: True)
         assert facts is not None
         busy = client.submit(time.sleep, 2.5 * wait_seconds, pure=False)
         time.sleep(1.2 * wait_seconds)
         assert not busy.done()
-        assert first(facts["identity"], canary, "", lambda: True) == facts
+        assert window.assemble((*asked, canary), facts["identity"], "", lambda: True) == facts
         window.close()
 
 
