@@ -1,4 +1,4 @@
-"""Exceptions for the early end of a block or a run, and the decision on retries."""
+"""Exceptions for the early end of a block or a run."""
 
 import errno
 from collections.abc import Iterator
@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.files.shelf import ShelfAway
-from damperlab.worker.provenance import WrongCode
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -84,41 +82,3 @@ class Failure:
 def is_full(error: OSError) -> bool:
     """Return whether an error means a full disk or an exhausted quota."""
     return error.errno in (errno.ENOSPC, errno.EDQUOT)
-
-
-def judged(error: Exception, index: int, failures: int) -> Failure | None:
-    """Decide whether a block is tried again after an exception.
-
-    Parameters
-    ----------
-    error : Exception
-        Exception from `damperlab.worker.worker_process.tasks.run_block`.
-    index : int
-        Index of the block.
-    failures : int
-        Number of earlier failures of the block.
-
-    Returns
-    -------
-    Failure or None
-        Failure of the block, or None if the block is to be tried again.
-
-    Raises
-    ------
-    Interrupted
-        If the code differs from that of the study, or data cannot be read or written. The points are not the cause.
-    """
-    if isinstance(error, WrongCode):
-        raise Interrupted(str(error)) from error
-    if isinstance(error, ShelfAway):
-        # the worker has already retried for a while
-        raise Outage(f"a worker cannot reach the study's data ({error})") from error
-    text = f"{type(error).__name__}: {error}"
-    if isinstance(error, OSError) and is_full(error):
-        raise Outage(f"there is no room for the study's data ({text})") from error
-    if failures < RETRIES:
-        return None
-    if isinstance(error, OSError):
-        # a disk error is not caused by the points, so no block is recorded as failed
-        raise Interrupted(f"a worker cannot read or write the study's data ({text})") from error
-    return Failure(index, text)

@@ -20,10 +20,10 @@ from damperlab.service.problems import Problem, documented
 from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import StudyId, TheService
 from damperlab.studies.store.cube.coding import StoredCoordinate, checksum_holds
-from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.description import (
     DESCRIPTION,
     Description,
+    block_grid,
     describe_cube,
     node_metadata,
     plain_metadata,

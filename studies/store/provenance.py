@@ -1,6 +1,7 @@
 """Provenance of a study: solver, machine, user and time."""
 
 import getpass
+import json
 import os
 import platform
 from collections.abc import Mapping
@@ -45,6 +46,11 @@ def signed(provenance: Mapping[str, Value]) -> dict[str, Value | str]:
     """Return a study's provenance with the owner added, if the owner is known."""
     owner = submitter.get()
     return dict(provenance) if owner is None else {**provenance, SUBMITTED_BY: owner}
+
+
+def published(provenance: str) -> str:
+    """Return a provenance in JSON without the names of users, hosts and owners of keys."""
+    return json.dumps({name: value for name, value in json.loads(provenance).items() if name not in PRIVATE})
 
 
 def asked_by(provenance: Mapping[str, str]) -> dict[str, str | None]:

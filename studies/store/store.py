@@ -12,7 +12,7 @@ from damperlab.studies.store.catalogue.quota import Quota
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.files.folder import open_shelf
-from damperlab.studies.store.life_cycle.small_studies import SmallBatches
+from damperlab.studies.store.life_cycle.small_batches import SmallBatches
 from damperlab.studies.store.life_cycle.submissions import Submissions
 
 _COPIES = 10

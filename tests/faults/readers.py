@@ -24,7 +24,7 @@ from aiohttp import ClientError
 from numcodecs.blosc import decompress
 from tests.faults.tokens import METRICS, PLAN, STUDY, token
 
-from damperlab.studies.store.cube.cube import block_grid
+from damperlab.studies.store.cube.description import block_grid
 from damperlab.studies.store.cube.opened import open_cube
 from damperlab.studies.store.faults import BlockDamaged, StudyNotFound
 from damperlab.studies.store.store import Store

@@ -66,11 +66,6 @@ class Window:
         return not self._flying and not self.workers.waiting
 
     @property
-    def idle(self) -> bool:
-        """Whether no block is at a worker."""
-        return not self._flying
-
-    @property
     def stranded(self) -> str | None:
         """Reason why no worker can compute; None if a block is at a worker or a worker can take blocks."""
         return None if self._flying or self.workers.usable else self.workers.words()

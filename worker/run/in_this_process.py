@@ -5,9 +5,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import Any
 
+from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cores import core_count
-from damperlab.worker.outcomes import Failure, judged
+from damperlab.worker.outcomes import RETRIES, Failure, Interrupted, Outage, is_full
+from damperlab.worker.provenance import WrongCode
 
 
 class InThisProcess:
@@ -69,7 +71,7 @@ class InThisProcess:
             try:
                 ended = future.result()
             except Exception as error:
-                ended = judged(error, index, failures)
+                ended = _judged(error, index, failures)
             if ended is not None:
                 yield ended
             else:
@@ -83,3 +85,41 @@ class InThisProcess:
     def close(self) -> None:
         """Wait for the running blocks, and discard their results."""
         self._threads.shutdown(cancel_futures=True)
+
+
+def _judged(error: Exception, index: int, failures: int) -> Failure | None:
+    """Decide whether a block is tried again after an exception.
+
+    Parameters
+    ----------
+    error : Exception
+        Exception from `damperlab.worker.worker_process.tasks.run_block`.
+    index : int
+        Index of the block.
+    failures : int
+        Number of earlier failures of the block.
+
+    Returns
+    -------
+    Failure or None
+        Failure of the block, or None if the block is to be tried again.
+
+    Raises
+    ------
+    Interrupted
+        If the code differs from that of the study, or data cannot be read or written. The points are not the cause.
+    """
+    if isinstance(error, WrongCode):
+        raise Interrupted(str(error)) from error
+    if isinstance(error, ShelfAway):
+        # the worker has already retried for a while
+        raise Outage(f"a worker cannot reach the study's data ({error})") from error
+    text = f"{type(error).__name__}: {error}"
+    if isinstance(error, OSError) and is_full(error):
+        raise Outage(f"there is no room for the study's data ({text})") from error
+    if failures < RETRIES:
+        return None
+    if isinstance(error, OSError):
+        # a disk error is not caused by the points, so no block is recorded as failed
+        raise Interrupted(f"a worker cannot read or write the study's data ({text})") from error
+    return Failure(index, text)

@@ -63,7 +63,7 @@ def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool])
         with ThreadPoolExecutor(core_count(), "block") as threads:
             outcomes = threads.map(attempt, _tasks_of(store, records, identity))
             done = {record.id: end for record, end in zip(records, outcomes, strict=True) if end is not None}
-        store.finish(owner, done)
+        store.finish_all(owner, done)
 
 
 def compute_together_on_cluster(
@@ -116,7 +116,7 @@ def compute_together_on_cluster(
                 with suppress(Outage), asking_the_cluster(client):
                     client.cancel(futures)
             done = {record.id: end for record, end in zip(records, outcomes, strict=False) if end is not None}
-            store.finish(owner, done)
+            store.finish_all(owner, done)
     return [study_id for study_id in ids if study_id not in done]
 
 
@@ -143,11 +143,11 @@ def _hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str
         renewing = Background("lease-batch", lambda: store.renew_all(owner), RENEW_SECONDS, runner.is_alive)
         renewing.start(at_once=False)
         try:
-            yield owner, store.take(ids, owner, identity)
+            yield owner, store.claim_all(ids, owner, identity)
         finally:
             renewing.close()
             try:
-                store.put_back(owner)
+                store.release_all(owner)
             except StoreFault as error:
                 # the next runner can take over the claims, because `owner_is_dead` is now true for their owner
                 _log.warning("the claims of %s could not be released: %s", owner, error)

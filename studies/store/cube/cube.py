@@ -28,11 +28,6 @@ def bytes_per_point(study: AnyStudy) -> int:
     return sum(np.dtype(v.dtype).itemsize for v in stored_variables(study))
 
 
-def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the number of blocks along each dimension. Blocks are numbered in C order, last dimension fastest."""
-    return tuple(-(-extent // step) for extent, step in zip(shape, chunk, strict=True))
-
-
 def lost_attachments(shelf: Shelf, study: AnyStudy) -> list[str]:
     """Return the names of the cube's ground-motion records that are missing or damaged.
 

@@ -21,16 +21,9 @@ KEPT_BYTES = 64 * 2**20
 
 
 class DecodedChunks:
-    """A cache of the most recently used chunks. Several threads may use the same cache.
+    """A cache of the most recently used chunks. Several threads may use the same cache."""
 
-    Parameters
-    ----------
-    limit : int
-        Largest number of bytes in the cache.
-    """
-
-    def __init__(self, limit: int = KEPT_BYTES) -> None:
-        self._limit = limit
+    def __init__(self) -> None:
         self._kept: OrderedDict[tuple[str, str, str, tuple[int, ...]], np.ndarray] = OrderedDict()
         self._bytes = 0
         self._lock = threading.Lock()
@@ -56,7 +49,7 @@ class DecodedChunks:
             if kept_as not in self._kept:
                 self._kept[kept_as] = found
                 self._bytes += found.nbytes
-            while self._bytes > self._limit:
+            while self._bytes > KEPT_BYTES:
                 _, oldest = self._kept.popitem(last=False)
                 self._bytes -= oldest.nbytes
         return found

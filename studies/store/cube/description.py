@@ -23,7 +23,7 @@ from damperlab.studies.store.cube.coding import (
     encode_coordinate,
 )
 from damperlab.studies.store.files.sealed import PLACEHOLDER, is_sealed, require_seal, seal
-from damperlab.studies.store.provenance import PRIVATE
+from damperlab.studies.store.provenance import published
 from damperlab.studies.variables import Variable
 
 DESCRIPTION = "zarr.json"
@@ -40,6 +40,11 @@ _CODEC_NAMES = ("bytes", "blosc", "crc32c")
 def stored_variables(study: AnyStudy) -> tuple[Variable, ...]:
     """Return the variables that a study stores, in the registry's order: the study's metrics, and always the status."""
     return tuple(v for v in study.variables.values() if v.name in study.metrics or v.name == "status")
+
+
+def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the number of blocks along each dimension. Blocks are numbered in C order, last dimension fastest."""
+    return tuple(-(-extent // step) for extent, step in zip(shape, chunk, strict=True))
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ class Description:
     def grid(self) -> tuple[int, ...]:
         """Number of blocks along each dimension."""
         first = next(iter(self.arrays.values()))
-        return tuple(-(-extent // step) for extent, step in zip(first.shape, first.chunks, strict=True))
+        return block_grid(first.shape, first.chunks)
 
     @property
     def digest(self) -> str:
@@ -159,9 +164,7 @@ def plain_metadata(metadata: bytes) -> bytes:
     attributes = document.get("attributes", {})
     attributes.pop(_OWN, None)
     if "provenance" in attributes:
-        known = json.loads(attributes["provenance"])
-        kept = {name: value for name, value in known.items() if name not in PRIVATE}
-        attributes["provenance"] = json.dumps(kept)
+        attributes["provenance"] = published(attributes["provenance"])
     for node in document.get("consolidated_metadata", {}).get("metadata", {}).values():
         codecs = node.get("codecs", [])
         if codecs and codecs[0].get("name") == CODEC:

@@ -16,9 +16,8 @@ from xarray.core.indexing import (
 
 from damperlab.studies.conventions import of_variable_in_units
 from damperlab.studies.store.cube.coding import StoredArray
-from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.decoded import KEPT, read_outer
-from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
+from damperlab.studies.store.cube.description import DESCRIPTION, Description, block_grid, describe_cube
 from damperlab.studies.store.cube.packed import Marks, block_key, read_part
 from damperlab.studies.store.faults import telling
 from damperlab.studies.store.files.shelf import Shelf

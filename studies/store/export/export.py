@@ -1,6 +1,5 @@
 """Export of a cube, piece by piece, to a netCDF, CSV or Parquet file. The cube need not fit into memory."""
 
-import json
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +15,7 @@ from damperlab.studies.store.export.table import (
     dimensions_of,
     parquet_pieces,
 )
-from damperlab.studies.store.provenance import PRIVATE
+from damperlab.studies.store.provenance import published
 from damperlab.studies.units import coordinates_in_units, results_in_units
 from damperlab.studies.vocabulary import ExportFormat
 
@@ -26,9 +25,7 @@ if TYPE_CHECKING:
 
 def without_names(cube: "xr.Dataset") -> "xr.Dataset":
     """Return a cube whose provenance names no user, host or owner of a key, for an export that may be published."""
-    provenance = json.loads(cube.attrs.get("provenance", "{}"))
-    kept = {name: value for name, value in provenance.items() if name not in PRIVATE}
-    return cube.assign_attrs(provenance=json.dumps(kept))
+    return cube.assign_attrs(provenance=published(cube.attrs.get("provenance", "{}")))
 
 
 def write_file(cube: "xr.Dataset", path: Path, written_as: ExportFormat) -> None:

@@ -120,10 +120,8 @@ class Claims(StoreBase):
                     if most is not None and counts[owner] >= most:
                         continue
                     if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner))):
-                        small = (row.blocks_total, row.started) == (
-                            1,
-                            None,
-                        ) and row.points_total <= FEW_POINTS
+                        one = row.blocks_total == 1 and row.started is None
+                        small = one and row.points_total <= FEW_POINTS
                         found.append(Waiting(row.id, small, owner, row.priority))
                         counts[owner] += 1
                 if len(page) < VALUES:

@@ -41,8 +41,8 @@ from damperlab.studies.store.catalogue.rows import (
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import events, keys, studies
 from damperlab.studies.store.catalogue.turns import Turns
-from damperlab.studies.store.cube.cube import block_grid, bytes_per_point
-from damperlab.studies.store.cube.description import first_pieces
+from damperlab.studies.store.cube.cube import bytes_per_point
+from damperlab.studies.store.cube.description import block_grid, first_pieces
 from damperlab.studies.store.cube.packed import BLOCKS
 from damperlab.studies.store.faults import (
     CatalogueDamaged,

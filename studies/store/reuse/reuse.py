@@ -15,8 +15,9 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
 from damperlab.studies.store.catalogue.rows import ALIVE, pieces, record_of
 from damperlab.studies.store.catalogue.tables import studies
-from damperlab.studies.store.cube.cube import block_grid, stored_variables
+from damperlab.studies.store.cube.cube import stored_variables
 from damperlab.studies.store.cube.definition import parse_stored
+from damperlab.studies.store.cube.description import block_grid
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.life_cycle.entering import box_of
 from damperlab.studies.store.record import Record

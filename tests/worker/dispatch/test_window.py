@@ -213,7 +213,7 @@ def test_stopped_window_lets_running_blocks_finish_within_its_grace_and_drops_th
     while len(list(tmp_path.iterdir())) < 2:
         time.sleep(0.02)
     ended = list(window.drain(grace))
-    assert window.idle
+    assert not window.workers.in_flight
     began = {f"began-{each.index}" for each in ended}
     assert len(ended) >= 2 if grace > lasts else not ended
     begun = {path.name for path in tmp_path.iterdir()}
@@ -233,11 +233,11 @@ def test_a_client_that_has_closed_with_its_scheduler_is_an_outage_and_no_other_e
         windows = [window_of(client, task, 16) for _ in range(4)]
         for window in windows:
             window.fill()
-            assert not window.idle
+            assert window.workers.in_flight
         client.close()
         closes, drains, sends, looks = windows
         closes.close()
-        assert closes.idle
+        assert not closes.workers.in_flight
         with pytest.raises(Outage, match="scheduler was lost"):
             list(drains.drain(30.0))
         with pytest.raises(Outage, match="scheduler was lost"):

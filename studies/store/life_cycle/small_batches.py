@@ -19,7 +19,7 @@ from damperlab.studies.store.record import BlockOutcome, Record
 class SmallBatches(Blocks, Claims):
     """The part of a store that processes studies of one block in batches."""
 
-    def take(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
+    def claim_all(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
         """Claim and start the queued studies that were never started, have no owner, and are recorded for `identity`.
 
         Parameters
@@ -52,7 +52,7 @@ class SmallBatches(Blocks, Claims):
         with self.catalogue.writing() as connection:
             connection.execute(change.values(claim_expires=time.time() + CLAIM_SECONDS))
 
-    def finish(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
+    def finish_all(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
         """Set the done-mark of each study's only block. End the studies whose marks could be written into the cubes."""
         with self.catalogue.writing() as connection:
             marked = [
@@ -68,7 +68,7 @@ class SmallBatches(Blocks, Claims):
                     self._change_state(connection, study_id, "done", None, ("running",), owner, now)
                     self._set_claim(connection, row.number, None, None)
 
-    def put_back(self, owner: str) -> list[str]:
+    def release_all(self, owner: str) -> list[str]:
         """Queue the running studies of an owner again, release all claims of the owner, and return the studies' ids."""
         c = studies.c
         with self.catalogue.writing() as connection:
