@@ -15,9 +15,9 @@ from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.preparation import compile_at_workers
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost, asking_the_cluster
-from damperlab.worker.run.account import Account
+from damperlab.worker.run.calls import Calls
 from damperlab.worker.run.lease import Lease
-from damperlab.worker.run.recipe import Recipe
+from damperlab.worker.run.reporter import Reporter
 from damperlab.worker.scenes import scenes
 
 AGAIN_SECONDS = 1.0
@@ -33,7 +33,7 @@ class OnCluster:
         Store that holds the study.
     lease : Lease
         This run's claim on the study.
-    account : Account
+    reporter : Reporter
         Object that reports phase and progress.
     plan : Plan
         Division of the study into blocks.
@@ -49,7 +49,7 @@ class OnCluster:
         self,
         store: Store,
         lease: Lease,
-        account: Account,
+        reporter: Reporter,
         plan: Plan,
         expected: NDArray[np.float64],
         stopping: Callable[[], bool],
@@ -58,7 +58,7 @@ class OnCluster:
     ) -> None:
         self._store = store
         self._lease = lease
-        self._account = account
+        self._reporter = reporter
         self._plan = plan
         self._expected = expected
         self._stopping = stopping
@@ -98,9 +98,9 @@ class OnCluster:
             first = lost is None
             try:
                 if first:
-                    self._account.enter("starting")
+                    self._reporter.enter("starting")
                 with client_factory() as client:
-                    self._account.enter("starting")
+                    self._reporter.enter("starting")
                     self._compute_at(client, pending, pump, wait_seconds)
                 return
             except SchedulerLost as error:
@@ -115,8 +115,8 @@ class OnCluster:
             pending = left
             if time.monotonic() >= gives_up_at:
                 raise lost
-            self._account.wait(str(lost), gives_up_at)
-            self._account.enter("waiting", message=str(lost))
+            self._reporter.wait(str(lost), gives_up_at)
+            self._reporter.enter("waiting", message=str(lost))
             time.sleep(min(AGAIN_SECONDS, return_seconds))
 
     def _pending(self) -> NDArray[np.int64]:
@@ -126,40 +126,40 @@ class OnCluster:
         self, client: Client, pending: NDArray[np.int64], pump: Callable[[Window], None], wait_seconds: float
     ) -> None:
         record = self._store.find(self._lease.study_id)
-        recipe = Recipe(self._store, self._lease, self._plan, record)
+        calls = Calls(self._store, self._lease, self._plan, record)
         window = Window(
             client,
-            recipe.call,
+            calls.of_block,
             Backlog(self._plan.order(pending), self._expected),
             wait_seconds=wait_seconds,
             priority=record.priority,
         )
-        self._account.watch(window.workers)
+        self._reporter.watch(window.workers)
         try:
-            if self._assemble(window, client, recipe, pending):
-                self._account.begin_blocks(record, float(self._expected[pending].sum()))
+            if self._assemble(window, client, calls, pending):
+                self._reporter.begin_blocks(record, float(self._expected[pending].sum()))
                 pump(window)
         finally:
-            self._account.close(window.stranded)
+            self._reporter.close(window.stranded)
             window.close()
 
-    def _assemble(self, window: Window, client: Client, recipe: Recipe, pending: NDArray[np.int64]) -> bool:
+    def _assemble(self, window: Window, client: Client, calls: Calls, pending: NDArray[np.int64]) -> bool:
         """Select workers with the same solver, and compile their kernels. Return False if the study was stopped."""
         look_on = partial(self._look_on, window)
-        facts = window.assemble(recipe.examination(None), recipe.begun, "", look_on)
+        facts = window.assemble(calls.of_examination(None), calls.begun, "", look_on)
         if facts is None:
             return False
-        recipe.agree({"the workers": facts})
+        calls.agree({"the workers": facts})
         usable = [worker.address for worker in window.workers.usable]
         with asking_the_cluster(client):
             compile_at_workers(
-                client, scenes(self._plan.study), self._account.compiling, self._stopping, usable
+                client, scenes(self._plan.study), self._reporter.compiling, self._stopping, usable
             )
-        canary, truth = recipe.canary(pending)
-        examination = recipe.examination(canary)
+        canary, truth = calls.canary(pending)
+        examination = calls.of_examination(canary)
         return window.assemble(examination, facts["identity"], truth, look_on) is not None
 
     def _look_on(self, window: Window) -> bool:
         """Report events about workers, and return whether the study continues."""
-        self._account.tell_of_workers(window.stranded, window.gives_up_at)
+        self._reporter.tell_of_workers(window.stranded, window.gives_up_at)
         return not self._stopping()

@@ -27,12 +27,12 @@ from damperlab.worker.cores import core_count
 from damperlab.worker.dispatch.cost_model import family_factor, seconds_per_point
 from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage
 from damperlab.worker.provenance import WrongCode, computing, require_solver
-from damperlab.worker.run.account import Account
-from damperlab.worker.run.harvest import Harvest
+from damperlab.worker.run.calls import Calls
 from damperlab.worker.run.in_this_process import InThisProcess
 from damperlab.worker.run.lease import Lease, hold
 from damperlab.worker.run.progress import Progress
-from damperlab.worker.run.recipe import Recipe
+from damperlab.worker.run.reporter import Reporter
+from damperlab.worker.run.results import Results
 from damperlab.worker.scenes import Scene, scenes
 from damperlab.worker.warm import compile_apart, missing
 
@@ -121,32 +121,32 @@ def run_study(
     with hold(store, study_id) as lease:
         budget = math.inf if budget_seconds is None else budget_seconds
         limits = _Limits(here_seconds, wait_seconds, return_seconds, budget)
-        run = _Run(store, lease, Account(store, lease, on_progress), client_factory, stop, limits)
+        run = _Run(store, lease, Reporter(store, lease, on_progress), client_factory, stop, limits)
         if run.begin(only_from):
             try:
                 run.complete(stopped_as)
             # Each branch writes the final state once: a process killed between two writes would leave a wrong state.
             except Outage as error:
-                run.harvest.put_down(outage_as, f"{error}; {run.harvest.left()}")
+                run.results.end_as(outage_as, f"{error}; {run.results.left()}")
             except Interrupted as error:
-                run.harvest.put_down(
-                    outage_as if store.trouble() else "failed", f"{error}; {run.harvest.left()}"
+                run.results.end_as(
+                    outage_as if store.trouble() else "failed", f"{error}; {run.results.left()}"
                 )
             except StudyNotFound:
                 raise
             except StoreFault as error:
                 # the catalogue was locked or its server did not answer; writing the state may succeed now
-                run.harvest.put_down(outage_as, f"{error}; {run.harvest.left()}")
+                run.results.end_as(outage_as, f"{error}; {run.results.left()}")
             except WrongCode as error:
-                run.harvest.put_down("failed", str(error))
+                run.results.end_as("failed", str(error))
             except KeyboardInterrupt:
-                run.harvest.put_down("cancelled", None)
+                run.results.end_as("cancelled", None)
                 raise
             except ClusterUnusable as error:
-                run.harvest.put_down(outage_as, str(error))
+                run.results.end_as(outage_as, str(error))
                 raise
             except Exception as error:
-                run.harvest.put_down("failed", str(error))
+                run.results.end_as("failed", str(error))
                 raise
     return store.find(study_id)
 
@@ -170,7 +170,7 @@ class _Run:
         Store that holds the study.
     lease : Lease
         This run's claim on the study.
-    account : Account
+    reporter : Reporter
         Object that reports phase and progress.
     client_factory : callable
         Returns a context manager that yields a client of the cluster.
@@ -184,7 +184,7 @@ class _Run:
         self,
         store: Store,
         lease: Lease,
-        account: Account,
+        reporter: Reporter,
         client_factory: "Callable[[], AbstractContextManager[Client]]",
         stop: Event,
         limits: _Limits,
@@ -192,11 +192,11 @@ class _Run:
         self._store = store
         self._lease = lease
         self._study_id = lease.study_id
-        self._account = account
+        self._reporter = reporter
         self._client_factory = client_factory
         self._stop = stop
         self._limits = limits
-        self.harvest = Harvest(store, lease, account)
+        self.results = Results(store, lease, reporter)
         self._had_cluster = False
         self._record = store.find(self._study_id)
 
@@ -217,25 +217,25 @@ class _Run:
         while True:
             try:
                 self._compute()
-                self._account.report(at_once=True)
-                self.harvest.settle(stopped_as, self._budget_spent())
+                self._reporter.report(at_once=True)
+                self.results.end(stopped_as, self._budget_spent())
                 return
             except StoreFault as error:
                 if not may_pass(error) or self._stopping:
                     raise
-                if self.harvest.marked > kept:
-                    kept = self.harvest.marked
+                if self.results.marked > kept:
+                    kept = self.results.marked
                     gives_up_at = time.monotonic() + self._limits.return_seconds
                 self._wait_for_store(error, gives_up_at)
 
     def _wait_for_store(self, error: StoreFault, gives_up_at: float) -> None:
         """Wait until the catalogue answers, and read the record again. Raise the error if this takes too long."""
         while time.monotonic() < gives_up_at and not self._stopping:
-            self._account.wait(error.fault.sentence, gives_up_at)
+            self._reporter.wait(error.fault.sentence, gives_up_at)
             self._stop.wait(AGAIN_SECONDS)
             try:
                 self._record = self._store.find(self._study_id)
-                self._account.enter(None)
+                self._reporter.enter(None)
                 return
             except StoreFault as again:
                 if not may_pass(again):
@@ -253,9 +253,9 @@ class _Run:
         earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
         expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
         work_left = float(expected[pending].sum())
-        self.harvest.expect(self._plan, expected)
-        self._account.measure(self._record, work_left)
-        self._account.report(at_once=True)
+        self.results.expect(self._plan, expected)
+        self._reporter.measure(self._record, work_left)
+        self._reporter.report(at_once=True)
         if not pending.size or self._stopping:
             return
         sweep(self._store, self._study_id)
@@ -273,7 +273,7 @@ class _Run:
         away = OnCluster(
             self._store,
             self._lease,
-            self._account,
+            self._reporter,
             self._plan,
             expected,
             lambda: self._stopping,
@@ -291,12 +291,12 @@ class _Run:
             self._record = self._store.forget(self._study_id, lost, "their files are lost", owner=owner)
 
     def _compute_here(self, pending: NDArray[np.int64], work_left: float) -> None:
-        recipe = Recipe(self._store, self._lease, self._plan, self._record)
-        recipe.agree({"this process": computing()})
+        calls = Calls(self._store, self._lease, self._plan, self._record)
+        calls.agree({"this process": computing()})
         self._compile_here(missing(scenes(self._plan.study)))
-        self._account.begin_blocks(self._record, work_left)
+        self._reporter.begin_blocks(self._record, work_left)
 
-        with closing(InThisProcess(recipe.call, map(int, self._plan.order(pending)))) as here:
+        with closing(InThisProcess(calls.of_block, map(int, self._plan.order(pending)))) as here:
             self._pump(here)
 
     def _require_readable(self) -> None:
@@ -311,11 +311,11 @@ class _Run:
         """Compile missing kernels in separate processes, before this process computes the study."""
         if not lacking:
             return
-        self._account.compiling(0, len(lacking))
+        self._reporter.compiling(0, len(lacking))
         # if a compilation fails, the first block compiles the kernel again and reports the error
         with suppress(RuntimeError), closing(compile_apart(lacking, core_count())) as compiled:
             for done, _ in enumerate(compiled, 1):
-                self._account.compiling(done, len(lacking))
+                self._reporter.compiling(done, len(lacking))
                 if self._stopping:
                     return
 
@@ -325,14 +325,14 @@ class _Run:
 
     @property
     def _spent(self) -> bool:
-        return self.harvest.spent_seconds >= self._limits.budget_seconds
+        return self.results.spent_seconds >= self._limits.budget_seconds
 
     def _budget_spent(self) -> str | None:
         """Return a message if the budget is spent, and None otherwise."""
         if not self._spent:
             return None
         hours = self._limits.budget_seconds / SECONDS_PER_HOUR
-        return f"the budget of {hours:.3g} core hours is spent; {self.harvest.left()}"
+        return f"the budget of {hours:.3g} core hours is spent; {self.results.left()}"
 
     def _pump(self, window: "Window | InThisProcess") -> None:
         while not self._stopping:
@@ -341,12 +341,12 @@ class _Run:
             if window.empty:
                 return
             if not isinstance(window, InThisProcess):
-                self._account.tell_of_workers(window.stranded, window.gives_up_at)
-            self.harvest.keep(window.collect(POLL_SECONDS))
-            self._account.report()
+                self._reporter.tell_of_workers(window.stranded, window.gives_up_at)
+            self.results.keep(window.collect(POLL_SECONDS))
+            self._reporter.report()
         for ended in window.drain(GRACE_SECONDS):
-            self.harvest.keep([ended])
-            self._account.report()
+            self.results.keep([ended])
+            self._reporter.report()
 
     def _require_room(self) -> None:
         trouble = self._store.trouble()

@@ -1,4 +1,4 @@
-"""Makes the function calls that compute the blocks of a study, and ensures that one solver computes all blocks."""
+"""Makes the function calls that workers execute for a study, and ensures that one solver computes all blocks."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -20,8 +20,8 @@ from damperlab.worker.worker_process.examination import canary_of, examine, stor
 from damperlab.worker.worker_process.tasks import run_block
 
 
-class Recipe:
-    """Makes the function calls that compute blocks of a study.
+class Calls:
+    """Makes the function calls that compute blocks of a study, and that test its workers.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Recipe:
     def agree(self, answers: Mapping[str, Mapping[str, str]]) -> None:
         """Check that all workers have the same solver, and write the solver's identity to the study's record.
 
-        This method must be called before `call`.
+        This method must be called before `of_block`.
 
         Parameters
         ----------
@@ -70,7 +70,7 @@ class Recipe:
     def _overlaps(self) -> Overlaps:
         return Overlaps(self._store, self._record)
 
-    def call(self, index: int, key: str) -> tuple[Any, ...]:
+    def of_block(self, index: int, key: str) -> tuple[Any, ...]:
         """Return a tuple of the function that computes a block, and the arguments of this function.
 
         Parameters
@@ -85,7 +85,7 @@ class Recipe:
         solver, known = self._record.provenance["identity"], self._overlaps.of(block)
         return run_block, self._cube_path, self._record.digest, block, code_hash(), generation, known, solver
 
-    def examination(self, canary: Block | None) -> tuple[Any, ...]:
+    def of_examination(self, canary: Block | None) -> tuple[Any, ...]:
         """Return a tuple of the function that tests a worker, and the arguments of this function.
 
         Parameters

@@ -13,12 +13,12 @@ from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.outcomes import Failure, Interrupted, Outage, is_full
-from damperlab.worker.run.account import Account
 from damperlab.worker.run.lease import Lease
+from damperlab.worker.run.reporter import Reporter
 from damperlab.worker.worker_process.tasks import failed_values
 
 
-class Harvest:
+class Results:
     """Records completed blocks, and the end of the run. Nothing is written after the claim is lost.
 
     Parameters
@@ -27,11 +27,11 @@ class Harvest:
         Store that holds the study.
     lease : Lease
         This run's claim on the study.
-    account : Account
+    reporter : Reporter
         Object that counts each block that was marked as done.
     """
 
-    def __init__(self, store: Store, lease: Lease, account: Account) -> None:
+    def __init__(self, store: Store, lease: Lease, reporter: Reporter) -> None:
         self.spent_seconds = 0.0
         """Kernel time of the blocks that this run has completed [s]."""
         self.marked = 0
@@ -39,7 +39,7 @@ class Harvest:
         self._failures: list[str] = []
         self._store = store
         self._lease = lease
-        self._account = account
+        self._reporter = reporter
 
     def expect(self, plan: Plan, seconds: NDArray[np.float64]) -> None:
         """Set the plan of the study, and the expected kernel time of each block [s]. Both must be set before `keep`."""
@@ -90,7 +90,7 @@ class Harvest:
             return
         self.marked += len(outcomes)
         for outcome in outcomes:
-            self._account.count(outcome, float(self._seconds[outcome.index]))
+            self._reporter.count(outcome, float(self._seconds[outcome.index]))
 
     def _give_up(self, failure: Failure) -> BlockOutcome:
         block = self._plan.block(failure.index)
@@ -100,7 +100,7 @@ class Harvest:
         self._failures.append(f"block {failure.index}: {failure.message}")
         return outcome
 
-    def settle(self, stopped_as: str, stopped_by: str | None) -> None:
+    def end(self, stopped_as: str, stopped_by: str | None) -> None:
         """Set the final state of the study: done or failed if all blocks have ended, otherwise `stopped_as`.
 
         Parameters
@@ -116,9 +116,9 @@ class Harvest:
         record = self._store.find(study_id)
         sweep(self._store, study_id)
         if record.blocks_done < record.blocks_total:
-            self.put_down(stopped_as, stopped_by)
+            self.end_as(stopped_as, stopped_by)
             return
-        left_out, failures = self._account.left_out, self._failures
+        left_out, failures = self._reporter.left_out, self._failures
         message = f"computed without workers that were left out: {left_out}" if left_out else None
         if failures:
             message = f"{len(failures)} of {record.blocks_total} blocks failed; the first: {failures[0]}"
@@ -130,7 +130,7 @@ class Harvest:
         # a study that was cancelled during its last block stays cancelled
         self._store.set_state(study_id, state, message, only_from=("running",), owner=self._lease.owner)
 
-    def put_down(self, state: str, message: str | None) -> None:
+    def end_as(self, state: str, message: str | None) -> None:
         """Set the state of an incomplete study. A state that another process has set is kept."""
         if not self._lease.lost.is_set():
             self._store.set_state(

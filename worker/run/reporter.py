@@ -20,7 +20,7 @@ REPORT_SECONDS = 0.5
 """Shortest time between two reports of progress [s]."""
 
 
-class Account:
+class Reporter:
     """Reports the events of a run to the catalogue, to the log and to a callback function.
 
     Parameters
