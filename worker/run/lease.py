@@ -6,7 +6,7 @@ import re
 import socket
 import threading
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from damperlab.studies.faults import Fault
@@ -36,16 +36,14 @@ class Lease:
     def __init__(self, store: Store, study_id: str) -> None:
         self.store = store
         self.study_id = study_id
-        self.owner = _new_owner()
+        self.owner = new_owner()
         self.begun = threading.Event()
         """Event that the runner sets once the study is `running`. After this, any other state ends the run."""
         self.withdrawn = threading.Event()
         """Event that is set when another process has cancelled or deleted the study."""
         self.lost = threading.Event()
         """Event that is set when another runner has taken the claim. This runner must then not change the study."""
-        runner = threading.current_thread()
-        # if the runner's thread ends without releasing the claim, renewal stops and another runner can take over
-        self.renewing = Background(f"lease-{study_id}", self._renew, RENEW_SECONDS, runner.is_alive)
+        self.renewing = renewer(f"lease-{study_id}", self._renew)
         """Thread that renews the claim."""
 
     @property
@@ -63,19 +61,44 @@ class Lease:
             self.withdrawn.set()
 
 
-def _new_owner() -> str:
+def new_owner() -> str:
+    """Return a unique name for an owner of claims in this process."""
     return f"{socket.gethostname()}:{os.getpid()}:{uuid.uuid4().hex[:8]}"
 
 
+def renewer(name: str, renew: Callable[[], None]) -> Background:
+    """Return a thread, not started yet, that calls `renew` again and again as long as the calling thread lives."""
+    # if the runner's thread ends without releasing its claims, renewal stops and another runner can take over
+    return Background(name, renew, RENEW_SECONDS, threading.current_thread().is_alive)
+
+
 @contextmanager
-def held_owner() -> Iterator[str]:
-    """Make the name of a new owner of claims. Within the context, `owner_is_dead` returns False for this name."""
-    owner = _new_owner()
+def renewed(owner: str, renewing: Background, release: Callable[[], object]) -> Iterator[None]:
+    """Renew the claims of an owner within the context, and release them afterwards.
+
+    Within the context, `owner_is_dead` returns False for this owner.
+
+    Parameters
+    ----------
+    owner : str
+        Name of the owner.
+    renewing : Background
+        Thread that renews the claims.
+    release : callable
+        Releases the claims.
+    """
     _held.add(owner)
+    renewing.start(at_once=False)
     try:
-        yield owner
+        yield
     finally:
+        renewing.close()
         _held.discard(owner)
+        try:
+            release()
+        except StoreFault as error:
+            # the next runner can take over the claims, because `owner_is_dead` is now true for their owner
+            logger.warning("the claims of %s could not be released: %s", owner, error)
 
 
 @contextmanager
@@ -110,18 +133,8 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
                 f"Study {study_id} is run by another process.",
             )
         )
-    _held.add(lease.owner)
-    lease.renewing.start(at_once=False)
-    try:
+    with renewed(lease.owner, lease.renewing, lambda: store.release(study_id, lease.owner)):
         yield lease
-    finally:
-        lease.renewing.close()
-        _held.discard(lease.owner)
-        try:
-            store.release(study_id, lease.owner)
-        except StoreFault as error:
-            # the next runner can take over the claim, because `owner_is_dead` is now true for its owner
-            logger.warning("the claim on study %s could not be released: %s", study_id, error)
 
 
 def _take_over(lease: Lease) -> bool:

@@ -3,7 +3,6 @@
 The studies are claimed and finished together, which saves time.
 """
 
-import logging
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.cube.definition import parse_stored
-from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse.reuse import Boxes, Overlaps
 from damperlab.studies.store.store import Store
@@ -21,8 +19,7 @@ from damperlab.worker.cores import core_count
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import Outage, asking_the_cluster
 from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity
-from damperlab.worker.run.background import Background
-from damperlab.worker.run.lease import RENEW_SECONDS, held_owner
+from damperlab.worker.run.lease import new_owner, renewed, renewer
 from damperlab.worker.scenes import scenes
 from damperlab.worker.worker_process.tasks import run_block
 
@@ -36,8 +33,6 @@ A_TASK = 8
 """Number of studies in one task."""
 POLL_SECONDS = 0.05
 """Interval between checks whether the tasks have ended [s]."""
-
-_log = logging.getLogger(__name__)
 
 
 def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool]) -> None:
@@ -138,19 +133,10 @@ def _hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str
     str, list of Record
         Name of the owner of the claims, and the claimed studies.
     """
-    with held_owner() as owner:
-        runner = threading.current_thread()
-        renewing = Background("lease-batch", lambda: store.renew_all(owner), RENEW_SECONDS, runner.is_alive)
-        renewing.start(at_once=False)
-        try:
-            yield owner, store.claim_all(ids, owner, identity)
-        finally:
-            renewing.close()
-            try:
-                store.release_all(owner)
-            except StoreFault as error:
-                # the next runner can take over the claims, because `owner_is_dead` is now true for their owner
-                _log.warning("the claims of %s could not be released: %s", owner, error)
+    owner = new_owner()
+    renewing = renewer("lease-batch", lambda: store.renew_all(owner))
+    with renewed(owner, renewing, lambda: store.release_all(owner)):
+        yield owner, store.claim_all(ids, owner, identity)
 
 
 def _tasks_of(store: Store, records: Sequence[Record], identity: str) -> list[tuple[Any, ...]]:
