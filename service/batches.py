@@ -13,7 +13,7 @@ from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import make_plan
 from damperlab.studies.shapes import Like
-from damperlab.studies.store.life_cycle.entering import Submission
+from damperlab.studies.store.life_cycle.submissions import Submission
 from damperlab.studies.store.record import Record, RecordDocument
 from damperlab.studies.store.store import Store
 from damperlab.studies.text import MOST_STUDIES

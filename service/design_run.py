@@ -37,7 +37,7 @@ from damperlab.studies.store.faults import (
     StudyNotFound,
     TooManyUnfinished,
 )
-from damperlab.studies.store.life_cycle.entering import Submission
+from damperlab.studies.store.life_cycle.submissions import Submission
 from damperlab.studies.store.provenance import DESIGNS, submitter
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store

@@ -66,7 +66,7 @@ def studies(
         )
         _list_named(as_json)
         return
-    from damperlab.studies.store.life_cycle.wanted import Wanted
+    from damperlab.studies.store.life_cycle.lookup import Wanted
 
     axis, low, high = _read_range(within)
     with in_options(LISTED_BY):

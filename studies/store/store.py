@@ -12,6 +12,7 @@ from damperlab.studies.store.catalogue.quota import Quota
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.files.folder import open_shelf
+from damperlab.studies.store.life_cycle.deletion import Deletion
 from damperlab.studies.store.life_cycle.small_batches import SmallBatches
 from damperlab.studies.store.life_cycle.submissions import Submissions
 
@@ -20,7 +21,7 @@ _COPIES = 10
 _LOG_HEADER_BYTES = 32
 
 
-class Store(Submissions, SmallBatches, Cubes):
+class Store(Submissions, Deletion, SmallBatches, Cubes):
     """Studies and their cubes in one data directory.
 
     Several threads may use one `Store`. Several processes may use the same data directory, each with a separate

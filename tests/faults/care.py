@@ -20,7 +20,7 @@ from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.faults import StoreFault, StudyBusy
-from damperlab.studies.store.life_cycle.wanted import Wanted
+from damperlab.studies.store.life_cycle.lookup import Wanted
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance

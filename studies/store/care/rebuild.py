@@ -262,7 +262,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             advance_counters(connection)
             if deleted is not None:
                 found.deleted += 1
-                return  # `Submissions.bury` will remove the files
+                return  # `Deletion.bury` will remove the files
             found.studies += 1
             restored = True
         else:

@@ -1,20 +1,18 @@
-"""Submission of studies. The catalogue gets one entry for a study, however often the study is submitted."""
+"""Entering of new studies: numbers are reserved, the cubes are created outside any transaction, the rows are written."""
 
 import json
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from sqlalchemy import Connection, bindparam, delete, func, insert, select, update
 
 from damperlab.studies.digest import family_digest
-from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.kind import AnyStudy
-from damperlab.studies.plan import Plan
 from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.home import (
     BACKUP_OF,
@@ -29,69 +27,26 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.quota import Ledger
 from damperlab.studies.store.catalogue.rows import (
-    ALIVE,
     NEVER_ENTERED,
     RESERVED,
-    newest_row,
     pieces,
     record_of,
 )
-from damperlab.studies.store.catalogue.rowsum import require_row
-from damperlab.studies.store.catalogue.tables import events, keys, studies
-from damperlab.studies.store.catalogue.turns import Turns
+from damperlab.studies.store.catalogue.tables import events, studies
 from damperlab.studies.store.cube.cube import bytes_per_point
 from damperlab.studies.store.cube.description import block_grid, first_pieces
 from damperlab.studies.store.cube.packed import BLOCKS
 from damperlab.studies.store.faults import (
-    CatalogueDamaged,
-    KeyTaken,
-    QuotaReached,
     StoreFault,
     cannot_use,
     using,
 )
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
-from damperlab.studies.store.provenance import SUBMITTED_BY, asked_by, signed
+from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import Record
 
-_MOST = 256  # largest number of studies in one transaction, so that other writers do not wait long
-
 _Answer = TypeVar("_Answer")
-
-
-@dataclass(frozen=True)
-class Submission:
-    """A submitted study with its options.
-
-    Parameters
-    ----------
-    study, plan : AnyStudy, Plan
-        The study, and the division of its grid into blocks.
-    provenance : dict of str
-        Provenance, from `damperlab.studies.store.provenance.provenance`.
-    reuse : bool
-        Whether the study may reuse points of earlier studies.
-    key : str, optional
-        Idempotency key: a name chosen by the caller, which cannot be used for another definition.
-    priority : int
-        Priority of the study; see `Record`. The priority of an existing study is not changed.
-    """
-
-    study: AnyStudy
-    plan: Plan
-    provenance: dict[str, str]
-    reuse: bool = True
-    key: str | None = None
-    priority: int = 0
-
-    def __post_init__(self) -> None:
-        """Check that the plan belongs to the study."""
-        if self.plan.count != math.prod(block_grid(self.study.shape, self.plan.chunk)):
-            raise ValueError(
-                f"a plan of {self.plan.count} blocks of {self.plan.chunk} does not fit a grid of {self.study.shape}"
-            )
 
 
 @dataclass(frozen=True)
@@ -155,103 +110,8 @@ class Entry:
         }
 
 
-Entered = list[tuple[Record, bool]]
-
-
 class Entering(StoreBase):
-    """The part of a store that enters submitted studies into the catalogue."""
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self._turns = Turns[Sequence[Submission], Entered](self._submit_lists, _MOST, len)
-
-    def submit(
-        self,
-        study: AnyStudy,
-        plan: Plan,
-        provenance: dict[str, str],
-        *,
-        reuse: bool = True,
-        key: str | None = None,
-        priority: int = 0,
-    ) -> tuple[Record, bool]:
-        """Enter a new study, or return the record of an existing study. The parameters are those of `Submission`.
-
-        Returns
-        -------
-        record : Record
-            Record of the new or existing study.
-        created : bool
-            Whether this call has entered the study.
-
-        Raises
-        ------
-        StoreFault
-            If the cube cannot be written.
-        QuotaReached
-            If the study would exceed the remaining quota.
-        KeyTaken
-            If the key was already used for another definition.
-        """
-        # look for the study without the write lock first, because a study is often submitted again
-        if key is None:
-            with self.catalogue.reading() as connection:
-                row = newest_row(connection, study.digest)
-            if row is not None:
-                return record_of(row), False
-        return self.submit_all([Submission(study, plan, provenance, reuse, key, priority)])[0]
-
-    def submit_all(self, submissions: Sequence[Submission]) -> Entered:
-        """Submit several studies as `submit` does. Either all of the studies are entered, or none."""
-        # add the owner in this thread, because another thread may enter the studies
-        return self._turns.ask([replace(one, provenance=signed(one.provenance)) for one in submissions])
-
-    def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
-        """Enter the submissions of several threads. If one list is refused, the other lists are still entered."""
-
-        def decide(connection: Connection) -> tuple[list[Entry], Callable[[list[Record]], list[Any]]]:
-            asked = _Asked(connection, lists)
-            ledger = Ledger(connection, self.quota)
-            entries: dict[str, Entry] = {}
-            refused: dict[int, Exception] = {}
-            for place, some in enumerate(lists):
-                fresh = {
-                    one.study.digest: Entry(
-                        one.study, one.plan.chunk, one.provenance, one.reuse, priority=one.priority
-                    )
-                    for one in reversed(some)
-                    if one.study.digest not in asked.known and one.study.digest not in entries
-                }
-                try:
-                    asked.require_sound(some)
-                    ledger.enter(
-                        some[0].provenance.get(SUBMITTED_BY) if some else None,
-                        sum(entry.study.points for entry in fresh.values()),
-                        sum(entry.bytes for entry in fresh.values()),
-                        len(fresh),
-                    )
-                except (KeyTaken, QuotaReached, CatalogueDamaged) as error:
-                    refused[place] = error
-                else:
-                    entries |= {digest: fresh[digest] for digest in reversed(fresh)}
-                    asked.take_keys(some)
-
-            def answer(entered: list[Record]) -> list[Entered | Exception]:
-                asked.keep_keys()
-                records = asked.known | dict(zip(entries, entered, strict=True))
-                untold = set(entries)
-
-                def told(one: Submission) -> tuple[Record, bool]:
-                    digest = one.study.digest
-                    created = digest in untold
-                    untold.discard(digest)  # report the study as created to only one of several submitters
-                    return records[digest], created
-
-                return [refused.get(place) or list(map(told, some)) for place, some in enumerate(lists)]
-
-            return list(entries.values()), answer
-
-        return self.enter(decide, "submitted")
+    """The part of a store that enters new studies into the catalogue."""
 
     def enter(
         self, decide: Callable[[Connection], tuple[list[Entry], Callable[[list[Record]], _Answer]]], what: str
@@ -413,67 +273,6 @@ class Entering(StoreBase):
             raise older_copy(shelf.address, self.catalogue.name)
         with self.catalogue.writing() as connection:
             forget(connection, UNKNOWN_RESULTS)
-
-
-class _Asked:
-    """The entries that the catalogue already has for the submitted studies and idempotency keys."""
-
-    def __init__(self, connection: Connection, lists: Iterable[Sequence[Submission]]) -> None:
-        self._connection = connection
-        submissions = [one for some in lists for one in some]
-        self.known: dict[str, Record] = {}
-        self._damaged: dict[str, CatalogueDamaged] = {}
-        for digests in pieces(dict.fromkeys(one.study.digest for one in submissions)):
-            query = select(studies).where(studies.c.digest.in_(digests), ALIVE).order_by(studies.c.version)
-            for row in connection.execute(query):
-                with self._noting(row.digest):
-                    self.known[row.digest] = record_of(row)
-        self._keys: dict[str, str] = {}
-        for names in pieces(one.key for one in submissions if one.key is not None):
-            for row in connection.execute(select(keys).where(keys.c.key.in_(names))):
-                self._keys[row.key] = row.digest
-                with self._noting(row.key):
-                    require_row(keys, row, row.digest[:12])
-        self._new: dict[str, str] = {}
-
-    @contextmanager
-    def _noting(self, name: str) -> Iterator[None]:
-        """Store the error for a damaged row, so that only submissions that need this row are refused."""
-        try:
-            yield
-        except CatalogueDamaged as error:
-            self._damaged[name] = error
-
-    def require_sound(self, some: Iterable[Submission]) -> None:
-        """Raise `CatalogueDamaged` if a row is damaged, and `KeyTaken` if a key was used for another definition."""
-        for one in some:
-            for name in (one.study.digest, one.key):
-                if name in self._damaged:
-                    raise self._damaged[name]
-            known = one.key and self._keys.get(one.key)
-            if known and known != one.study.digest:
-                raise KeyTaken(
-                    Fault(
-                        "Idempotency-Key",
-                        f"{describe(one.key)}, already given to study {known[:12]}",
-                        "a different key for each study",
-                        "send the same definition as before, or another key",
-                        f"The idempotency key {printable(one.key or '')} was already given to study "
-                        f"{known[:12]}, which has another definition.",
-                    )
-                )
-
-    def take_keys(self, some: Iterable[Submission]) -> None:
-        """Assign the idempotency keys of a list of submissions to the definitions."""
-        new = {one.key: one.study.digest for one in some if one.key and one.key not in self._keys}
-        self._new |= new
-        self._keys |= new
-
-    def keep_keys(self) -> None:
-        """Write newly used idempotency keys into the catalogue."""
-        rows = ({"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items())
-        for some in pieces(rows):
-            self._connection.execute(insert(keys), some)
 
 
 @dataclass(frozen=True)

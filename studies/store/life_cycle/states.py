@@ -2,16 +2,24 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from sqlalchemy import Connection, Row, delete, select, update
 
+from damperlab.studies.digest import family_digest
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import ALIVE, log_event, record_of, study_row
+from damperlab.studies.store.catalogue.rows import (
+    ALIVE,
+    log_event,
+    record_of,
+    study_row,
+)
 from damperlab.studies.store.catalogue.tables import facts, studies
-from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.cube.definition import parse_stored
+from damperlab.studies.store.cube.description import first_pieces
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use, using
 from damperlab.studies.store.life_cycle.lookup import Lookup, sayable
 from damperlab.studies.store.life_cycle.manifest import (
     PUT_OFF,
@@ -148,6 +156,61 @@ class States(Lookup):
         with self.catalogue.writing() as connection:
             connection.execute(update(studies).where(*ours).values(change))
 
+    def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
+        """Record the solver of a study before the first block is computed.
+
+        The new solver replaces the solver that was recorded at submission if the study has no results yet.
+
+        Parameters
+        ----------
+        study_id : str
+            Complete id of the study.
+        facts : mapping of str
+            Provenance from the workers. If the `identity` in `facts` is already recorded, nothing changes.
+        owner : str, optional
+            Owner of the claim on the study. If another owner has the claim, nothing changes.
+
+        Returns
+        -------
+        Record
+            Present record of the study. If blocks are done, the caller must compare the provenance with `facts`.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StoreFault
+            If the cube cannot be written.
+        """
+        with self.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+        if not _may_begin(row, facts, owner):
+            return record_of(row)
+        provenance = {**record_of(row).provenance, **facts}
+        # write the cube before the row; if the process dies between the two, the next call writes both again
+        self._describe(row, provenance)
+        with self.catalogue.writing() as connection:
+            now = study_row(connection, study_id)
+            begins = _may_begin(now, facts, owner) and now.provenance == row.provenance
+            if begins:
+                study = parse_stored(record_of(row).definition, row.digest)
+                change = {"provenance": json.dumps(provenance), "family": family_digest(study, provenance)}
+                connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+                log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
+                now = study_row(connection, study_id)
+        if not begins:
+            # another runner has taken over the study, so write the cube again as the catalogue describes it
+            self._describe(now, record_of(now).provenance)
+        return record_of(now)
+
+    def _describe(self, row: Row[Any], provenance: Mapping[str, str]) -> None:
+        """Write the description and the coordinates of a study's cube; raise `StoreFault` if they cannot be written."""
+        record = record_of(row)
+        study = parse_stored(record.definition, record.digest)
+        shelf = self.cube_shelf(row.id, row.number)
+        with using(shelf.address):
+            shelf.fill(first_pieces(study, record.chunk, provenance, reuse=record.reuse, created=row.created))
+
     def note(self, study_id: str, what: str) -> None:
         """Add an event to a study's log."""
         with self.catalogue.writing() as connection:
@@ -252,6 +315,12 @@ class States(Lookup):
             # delete only this note: marks that were postponed meanwhile have another note
             key = f"{PUT_OFF}{study_id}"
             connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == note))
+
+
+def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:
+    """Whether this owner may record the solver of a study: another solver is recorded, and no block is done."""
+    known = json.loads(row.provenance).get("identity") == facts["identity"]
+    return not known and not row.blocks_done and owner in (None, row.claim_owner)
 
 
 def _may_change(row: Row[Any], only_from: tuple[str, ...], owner: str | None) -> bool:

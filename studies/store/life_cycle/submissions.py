@@ -1,43 +1,174 @@
-"""Recomputation, start and deletion of studies."""
+"""Submission and recomputation of studies. A study is entered once, however often it is submitted."""
 
-import json
+import math
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import Any
 
-from sqlalchemy import Connection, Row, delete, func, select, update
+from sqlalchemy import Connection, insert, select
 
-from damperlab.studies.digest import family_digest
-from damperlab.studies.faults import Fault
+from damperlab.studies.faults import Fault, describe, printable
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Plan
 from damperlab.studies.store.catalogue.quota import Ledger
 from damperlab.studies.store.catalogue.rows import (
-    alive_row,
-    in_trash,
-    log_event,
+    ALIVE,
     newest_row,
+    pieces,
     record_of,
     study_row,
-    unknown_study,
 )
-from damperlab.studies.store.catalogue.rowsum import is_sound, require_row
-from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.catalogue.rowsum import require_row
+from damperlab.studies.store.catalogue.tables import keys, studies
+from damperlab.studies.store.catalogue.turns import Turns
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
-from damperlab.studies.store.cube.description import first_pieces
-from damperlab.studies.store.faults import NothingToDo, telling, using
-from damperlab.studies.store.files.shelf import TOMBSTONE
-from damperlab.studies.store.life_cycle.claims import require_free
+from damperlab.studies.store.cube.description import block_grid
+from damperlab.studies.store.faults import (
+    CatalogueDamaged,
+    KeyTaken,
+    NothingToDo,
+    QuotaReached,
+    telling,
+)
 from damperlab.studies.store.life_cycle.entering import Entering, Entry
-from damperlab.studies.store.life_cycle.manifest import put_tombstone
-from damperlab.studies.store.provenance import asked_by, signed, submitter
+from damperlab.studies.store.provenance import SUBMITTED_BY, signed, submitter
 from damperlab.studies.store.record import Record
-from damperlab.studies.vocabulary import ENDED
 
-_AT_ONCE = 5000  # largest number of done-marks that one transaction removes
+_MOST = 256  # largest number of studies in one transaction, so that other writers do not wait long
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A submitted study with its options.
+
+    Parameters
+    ----------
+    study, plan : AnyStudy, Plan
+        The study, and the division of its grid into blocks.
+    provenance : dict of str
+        Provenance, from `damperlab.studies.store.provenance.provenance`.
+    reuse : bool
+        Whether the study may reuse points of earlier studies.
+    key : str, optional
+        Idempotency key: a name chosen by the caller, which cannot be used for another definition.
+    priority : int
+        Priority of the study; see `Record`. The priority of an existing study is not changed.
+    """
+
+    study: AnyStudy
+    plan: Plan
+    provenance: dict[str, str]
+    reuse: bool = True
+    key: str | None = None
+    priority: int = 0
+
+    def __post_init__(self) -> None:
+        """Check that the plan belongs to the study."""
+        if self.plan.count != math.prod(block_grid(self.study.shape, self.plan.chunk)):
+            raise ValueError(
+                f"a plan of {self.plan.count} blocks of {self.plan.chunk} does not fit a grid of {self.study.shape}"
+            )
+
+
+Entered = list[tuple[Record, bool]]
 
 
 class Submissions(Entering):
-    """The part of a store that submits, starts, recomputes and deletes studies."""
+    """The part of a store that submits and recomputes studies."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._turns = Turns[Sequence[Submission], Entered](self._submit_lists, _MOST, len)
+
+    def submit(
+        self,
+        study: AnyStudy,
+        plan: Plan,
+        provenance: dict[str, str],
+        *,
+        reuse: bool = True,
+        key: str | None = None,
+        priority: int = 0,
+    ) -> tuple[Record, bool]:
+        """Enter a new study, or return the record of an existing study. The parameters are those of `Submission`.
+
+        Returns
+        -------
+        record : Record
+            Record of the new or existing study.
+        created : bool
+            Whether this call has entered the study.
+
+        Raises
+        ------
+        StoreFault
+            If the cube cannot be written.
+        QuotaReached
+            If the study would exceed the remaining quota.
+        KeyTaken
+            If the key was already used for another definition.
+        """
+        # look for the study without the write lock first, because a study is often submitted again
+        if key is None:
+            with self.catalogue.reading() as connection:
+                row = newest_row(connection, study.digest)
+            if row is not None:
+                return record_of(row), False
+        return self.submit_all([Submission(study, plan, provenance, reuse, key, priority)])[0]
+
+    def submit_all(self, submissions: Sequence[Submission]) -> Entered:
+        """Submit several studies as `submit` does. Either all of the studies are entered, or none."""
+        # add the owner in this thread, because another thread may enter the studies
+        return self._turns.ask([replace(one, provenance=signed(one.provenance)) for one in submissions])
+
+    def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
+        """Enter the submissions of several threads. If one list is refused, the other lists are still entered."""
+
+        def decide(connection: Connection) -> tuple[list[Entry], Callable[[list[Record]], list[Any]]]:
+            asked = _Asked(connection, lists)
+            ledger = Ledger(connection, self.quota)
+            entries: dict[str, Entry] = {}
+            refused: dict[int, Exception] = {}
+            for place, some in enumerate(lists):
+                fresh = {
+                    one.study.digest: Entry(
+                        one.study, one.plan.chunk, one.provenance, one.reuse, priority=one.priority
+                    )
+                    for one in reversed(some)
+                    if one.study.digest not in asked.known and one.study.digest not in entries
+                }
+                try:
+                    asked.require_sound(some)
+                    ledger.enter(
+                        some[0].provenance.get(SUBMITTED_BY) if some else None,
+                        sum(entry.study.points for entry in fresh.values()),
+                        sum(entry.bytes for entry in fresh.values()),
+                        len(fresh),
+                    )
+                except (KeyTaken, QuotaReached, CatalogueDamaged) as error:
+                    refused[place] = error
+                else:
+                    entries |= {digest: fresh[digest] for digest in reversed(fresh)}
+                    asked.take_keys(some)
+
+            def answer(entered: list[Record]) -> list[Entered | Exception]:
+                asked.keep_keys()
+                records = asked.known | dict(zip(entries, entered, strict=True))
+                untold = set(entries)
+
+                def told(one: Submission) -> tuple[Record, bool]:
+                    digest = one.study.digest
+                    created = digest in untold
+                    untold.discard(digest)  # report the study as created to only one of several submitters
+                    return records[digest], created
+
+                return [refused.get(place) or list(map(told, some)) for place, some in enumerate(lists)]
+
+            return list(entries.values()), answer
+
+        return self.enter(decide, "submitted")
 
     def recompute(self, study_id: str, provenance: dict[str, str]) -> tuple[Record, bool]:
         """Enter a new version of a study, which today's solver will compute. The older versions are kept.
@@ -90,186 +221,66 @@ class Submissions(Entering):
 
         return self.enter(decide, "entered to be computed again")
 
-    def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
-        """Record the solver of a study before the first block is computed.
 
-        The new solver replaces the solver that was recorded at submission if the study has no results yet.
+class _Asked:
+    """The entries that the catalogue already has for the submitted studies and idempotency keys."""
 
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        facts : mapping of str
-            Provenance from the workers. If the `identity` in `facts` is already recorded, nothing changes.
-        owner : str, optional
-            Owner of the claim on the study. If another owner has the claim, nothing changes.
+    def __init__(self, connection: Connection, lists: Iterable[Sequence[Submission]]) -> None:
+        self._connection = connection
+        submissions = [one for some in lists for one in some]
+        self.known: dict[str, Record] = {}
+        self._damaged: dict[str, CatalogueDamaged] = {}
+        for digests in pieces(dict.fromkeys(one.study.digest for one in submissions)):
+            query = select(studies).where(studies.c.digest.in_(digests), ALIVE).order_by(studies.c.version)
+            for row in connection.execute(query):
+                with self._noting(row.digest):
+                    self.known[row.digest] = record_of(row)
+        self._keys: dict[str, str] = {}
+        for names in pieces(one.key for one in submissions if one.key is not None):
+            for row in connection.execute(select(keys).where(keys.c.key.in_(names))):
+                self._keys[row.key] = row.digest
+                with self._noting(row.key):
+                    require_row(keys, row, row.digest[:12])
+        self._new: dict[str, str] = {}
 
-        Returns
-        -------
-        Record
-            Present record of the study. If blocks are done, the caller must compare the provenance with `facts`.
-
-        Raises
-        ------
-        StudyNotFound
-            If there is no such study.
-        StoreFault
-            If the cube cannot be written.
-        """
-        with self.catalogue.reading() as connection:
-            row = study_row(connection, study_id)
-        if not _may_begin(row, facts, owner):
-            return record_of(row)
-        provenance = {**record_of(row).provenance, **facts}
-        # write the cube before the row; if the process dies between the two, the next call writes both again
-        self._describe(row, provenance)
-        with self.catalogue.writing() as connection:
-            now = study_row(connection, study_id)
-            begins = _may_begin(now, facts, owner) and now.provenance == row.provenance
-            if begins:
-                study = parse_stored(record_of(row).definition, row.digest)
-                change = {"provenance": json.dumps(provenance), "family": family_digest(study, provenance)}
-                connection.execute(update(studies).where(studies.c.number == row.number).values(change))
-                log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
-                now = study_row(connection, study_id)
-        if not begins:
-            # another runner has taken over the study, so write the cube again as the catalogue describes it
-            self._describe(now, record_of(now).provenance)
-        return record_of(now)
-
-    def _describe(self, row: Row[Any], provenance: Mapping[str, str]) -> None:
-        """Write the description and the coordinates of a study's cube; raise `StoreFault` if they cannot be written."""
-        record = record_of(row)
-        study = parse_stored(record.definition, record.digest)
-        shelf = self.cube_shelf(row.id, row.number)
-        with using(shelf.address):
-            shelf.fill(first_pieces(study, record.chunk, provenance, reuse=record.reuse, created=row.created))
-
-    def delete(self, study_id: str, keep_seconds: float = 0.0) -> None:
-        """Delete a study. The files of the study are removed later, by `bury`.
-
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        keep_seconds : float
-            Time for which the study stays in the trash [s]. During this time, `undelete` can restore the study.
-
-        Raises
-        ------
-        StudyNotFound
-            If there is no such study.
-        StudyBusy
-            If the study has not ended, and a process works on the study.
-        """
-        with self.catalogue.writing() as connection:
-            row = study_row(connection, study_id)
-            if row.state not in ENDED:
-                require_free(row, "delete")
-            until = time.time() + keep_seconds
-            connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=until))
-            log_event(connection, study_id, "deleted")
-        # record the deletion in the cube only after the commit, so that this record is never wrong
-        with suppress(OSError):
-            put_tombstone(self.cube_shelf(study_id, row.number), until)
-
-    def trashed(self, study_id: str) -> Record:
-        """Return the record of a deleted study that can be restored; raise `StudyNotFound` if no such study exists."""
-        with self.catalogue.reading() as connection:
-            return record_of(_trashed_row(connection, study_id))
-
-    def undelete(self, study_id: str) -> Record:
-        """Restore a deleted study from the trash.
-
-        Raises
-        ------
-        StudyNotFound
-            If the study is not in the trash.
-        NothingToDo
-            If the same study was submitted again after the deletion.
-        """
-        with self.catalogue.reading() as connection:
-            row = _restorable_row(connection, study_id)
-        shelf = self.cube_shelf(study_id, row.number)
-        with using(shelf.address):
-            # remove the record of the deletion before the commit, so that no existing study has such a record
-            shelf.remove(TOMBSTONE)
+    @contextmanager
+    def _noting(self, name: str) -> Iterator[None]:
+        """Store the error for a damaged row, so that only submissions that need this row are refused."""
         try:
-            with self.catalogue.writing() as connection:
-                number = _restorable_row(connection, study_id).number
-                connection.execute(update(studies).where(studies.c.number == number).values(deleted=None))
-                log_event(connection, study_id, "restored from the trash")
-                return record_of(study_row(connection, study_id))
-        except Exception:
-            with suppress(OSError):
-                put_tombstone(shelf, row.deleted)
-            raise
+            yield
+        except CatalogueDamaged as error:
+            self._damaged[name] = error
 
-    def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:
-        """Remove the files of deleted studies, then the done-marks and definitions of these studies.
+    def require_sound(self, some: Iterable[Submission]) -> None:
+        """Raise `CatalogueDamaged` if a row is damaged, and `KeyTaken` if a key was used for another definition."""
+        for one in some:
+            for name in (one.study.digest, one.key):
+                if name in self._damaged:
+                    raise self._damaged[name]
+            known = one.key and self._keys.get(one.key)
+            if known and known != one.study.digest:
+                raise KeyTaken(
+                    Fault(
+                        "Idempotency-Key",
+                        f"{describe(one.key)}, already given to study {known[:12]}",
+                        "a different key for each study",
+                        "send the same definition as before, or another key",
+                        f"The idempotency key {printable(one.key or '')} was already given to study "
+                        f"{known[:12]}, which has another definition.",
+                    )
+                )
 
-        An empty row remains in the catalogue, so that the number and the revisions of the study are never used again.
+    def take_keys(self, some: Iterable[Submission]) -> None:
+        """Assign the idempotency keys of a list of submissions to the definitions."""
+        new = {one.key: one.study.digest for one in some if one.key and one.key not in self._keys}
+        self._new |= new
+        self._keys |= new
 
-        Parameters
-        ----------
-        before : float, optional
-            Remove studies that were deleted before this time, in seconds since 1970; by default now.
-        stop : callable
-            Function that is called before each study; if it returns true, the remaining studies are left for later.
-        """
-        c = studies.c
-        before = time.time() if before is None else before
-        with self.catalogue.reading() as connection:
-            rows = connection.execute(select(studies).where(c.deleted <= before, c.definition != "")).all()
-        # if a row is damaged, the study may not have been deleted, so its files are kept
-        for row in (row for row in rows if is_sound(studies, row)):
-            if stop():
-                return
-            try:
-                self.cube_shelf(row.id, row.number).clear()
-            except OSError:
-                continue  # the next call tries again
-            while self._forget_marks(row.number):
-                pass
-            with self.catalogue.writing() as connection:
-                texts = dict.fromkeys(("name", "definition", "provenance", "family"), "")
-                empty = {**texts, "message": None, **asked_by({})}
-                connection.execute(update(studies).where(c.number == row.number).values(empty))
-
-    def _forget_marks(self, number: int) -> bool:
-        """Remove up to `_AT_ONCE` done-marks of a deleted study. Return whether there may be more done-marks."""
-        b = done_blocks.c
-        with self.catalogue.writing() as connection:
-            some = select(b.block).where(b.study == number).order_by(b.block).limit(_AT_ONCE)
-            last = connection.execute(select(func.max(some.subquery().c.block))).scalar()
-            if last is None:
-                return False
-            connection.execute(delete(done_blocks).where(b.study == number, b.block <= last))
-            return True
-
-
-def _trashed_row(connection: Connection, study_id: str) -> Row[Any]:
-    query = select(studies).where(studies.c.id == study_id, in_trash()).order_by(studies.c.number.desc())
-    row = connection.execute(query.limit(1)).one_or_none()
-    if row is None:
-        raise unknown_study(connection, study_id)
-    require_row(studies, row, study_id)
-    return row
-
-
-def _restorable_row(connection: Connection, study_id: str) -> Row[Any]:
-    row = _trashed_row(connection, study_id)
-    if alive_row(connection, study_id) is not None:
-        told = f"Study {study_id} was submitted again since it was deleted."
-        allowed, advice = "a study that was not submitted again", "delete the study that was submitted again"
-        raise NothingToDo(Fault("study", study_id, allowed, advice, told))
-    return row
-
-
-def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:
-    """Whether this owner may record the solver of a study: another solver is recorded, and no block is done."""
-    known = json.loads(row.provenance).get("identity") == facts["identity"]
-    return not known and not row.blocks_done and owner in (None, row.claim_owner)
+    def keep_keys(self) -> None:
+        """Write newly used idempotency keys into the catalogue."""
+        rows = ({"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items())
+        for some in pieces(rows):
+            self._connection.execute(insert(keys), some)
 
 
 def _nothing_to_recompute(record: Record) -> NothingToDo:

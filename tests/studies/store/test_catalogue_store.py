@@ -13,7 +13,7 @@ from damperlab.studies.store.catalogue.catalogue import REVISION
 from damperlab.studies.store.catalogue.tables import metadata
 from damperlab.studies.store.cube.description import describe_cube
 from damperlab.studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
-from damperlab.studies.store.life_cycle.wanted import Wanted
+from damperlab.studies.store.life_cycle.lookup import Wanted
 from damperlab.studies.store.store import Store
 
 

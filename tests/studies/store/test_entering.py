@@ -11,7 +11,7 @@ from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.quota import Quota
 from damperlab.studies.store.catalogue.turns import Turns
 from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached
-from damperlab.studies.store.life_cycle.entering import Submission
+from damperlab.studies.store.life_cycle.submissions import Submission
 from damperlab.studies.store.store import Store
 
 THREADS = 12

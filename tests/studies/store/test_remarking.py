@@ -10,8 +10,8 @@ from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.life_cycle.lookup import Wanted
 from damperlab.studies.store.life_cycle.manifest import MARKS, read_marks
-from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.store import Store
 
 

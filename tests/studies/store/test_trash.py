@@ -6,7 +6,7 @@ from tests.filling import enter, make_study
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.faults import NothingToDo, StudyNotFound
 from damperlab.studies.store.files.shelf import TOMBSTONE
-from damperlab.studies.store.life_cycle.wanted import Wanted
+from damperlab.studies.store.life_cycle.lookup import Wanted
 
 WEEK = 7 * 86_400.0
 

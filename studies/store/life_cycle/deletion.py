@@ -1,0 +1,154 @@
+"""Deletion of studies, and their restoration from the trash."""
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from sqlalchemy import Connection, Row, delete, func, select, update
+
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue.base import StoreBase
+from damperlab.studies.store.catalogue.rows import (
+    alive_row,
+    in_trash,
+    log_event,
+    record_of,
+    study_row,
+    unknown_study,
+)
+from damperlab.studies.store.catalogue.rowsum import is_sound, require_row
+from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.faults import NothingToDo, using
+from damperlab.studies.store.files.shelf import TOMBSTONE
+from damperlab.studies.store.life_cycle.claims import require_free
+from damperlab.studies.store.life_cycle.manifest import put_tombstone
+from damperlab.studies.store.provenance import asked_by
+from damperlab.studies.store.record import Record
+from damperlab.studies.vocabulary import ENDED
+
+_AT_ONCE = 5000  # largest number of done-marks that one transaction removes
+
+
+class Deletion(StoreBase):
+    """The part of a store that deletes and restores studies."""
+
+    def delete(self, study_id: str, keep_seconds: float = 0.0) -> None:
+        """Delete a study. The files of the study are removed later, by `bury`.
+
+        Parameters
+        ----------
+        study_id : str
+            Complete id of the study.
+        keep_seconds : float
+            Time for which the study stays in the trash [s]. During this time, `undelete` can restore the study.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StudyBusy
+            If the study has not ended, and a process works on the study.
+        """
+        with self.catalogue.writing() as connection:
+            row = study_row(connection, study_id)
+            if row.state not in ENDED:
+                require_free(row, "delete")
+            until = time.time() + keep_seconds
+            connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=until))
+            log_event(connection, study_id, "deleted")
+        # record the deletion in the cube only after the commit, so that this record is never wrong
+        with suppress(OSError):
+            put_tombstone(self.cube_shelf(study_id, row.number), until)
+
+    def trashed(self, study_id: str) -> Record:
+        """Return the record of a deleted study that can be restored; raise `StudyNotFound` if no such study exists."""
+        with self.catalogue.reading() as connection:
+            return record_of(_trashed_row(connection, study_id))
+
+    def undelete(self, study_id: str) -> Record:
+        """Restore a deleted study from the trash.
+
+        Raises
+        ------
+        StudyNotFound
+            If the study is not in the trash.
+        NothingToDo
+            If the same study was submitted again after the deletion.
+        """
+        with self.catalogue.reading() as connection:
+            row = _restorable_row(connection, study_id)
+        shelf = self.cube_shelf(study_id, row.number)
+        with using(shelf.address):
+            # remove the record of the deletion before the commit, so that no existing study has such a record
+            shelf.remove(TOMBSTONE)
+        try:
+            with self.catalogue.writing() as connection:
+                number = _restorable_row(connection, study_id).number
+                connection.execute(update(studies).where(studies.c.number == number).values(deleted=None))
+                log_event(connection, study_id, "restored from the trash")
+                return record_of(study_row(connection, study_id))
+        except Exception:
+            with suppress(OSError):
+                put_tombstone(shelf, row.deleted)
+            raise
+
+    def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:
+        """Remove the files of deleted studies, then the done-marks and definitions of these studies.
+
+        An empty row remains in the catalogue, so that the number and the revisions of the study are never used again.
+
+        Parameters
+        ----------
+        before : float, optional
+            Remove studies that were deleted before this time, in seconds since 1970; by default now.
+        stop : callable
+            Function that is called before each study; if it returns true, the remaining studies are left for later.
+        """
+        c = studies.c
+        before = time.time() if before is None else before
+        with self.catalogue.reading() as connection:
+            rows = connection.execute(select(studies).where(c.deleted <= before, c.definition != "")).all()
+        # if a row is damaged, the study may not have been deleted, so its files are kept
+        for row in (row for row in rows if is_sound(studies, row)):
+            if stop():
+                return
+            try:
+                self.cube_shelf(row.id, row.number).clear()
+            except OSError:
+                continue  # the next call tries again
+            while self._forget_marks(row.number):
+                pass
+            with self.catalogue.writing() as connection:
+                texts = dict.fromkeys(("name", "definition", "provenance", "family"), "")
+                empty = {**texts, "message": None, **asked_by({})}
+                connection.execute(update(studies).where(c.number == row.number).values(empty))
+
+    def _forget_marks(self, number: int) -> bool:
+        """Remove up to `_AT_ONCE` done-marks of a deleted study. Return whether there may be more done-marks."""
+        b = done_blocks.c
+        with self.catalogue.writing() as connection:
+            some = select(b.block).where(b.study == number).order_by(b.block).limit(_AT_ONCE)
+            last = connection.execute(select(func.max(some.subquery().c.block))).scalar()
+            if last is None:
+                return False
+            connection.execute(delete(done_blocks).where(b.study == number, b.block <= last))
+            return True
+
+
+def _trashed_row(connection: Connection, study_id: str) -> Row[Any]:
+    query = select(studies).where(studies.c.id == study_id, in_trash()).order_by(studies.c.number.desc())
+    row = connection.execute(query.limit(1)).one_or_none()
+    if row is None:
+        raise unknown_study(connection, study_id)
+    require_row(studies, row, study_id)
+    return row
+
+
+def _restorable_row(connection: Connection, study_id: str) -> Row[Any]:
+    row = _trashed_row(connection, study_id)
+    if alive_row(connection, study_id) is not None:
+        told = f"Study {study_id} was submitted again since it was deleted."
+        allowed, advice = "a study that was not submitted again", "delete the study that was submitted again"
+        raise NothingToDo(Fault("study", study_id, allowed, advice, told))
+    return row
