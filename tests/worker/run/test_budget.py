@@ -50,7 +50,7 @@ def _run_for(seconds: float, study: Path, *data: Any) -> tuple[datetime, subproc
     ends = datetime.now() + timedelta(seconds=seconds)
     command = ("run", study, "--until", ends.isoformat(), "--workers", "1", "--json", *data)
     ended = run(*command, status=None)
-    if ended.returncode == 2 and "which is past" in ended.stderr and seconds < 200:
+    if ended.returncode == 2 and "which is in the past" in ended.stderr and seconds < 200:
         return _run_for(4 * seconds, study, *data)
     assert ended.returncode == 1, ended.stderr
     return ends, ended
@@ -72,7 +72,7 @@ def test_the_command_stops_at_its_time_and_says_so(tmp_path: Path) -> None:
     assert f"it was to run until {ends:%Y-%m-%d %H:%M:%S}; {record['blocks_done']} of" in record["message"]
     assert "damperlab run" in ended.stderr
     again = run("run", record["id"], "--until", "2001-01-01", *data, status=2)
-    assert "which is past" in again.stderr
+    assert "which is in the past" in again.stderr
 
 
 def test_a_time_of_day_is_the_next_one() -> None:
