@@ -14,16 +14,7 @@ from starlette.responses import Response
 from damperlab.service.documents import Document
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.design.shelf import DesignBusy, DesignDamaged, DesignNotFound, DesignsFull
-from damperlab.studies.faults import (
-    NOTHING,
-    PARTS,
-    Fault,
-    StudyFaults,
-    listing,
-    nearest,
-    path,
-    printable,
-)
+from damperlab.studies.faults import NOTHING, PARTS, Fault, StudyFaults, listing, nearest, path, printable
 from damperlab.studies.ground.shelf import RecordDamaged, RecordKept, RecordNotFound, ShelfFull
 from damperlab.studies.pydantic_faults import value_fault
 from damperlab.studies.store.faults import (

@@ -16,12 +16,7 @@ import numpy as np
 from damperlab.studies.conventions import of_file, of_variable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.kinds import kind_of
-from damperlab.studies.store.cube.coding import (
-    Compressor,
-    StoredArray,
-    StoredCoordinate,
-    encode_coordinate,
-)
+from damperlab.studies.store.cube.coding import Compressor, StoredArray, StoredCoordinate, encode_coordinate
 from damperlab.studies.store.files.sealed import PLACEHOLDER, is_sealed, require_seal, seal
 from damperlab.studies.store.provenance import published
 from damperlab.studies.variables import Variable

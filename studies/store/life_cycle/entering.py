@@ -27,21 +27,12 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.rows import (
-    NEVER_ENTERED,
-    RESERVED,
-    pieces,
-    record_of,
-)
+from damperlab.studies.store.catalogue.rows import NEVER_ENTERED, RESERVED, pieces, record_of
 from damperlab.studies.store.catalogue.tables import events, studies
 from damperlab.studies.store.cube.cube import bytes_per_point
 from damperlab.studies.store.cube.description import block_grid, first_pieces
 from damperlab.studies.store.cube.packed import BLOCKS
-from damperlab.studies.store.faults import (
-    StoreFault,
-    cannot_use,
-    using,
-)
+from damperlab.studies.store.faults import StoreFault, cannot_use, using
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
 from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import Record

@@ -10,12 +10,7 @@ from sqlalchemy import Connection, Row, delete, select, update
 from damperlab.studies.digest import family_digest
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import (
-    ALIVE,
-    log_event,
-    record_of,
-    study_row,
-)
+from damperlab.studies.store.catalogue.rows import ALIVE, log_event, record_of, study_row
 from damperlab.studies.store.catalogue.tables import facts, studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import first_pieces

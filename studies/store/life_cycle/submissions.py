@@ -13,25 +13,13 @@ from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import (
-    ALIVE,
-    newest_row,
-    pieces,
-    record_of,
-    study_row,
-)
+from damperlab.studies.store.catalogue.rows import ALIVE, newest_row, pieces, record_of, study_row
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import keys, studies
 from damperlab.studies.store.catalogue.turns import Turns
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
 from damperlab.studies.store.cube.description import block_grid
-from damperlab.studies.store.faults import (
-    CatalogueDamaged,
-    KeyTaken,
-    NothingToDo,
-    QuotaReached,
-    telling,
-)
+from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, NothingToDo, QuotaReached, telling
 from damperlab.studies.store.life_cycle.entering import Entering, Entry
 from damperlab.studies.store.provenance import SUBMITTED_BY, signed, submitter
 from damperlab.studies.store.record import Record
