@@ -24,7 +24,7 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, pieces, record_of
+from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, pieces, record_of, rows_of_marks
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
@@ -246,7 +246,7 @@ def _earlier(source: Store, target: Store, study_id: str) -> _Copy | None:
         ).one_or_none()
         if row is None:
             return None
-        marks = connection.execute(select(done_blocks).where(done_blocks.c.study == row.number)).all()
+        marks = rows_of_marks(connection, row.number)
     return row, marks, 0
 
 
@@ -256,7 +256,7 @@ def _copy_study(source: Store, target: Store, study_id: str) -> _Copy | None:
             row = connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
             if row is None:
                 return None  # the study was deleted meanwhile
-            marks = connection.execute(select(done_blocks).where(done_blocks.c.study == row.number)).all()
+            marks = rows_of_marks(connection, row.number)
         try:
             return row, marks, _copy_files(source, target, row, marks)
         except StoreFault:

@@ -15,7 +15,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, delete, func, insert, or_, select, update
+from sqlalchemy import Connection, delete, func, insert, or_, select
 
 from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import Fault
@@ -29,7 +29,15 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, last_event, pieces, sums_of_marks
+from damperlab.studies.store.catalogue.rows import (
+    ALIVE,
+    advance_counters,
+    change_study,
+    last_event,
+    pieces,
+    rows_of_marks,
+    sums_of_marks,
+)
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, metadata, studies
 from damperlab.studies.store.cube.definition import parse_stored
@@ -249,7 +257,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
         if row is not None and row.deleted is not None:
             return
         if row is not None and deleted is not None:
-            connection.execute(update(studies).where(studies.c.number == number).values(deleted=deleted))
+            change_study(connection, number, {"deleted": deleted})
             found.deleted += 1
             return
         if row is None:
@@ -275,11 +283,11 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                     **asked_by(provenance),
                     "family": family_digest(study, provenance),
                 }
-                connection.execute(update(studies).where(studies.c.number == number).values(said))
+                change_study(connection, number, said)
                 found.restored += 1
         have = set()
         lost = 0
-        for mark in connection.execute(select(done_blocks).where(done_blocks.c.study == number)).all():
+        for mark in rows_of_marks(connection, number):
             if is_sound(done_blocks, mark):
                 have.add(mark.block)
             else:
@@ -360,4 +368,4 @@ def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any
         change |= {name: kept.get(name) for name in ("state", "finished", "message")}
     elif restored or before.state == "done":
         change |= {"state": "queued", "finished": None}
-    connection.execute(update(studies).where(studies.c.number == number).values(change))
+    change_study(connection, number, change)

@@ -12,11 +12,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from sqlalchemy import func, select, update
+from sqlalchemy import select, update
 
 from damperlab.studies.design.shelf import Shelf as Designs
 from damperlab.studies.store.catalogue.home import holds_results, parse_cube_name
-from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, pieces, study_row
+from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, last_number, pieces, study_row
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.description import DESCRIPTION, describe_cube
@@ -174,7 +174,7 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
     with store.catalogue.reading() as connection:
         columns = studies.c.id, studies.c.number, studies.c.deleted, NEVER_ENTERED.label("reserved")
         rows = connection.execute(select(*columns)).all()
-        last = connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one()
+        last = last_number(connection)
     known = {row.number: row for row in rows}
     alive = {row.id for row in rows if row.deleted is None}
     swept = Swept()

@@ -19,7 +19,13 @@ from damperlab.studies.design.shelf import Shelf as Designs
 from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.store.catalogue.home import cube_name, holds_results, parse_cube_name
-from damperlab.studies.store.catalogue.rows import claim_owner, last_event, study_row, sums_of_marks
+from damperlab.studies.store.catalogue.rows import (
+    claim_owner,
+    last_event,
+    rows_of_marks,
+    study_row,
+    sums_of_marks,
+)
 from damperlab.studies.store.catalogue.rowsum import damaged_row, is_sound
 from damperlab.studies.store.catalogue.tables import SUMMED, access_keys, done_blocks, studies
 from damperlab.studies.store.cube.cube import lost_attachments
@@ -93,9 +99,7 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
     with store.catalogue.reading() as connection:
         row = study_row(connection, record.id)
         shelf = store.cube_shelf(record.id, row.number)
-        marks = connection.execute(
-            select(done_blocks).where(done_blocks.c.study == row.number).order_by(done_blocks.c.block)
-        ).all()
+        marks = rows_of_marks(connection, row.number)
         sums = sums_of_marks(connection, row.number)
         put_off = marks_put_off(connection, record.id)
     for mark in marks:

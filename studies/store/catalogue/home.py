@@ -10,11 +10,11 @@ import uuid
 from collections.abc import Iterable
 from pathlib import Path
 
-from sqlalchemy import Connection, delete, func, insert, select
+from sqlalchemy import Connection, delete, insert, select
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue
-from damperlab.studies.store.catalogue.rows import ALIVE
+from damperlab.studies.store.catalogue.rows import ALIVE, last_number
 from damperlab.studies.store.catalogue.tables import facts, studies
 from damperlab.studies.store.faults import StoreFault, cannot_use, using
 from damperlab.studies.store.files.folder import Folder
@@ -224,7 +224,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
         mine = fact(connection, "id")
         marked = fact(connection, "marked") is not None
         copied = fact(connection, BACKUP_OF) is not None
-        last = int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
+        last = last_number(connection)
     if found is None and marked:
         # read the marker again: another process writes the marker before it stores "marked" in the catalogue
         found = owner_of(folder)

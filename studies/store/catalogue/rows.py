@@ -4,10 +4,10 @@ import base64
 import binascii
 import json
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
-from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, or_, select, text
+from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, or_, select, text, update
 
 from damperlab.studies.faults import Fault, describe, nearest, printable
 from damperlab.studies.kinds import dimensions_of_definition
@@ -50,6 +50,22 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
     if row is None:
         raise unknown_study(connection, study_id)
     return row
+
+
+def change_study(connection: Connection, number: int, change: Mapping[str, Any]) -> None:
+    """Write new values into the row of a study, by column."""
+    connection.execute(update(studies).where(studies.c.number == number).values(change))
+
+
+def last_number(connection: Connection) -> int:
+    """Return the largest number in the table of studies, also of deleted studies; 0 for an empty table."""
+    return int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
+
+
+def rows_of_marks(connection: Connection, number: int) -> Sequence[Row[Any]]:
+    """Return the rows of a study's done-marks, in the order of the blocks."""
+    query = select(done_blocks).where(done_blocks.c.study == number).order_by(done_blocks.c.block)
+    return connection.execute(query).all()
 
 
 VALUES = 500

@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, Row, select, tuple_, update
+from sqlalchemy import Connection, Row, select, tuple_
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.base import StoreBase
-from damperlab.studies.store.catalogue.rows import VALUES, alive_row, claim_owner
+from damperlab.studies.store.catalogue.rows import VALUES, alive_row, change_study, claim_owner
 from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.faults import StudyBusy
 
@@ -155,8 +155,7 @@ class Claims(StoreBase):
     def _set_claim(
         self, connection: Connection, number: int, owner: str | None, expires: float | None
     ) -> None:
-        change = update(studies).where(studies.c.number == number)
-        connection.execute(change.values(claim_owner=owner, claim_expires=expires))
+        change_study(connection, number, {"claim_owner": owner, "claim_expires": expires})
 
 
 def _end(seconds: float | None) -> float:

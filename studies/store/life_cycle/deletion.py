@@ -5,12 +5,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from sqlalchemy import Connection, Row, delete, func, select, update
+from sqlalchemy import Connection, Row, delete, func, select
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.rows import (
     alive_row,
+    change_study,
     in_trash,
     log_event,
     record_of,
@@ -55,7 +56,7 @@ class Deletion(StoreBase):
             if row.state not in ENDED:
                 require_free(row, "delete")
             until = time.time() + keep_seconds
-            connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=until))
+            change_study(connection, row.number, {"deleted": until})
             log_event(connection, study_id, "deleted")
         # record the deletion in the cube only after the commit, so that this record is never wrong
         with suppress(OSError):
@@ -85,7 +86,7 @@ class Deletion(StoreBase):
         try:
             with self.catalogue.writing() as connection:
                 number = _restorable_row(connection, study_id).number
-                connection.execute(update(studies).where(studies.c.number == number).values(deleted=None))
+                change_study(connection, number, {"deleted": None})
                 log_event(connection, study_id, "restored from the trash")
                 return record_of(study_row(connection, study_id))
         except Exception:
@@ -122,7 +123,7 @@ class Deletion(StoreBase):
             with self.catalogue.writing() as connection:
                 texts = dict.fromkeys(("name", "definition", "provenance", "family"), "")
                 empty = {**texts, "message": None, **asked_by({})}
-                connection.execute(update(studies).where(c.number == row.number).values(empty))
+                change_study(connection, row.number, empty)
 
     def _forget_marks(self, number: int) -> bool:
         """Remove up to `_AT_ONCE` done-marks of a deleted study. Return whether there may be more done-marks."""

@@ -10,7 +10,7 @@ from sqlalchemy import Connection, Row, delete, select, update
 from damperlab.studies.digest import family_digest
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import ALIVE, log_event, record_of, study_row
+from damperlab.studies.store.catalogue.rows import ALIVE, change_study, log_event, record_of, study_row
 from damperlab.studies.store.catalogue.tables import facts, studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import first_pieces
@@ -105,7 +105,7 @@ class States(Lookup):
             change["finished"] = None
         elif row.state != state:
             change["finished"] = now
-        connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+        change_study(connection, row.number, change)
         if row.state != state:
             log_event(connection, study_id, f"{row.state} to {state}" + (f": {message}" if message else ""))
         return record_of(study_row(connection, study_id))
@@ -190,7 +190,7 @@ class States(Lookup):
             if begins:
                 study = parse_stored(record_of(row).definition, row.digest)
                 change = {"provenance": json.dumps(provenance), "family": family_digest(study, provenance)}
-                connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+                change_study(connection, row.number, change)
                 log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
                 now = study_row(connection, study_id)
         if not begins:
@@ -246,7 +246,7 @@ class States(Lookup):
         change = {name: value for name, value in said.items() if value is not None}
         with self.catalogue.writing() as connection:
             number = study_row(connection, study_id).number
-            connection.execute(update(studies).where(studies.c.number == number).values(change))
+            change_study(connection, number, change)
             row = study_row(connection, study_id)
             if row.state in ENDED:
                 # write the marks again, because a lost catalogue is restored from the marks in the cube
