@@ -11,12 +11,18 @@ from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.life_cycle.lookup import Wanted
-from damperlab.studies.store.life_cycle.manifest import MARKS, read_marks
+from damperlab.studies.store.life_cycle.manifest import MARKS, marks_put_off, read_marks
 from damperlab.studies.store.store import Store
 
 
 def names(store, **wanted):
     return [record.name for record in store.page(wanted=Wanted(**wanted)).records]
+
+
+def put_off(store, study_id):
+    """Whether the catalogue notes that the study's marks must still be written into its cube."""
+    with store.catalogue.reading() as connection:
+        return marks_put_off(connection, study_id) is not None
 
 
 def test_remarks_stay_with_their_study_and_change_nothing_else(store):
@@ -146,18 +152,19 @@ def test_remarks_that_were_put_off_are_written_beside_the_blocks(store):
     shelf = store.cube_shelf(record.id, 1)
     store.set_state(record.id, "cancelled")
     store.remark(record.id, Remarks(("steel",), "n", "renamed"), at_once=False)
+    assert put_off(store, record.id)
     assert read_marks(shelf)[0]["tags"] == "[]"
     again = Store.open(store.data_dir)  # as after a process that was killed
     again.keep_late_marks()
     assert read_marks(shelf)[0]["tags"] == '["steel"]'
     assert read_marks(shelf)[0]["name"] == "renamed"
-    assert again._put_off() == {}
+    assert not put_off(again, record.id)
     # of a study that was deleted nothing is left to write
     again.remark(record.id, Remarks(note="m"), at_once=False)
     again.delete(record.id)
     again.bury()
     again.keep_late_marks()
-    assert again._put_off() == {}
+    assert not put_off(again, record.id)
     again.close()
 
 
@@ -169,7 +176,7 @@ def test_a_study_that_was_cancelled_and_goes_on_writes_no_late_marks(store):
     assert list(verify(store, store.find(record.id))) == []
     store.set_state(record.id, "queued")
     store.keep_late_marks()
-    assert (read_marks(shelf), store._put_off()) == (None, {})
+    assert (read_marks(shelf), put_off(store, record.id)) == (None, False)
     store.set_state(record.id, "cancelled", at_once=False)
     store.keep_late_marks()
     assert read_marks(shelf)[0]["state"] == "cancelled"
