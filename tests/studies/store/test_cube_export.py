@@ -8,15 +8,12 @@ import re
 import tracemalloc
 from math import prod
 
-import cf_xarray  # noqa: F401 - the accessor .cf
 import h5netcdf
 import numpy as np
-import pint_xarray  # noqa: F401 - the accessor .pint
 import pyarrow.parquet
 import pytest
 import xarray as xr
 import zarr
-from cf_xarray.units import units as cf_units
 from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, values_of
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
@@ -292,6 +289,10 @@ def test_other_keys_are_no_groups(store, key):
     "physical", [None, {"mass_kg": 20, "natural_frequency_hz": 4, "base_amplitude_m": 0.001}]
 )
 def test_exports_and_zarr_follow_the_conventions_that_other_programs_read(store, tmp_path, physical):
+    # loaded here: both take seconds
+    import pint_xarray  # noqa: F401 - the accessor .pint
+    from cf_xarray.units import units as cf_units  # and the accessor .cf
+
     study = make_study(physical=physical) if physical else make_study()
     plan = make_plan_of(study)
     record = enter(store, study).id
