@@ -4,14 +4,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.properties.designs import CYCLES, any_design
+from tests.worker.plain_march import marched
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
-from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.block import solve_block
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.settle import at_rest
 
@@ -19,11 +18,8 @@ FEW = settings(max_examples=20, deadline=None)
 
 
 def march(design: Design, state: State, halves: int) -> State:
-    """March with everything that a march needs made anew."""
     structure = (design.damping_ratio, design.frequency_ratio, design.friction_ratio or None)
-    end, outcome = march_halves(*structure, design.particle, state, halves, np.empty((0, 3)))
-    assert outcome == ARRIVED
-    return State(*end)
+    return marched(*structure, design.particle, state, halves)
 
 
 @FEW

@@ -1,6 +1,6 @@
 """Plain marching, the slow way that needs no idea of a steady response: what the search for one is compared with.
 
-With a kernel of the report on accuracy, which `damperlab warm` has compiled.
+Thousands of cycles go through a kernel of the report on accuracy, a few through that of an orbit, which is compiled anyway.
 """
 
 import numpy as np
@@ -8,8 +8,32 @@ from numpy.typing import NDArray
 from tests.worker.designs_drawn import Point
 
 from damperlab.worker.accuracy.march import march_halves
-from damperlab.worker.solver.events import ARRIVED
+from damperlab.worker.solver.events import ARRIVED, BUDGET
+from damperlab.worker.solver.excitation.sine_base import Forced
+from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.segment_log import empty_log
 from damperlab.worker.solver.state import State
+
+
+def marched(
+    damping_ratio: float,
+    excitation: float | Forced,
+    friction: float | None,
+    particle: Particle | None,
+    state: State,
+    halves: int,
+) -> State:
+    """March on by half cycles, with everything made anew that a march needs, and with the kernel of an orbit."""
+    scene = make_scene(damping_ratio, excitation, friction, particle, True)
+    scene.counts[BUDGET] = 100_000 * halves
+    log = empty_log(1000)
+    for _ in range(halves):
+        log.cursor[0] = 0
+        state, outcome = half_cycle(state, scene, None, log)
+        assert outcome == ARRIVED
+    return state
 
 
 def plain_end(point: Point, state: State, cycles: int) -> State:

@@ -1,6 +1,5 @@
 """A damper whose particle rubs, or whose cavity is tilted: what a specification says of it, and what is stated."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +11,13 @@ from damperlab.studies.cavity import LEVEL, Cavity
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.design import designing
 from damperlab.studies.design.space import Space
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.specification.reading import parse_specification
 
 VELOCITY = {"base_velocity_m_per_s": 0.05, "frequency_hz": {"start": 6.5, "stop": 9}}
+NARROW = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 7.4, "stop": 7.8}}
 RECORDS = {"records": ["el-centro"], "scales": [1]}
 RUBS = {"particle_friction_coefficient": 0.1}
 FLOOR: dict[str, Any] = {
@@ -58,9 +59,12 @@ def test_what_is_stated_is_what_a_study_of_that_damper_computes(cavity: dict[str
     assert f"{cavity['tilt_deg']}°" in rows[0][1]
 
 
-@pytest.mark.parametrize("excitation", [VELOCITY, RECORDS])
+@pytest.mark.parametrize(
+    ("excitation", "searched"),
+    [(VELOCITY, False), pytest.param(VELOCITY, True, marks=pytest.mark.night), (RECORDS, True)],
+)
 def test_friction_of_the_particle_counts_under_a_velocity_and_under_records(
-    excitation: dict[str, Any],
+    excitation: dict[str, Any], searched: bool
 ) -> None:
     fixed = FLOOR | {"choose": {}, "clearance_m": 0.004, "excitation": excitation}
     if excitation is RECORDS:
@@ -74,19 +78,28 @@ def test_friction_of_the_particle_counts_under_a_velocity_and_under_records(
     }
     dead = pursued(fixed | {"structure": heavier, "particle_mass_kg": 0}, 3000)[0]
     assert stuck.stated.value == pytest.approx(dead.stated.value, rel=1e-6)
-    free = pursued(fixed, 3000)[0]
-    assert free.stated.value != pytest.approx(dead.stated.value, rel=1e-3)
-    assert "particle_friction_coefficient" in free.margins
+    if searched:
+        free = pursued(fixed, 3000)[0]
+        assert free.stated.value != pytest.approx(dead.stated.value, rel=1e-3)
+        assert "particle_friction_coefficient" in free.margins
+
+
+LEVELLED = FLOOR | {"tilt_deg": 0, "particle_friction_coefficient": 0}
 
 
 def test_a_level_cavity_without_friction_asks_for_the_studies_of_one_of_which_nothing_is_said() -> None:
-    plain, _ = pursued(FLOOR, 1500)
-    said, cubes = pursued(FLOOR | {"tilt_deg": 0, "particle_friction_coefficient": 0}, 1500)
+    plain, said = (next(designing(parse_specification(asked), 1500)) for asked in (FLOOR, LEVELLED))
+    assert [study.digest for study in said.studies] == [study.digest for study in plain.studies]
+    assert not any("gravity_ratio" in study.coordinates for study in said.studies)
+
+
+@pytest.mark.night
+def test_a_level_cavity_without_friction_has_the_answer_of_one_of_which_nothing_is_said() -> None:
+    plain, said = (pursued(asked, 1500)[0] for asked in (FLOOR, LEVELLED))
     assert said.build.cavity == LEVEL
     assert said.stated == plain.stated
     first = [answer_document(each)["verdict"]["rows"][0][:2] for each in (plain, said)]
     assert first == [["assumed", "lying, frictionless"], ["given", "lying, frictionless"]]
-    assert not any("gravity_ratio" in cube.sizes for cube in cubes.values())
 
 
 def test_the_friction_of_the_particle_that_a_damper_bears_is_computed_with_it() -> None:
@@ -112,9 +125,9 @@ def test_a_damper_that_bears_all_friction_that_is_looked_at_is_not_said_to_fail(
     assert (bears.high, bears.fails_above) == (COEFFICIENTS[-1], None)
 
 
+@pytest.mark.night
 def test_the_friction_of_the_particle_may_be_chosen() -> None:
-    narrow = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 7.4, "stop": 7.8}}
-    fixed = FLOOR | {"clearance_m": 0.004, "excitation": narrow}
+    fixed = FLOOR | {"clearance_m": 0.004, "excitation": NARROW}
     found = pursued(fixed | {"choose": {"particle_friction_coefficient": [0.05, 0.5]}}, 1000)[0]
     alone = {
         friction: pursued(fixed | {"choose": {}, "particle_friction_coefficient": friction}, 400)[0]
@@ -138,9 +151,9 @@ def test_a_range_of_the_friction_and_a_list_of_tilts_are_candidates() -> None:
     assert space.build((0.0, 0.0)).cavity == LEVEL
 
 
+@pytest.mark.night
 def test_a_tolerance_of_the_friction_of_the_particle_is_in_the_corners_and_the_builds() -> None:
-    narrow = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 7.4, "stop": 7.8}}
-    fixed = FLOOR | RUBS | {"choose": {}, "clearance_m": 0.004, "builds": 2, "excitation": narrow}
+    fixed = FLOOR | RUBS | {"choose": {}, "clearance_m": 0.004, "builds": 2, "excitation": NARROW}
     exact = pursued(fixed, 400)[0]
     found = pursued(fixed | {"tolerances": {"particle_friction_coefficient": 0.05}}, 1000)[0]
     alone = [
@@ -150,12 +163,27 @@ def test_a_tolerance_of_the_friction_of_the_particle_is_in_the_corners_and_the_b
     assert max(alone) > 1.01 * exact.stated.value
     assert found.stated.value == pytest.approx(max(alone), rel=2e-3)
     assert found.builds is not None
-    assert found.asked.toleranced == ["particle_friction_coefficient"]
-    upright = Build(0.004, 300, 20, 0.5, cavity=Cavity(0.1, 88))
-    for tilt, ends in ((88, [86, 90]), (90, [88, 90])):
-        asked = parse_specification(fixed | {"tilt_deg": tilt, "tolerances": {"tilt_deg": 2}})
-        built = replace(upright, cavity=Cavity(0.1, tilt))
-        assert [built.moved(asked, {"tilt_deg": share}).cavity.tilt_deg for share in (-1, 1)] == ends
+
+
+@pytest.mark.parametrize(
+    ("tolerated", "ends"),
+    [
+        ({"tilt_deg": (88, 2)}, [86, 90]),
+        ({"tilt_deg": (90, 2)}, [88, 90]),
+        ({"particle_friction_coefficient": (0.1, 0.05)}, [0.05, 0.15]),
+    ],
+)
+def test_a_tolerance_of_a_cavity_moves_builds_between_its_ends(
+    tolerated: dict[str, tuple[float, float]], ends: list[float]
+) -> None:
+    ((name, (value, off)),) = tolerated.items()
+    fixed = FLOOR | RUBS | {"choose": {}, "clearance_m": 0.004, name: value, "tolerances": {name: off}}
+    asked = parse_specification(fixed)
+    assert asked.toleranced == [name]
+    cavity = Cavity(**{"particle_friction_coefficient": 0.1, "tilt_deg": 88.0, name: value})
+    build = Build(0.004, 300, 20, 0.5, cavity=cavity)
+    moved = [build.moved(asked, {name: share}).cavity for share in (-1, 1)]
+    assert [getattr(each, name) for each in moved] == pytest.approx(ends)
 
 
 HEAVY = {"structure": {**FLOOR["structure"], "mass_kg": "heavy"}}
