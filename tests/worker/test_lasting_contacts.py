@@ -185,8 +185,8 @@ def test_the_history_in_compliant_walls_is_the_motion(friction: float, stiffness
 
 def test_a_held_particle_keeps_its_wall_whatever_the_force() -> None:
     """A contact longer than the run: after the first impact the particle never leaves the wall, which pulls it too."""
-    short = simulate(Design(0.02, 1.0, 0.0, Particle(0.5, 0.47, 0.1, 1e3)), 12, history=12)
-    assert short.events == {"impacts": 1, "turns": 0, "attachments": 0}
+    short = simulate(Design(0.02, 1.0, 1e-3, Particle(0.5, 0.47, 0.1, 1e3)), 12, history=12)
+    assert (short.events["impacts"], short.events["attachments"]) == (1, 0)
     u, p, time = (short.history[name] for name in ("u", "p", "time"))
     struck = int(short.history["impact"].nonzero()[0][0])
     after = slice(struck + 1, None)

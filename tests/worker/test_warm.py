@@ -92,17 +92,21 @@ def test_the_report_on_accuracy_compiles_nothing_more() -> None:
     assert compiled_by(report, accuracy_scenes()) == 0
 
 
+FRICTION_ALONE = {"friction_ratio": [0, 0.3], "frequency_ratio": [0.9, 1.0]}
+
+
 @pytest.mark.parametrize(
     "more",
     [
         {},
-        {"metrics": ["amplitude_ratio"]},
+        {"metrics": ["amplitude_ratio"], "particle": False, "axes": FRICTION_ALONE},
+        pytest.param({"metrics": ["amplitude_ratio"]}, marks=pytest.mark.night),
         {"metrics": ["acceleration_ratio"]},
         {"start": {"kind": "ensemble", "n": 2, "seed": 1}},
         {"start": {"kind": "continuation", "direction": "up"}},
         {"solver": {"method": "rk4", "steps_per_cycle": 50}},
     ],
-    ids=["whole", "peaks", "acceleration", "ensemble", "continuation", "stepped"],
+    ids=["whole", "peaks of friction", "peaks", "acceleration", "ensemble", "continuation", "stepped"],
 )
 def test_a_block_compiles_nothing_more(more: dict[str, object]) -> None:
     study = _study(more)

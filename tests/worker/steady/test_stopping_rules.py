@@ -161,7 +161,13 @@ def test_a_response_is_not_known_while_a_particle_is_on_its_way_to_a_wall(
         (0.021, 1.02, None, Particle(6.4, 0.6, 0.033)),
         # a particle that loses little at impacts, or a mass with friction: both settle more slowly than the structure alone
         (0.25, 1.13, None, Particle(0.27, 0.95, 0.3)),
-        (0.17939655362911683, Forced(1.104856423799005), None, Particle(1.3947412260790426, 0.8, 0.3)),
+        pytest.param(
+            0.17939655362911683,
+            Forced(1.104856423799005),
+            None,
+            Particle(1.3947412260790426, 0.8, 0.3),
+            marks=pytest.mark.night,
+        ),
         (
             0.09433787661340863,
             Forced(0.7225422151208001),
