@@ -8,9 +8,7 @@ from damperlab.worker.scenes import scene_named
 from damperlab.worker.warm import compile_apart, missing
 
 SCENES = (
-    "acceleration-friction",
     "acceleration-friction-particle-instant",
-    "acceleration-particle-instant",
     "orbit-friction",
     "orbit-friction-forced",
     "orbit-friction-particle-instant",
@@ -40,6 +38,7 @@ SCENES = (
     "steady-friction-particle-instant-forced",
     "steady-friction-particle-rubbing",
     "steady-particle-instant",
+    "steady-particle-rubbing",
     "stepped-friction",
     "stepped-friction-particle-instant",
     "stepped-linear",

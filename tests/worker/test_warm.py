@@ -93,6 +93,7 @@ def test_the_report_on_accuracy_compiles_nothing_more() -> None:
 
 
 FRICTION_ALONE = {"friction_ratio": [0, 0.3], "frequency_ratio": [0.9, 1.0]}
+HYBRID = {"friction_ratio": 0.3, "mass_ratio": 0.1, "clearance_ratio": 2, "frequency_ratio": [0.9, 1.0]}
 
 
 @pytest.mark.parametrize(
@@ -101,12 +102,22 @@ FRICTION_ALONE = {"friction_ratio": [0, 0.3], "frequency_ratio": [0.9, 1.0]}
         {},
         {"metrics": ["amplitude_ratio"], "particle": False, "axes": FRICTION_ALONE},
         pytest.param({"metrics": ["amplitude_ratio"]}, marks=pytest.mark.night),
-        {"metrics": ["acceleration_ratio"]},
+        {"metrics": ["acceleration_ratio"], "axes": HYBRID},
+        pytest.param({"metrics": ["acceleration_ratio"]}, marks=pytest.mark.night),
         {"start": {"kind": "ensemble", "n": 2, "seed": 1}},
         {"start": {"kind": "continuation", "direction": "up"}},
         {"solver": {"method": "rk4", "steps_per_cycle": 50}},
     ],
-    ids=["whole", "peaks of friction", "peaks", "acceleration", "ensemble", "continuation", "stepped"],
+    ids=[
+        "whole",
+        "peaks of friction",
+        "peaks",
+        "acceleration of a hybrid",
+        "acceleration",
+        "ensemble",
+        "continuation",
+        "stepped",
+    ],
 )
 def test_a_block_compiles_nothing_more(more: dict[str, object]) -> None:
     study = _study(more)

@@ -95,7 +95,9 @@ def test_methods_that_there_are_none_of_do_nothing(
 ) -> None:
     """TRACE would hand back a cookie that no script may read."""
     for each in operations:
-        head = f"{method} {each.path} HTTP/1.1\r\nHost: {host_of(guarded.url).decode()}\r\nConnection: close\r\n"
+        head = (
+            f"{method} {each.path} HTTP/1.1\r\nHost: {host_of(guarded.url).decode()}\r\nConnection: close\r\n"
+        )
         answer = send_raw(
             guarded.url, f"{head}Cookie: damperlab_session=secret\r\nX-Odd: echo\r\n\r\n".encode()
         )

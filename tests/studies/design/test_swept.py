@@ -59,6 +59,7 @@ def test_a_run_down_beside_a_run_up_and_a_band() -> None:
     document = {
         "excitation": [band, {"name": "up", "sweep": UP}, {"name": "down", "sweep": DOWN, "scales": 0.5}],
         "measure": "worst_relative_displacement",
+        "limits": {"displacement_m": 1.0},
     }
     found, _ = pursued(SWEPT | document, BUDGET)
     clearance = [found.build.clearance_m]

@@ -38,7 +38,7 @@ def test_kept_references_are_what_the_reference_simulator_computes(name: str) ->
 )
 @pytest.mark.parametrize(
     "method",
-    [pytest.param(METHODS[0], marks=pytest.mark.night), METHODS[1]],  # the kernel of the other is compiled anyway
+    [pytest.param(METHODS[0], marks=pytest.mark.night), METHODS[1]],
     ids=lambda method: method.name,
 )
 def test_event_driven_march_is_exact_up_to_amplified_rounding(method: Method, scene: object) -> None:

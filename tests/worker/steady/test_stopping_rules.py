@@ -109,7 +109,7 @@ def test_a_particle_that_drifts_to_its_first_wall_is_waited_for() -> None:
     assert found["impacts_per_cycle"] == pytest.approx(2.0)
     assert found["amplitude_ratio"] == pytest.approx(0.97724, rel=1e-3)
     slower = Particle(5.630396842342817, 0.3637796473777184, 0.1988463, None, None, 2.887e-5, None)
-    assert simulate(Design(0.15653894, 1.01967702, 0.0, slower)).metrics["status"] == Status.MAX_CYCLES
+    assert simulate(Design(0.15653894, 1.01967702, 1e-12, slower)).metrics["status"] == Status.MAX_CYCLES
 
 
 @pytest.mark.night
