@@ -99,10 +99,12 @@ class Workers(Standings):
         self._since = {key: self._since.get(key, now) for key in running}
         for key, worker in running.items():
             attempt = worker.held.get(key)
-            if attempt is None or attempt.moved or worker.standing == "leaving" or self._is_alone(worker):
+            if attempt is None or attempt.moved or worker.standing == "leaving":
                 continue
             seconds = now - self._since[key]
             if seconds <= max(STUCK_SECONDS, STUCK_TIMES * self._backlog.expected(attempt.index)):
+                continue
+            if self._is_alone(worker):  # asked last, because the answer takes a look at all workers
                 continue
             reason = f"block {attempt.index} has been there for {seconds:.0f} s and does not end"
             self.leave_out(worker.address, reason, now + AGAIN_SECONDS)

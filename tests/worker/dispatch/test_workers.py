@@ -7,9 +7,9 @@ from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.workers import STUCK_SECONDS, Workers
 
 
-def workers_of(count: int, backlog: Backlog) -> Workers:
+def workers_of(count: int, backlog: Backlog, threads: int = 1) -> Workers:
     workers = Workers(backlog)
-    names = {f"w{number}": 1 for number in range(count)}
+    names = {f"w{number}": threads for number in range(count)}
     workers.see(names, names)
     for name in names:
         workers.admit(name)
@@ -36,6 +36,17 @@ def test_blocks_that_run_for_too_long_go_to_others_but_from_a_worker_that_leaves
     lost = workers.take_away(STUCK_SECONDS + 1.0)
     assert [key.partition("-")[0] for key in lost] == ["w0", "w0"]
     assert len(workers.states["w2"].held) == 1
+
+
+def test_all_blocks_of_a_worker_go_to_others_if_two_of_them_run_for_too_long() -> None:
+    workers = workers_of(2, Backlog(range(20)), threads=2)
+    held = fill(workers)
+    assert len(held["w0"]) == 4
+    workers.take_away(0.0)
+    for key in list(workers.states["w1"].held):
+        workers.ended(key)
+    lost = workers.take_away(STUCK_SECONDS + 1.0)
+    assert sorted(int(key.split("-")[1]) for key in lost) == sorted(held["w0"])
 
 
 def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> None:
