@@ -202,10 +202,10 @@ def test_the_mean_peak_of_a_run_is_over_the_windows_of_the_displacement() -> Non
     trace[:, HALF_ACCELERATION] = trace[:, 0]
     peaks = np.empty((2, 10))
     cycle_peaks(trace, 20, peaks)
-    mean, square = acceleration_of_run(trace, 3, 10)
+    mean, square = acceleration_of_run(trace, 3, 10, True)
     assert mean == pytest.approx(peaks[0, 3:].mean(), rel=1e-15)
     assert square == trace[20, -1] - trace[6, -1]
-    mean, square = acceleration_of_period(trace, 3, 6)
+    mean, square = acceleration_of_period(trace, 3, 6, True)
     halves = trace[1:4, HALF_ACCELERATION]
     assert mean == pytest.approx(np.maximum(halves, np.roll(halves, -1)).mean(), rel=1e-15)
     assert square == trace[6, -1]

@@ -51,10 +51,19 @@ def unit_matrix(size: int) -> Array:
 
 @kernel
 def copy_matrix(source: Array, out: Array) -> None:
-    """Copy a matrix into another matrix of the same shape."""
+    """Copy a matrix into the leading rows and columns of another matrix."""
     for i in range(source.shape[0]):
         for j in range(source.shape[1]):
             out[i, j] = source[i, j]
+
+
+@kernel
+def add_product(sign: float, left: Array, right: Array, out: Array) -> None:
+    """Add the product of two matrices, multiplied by a sign, to the leading rows and columns of a third matrix."""
+    for i in range(left.shape[0]):
+        for j in range(right.shape[1]):
+            for k in range(right.shape[0]):
+                out[i, j] += sign * left[i, k] * right[k, j]
 
 
 @kernel

@@ -17,17 +17,17 @@ from damperlab.worker.solver.dwell import dwell_on
 from damperlab.worker.solver.event_budget import spend
 from damperlab.worker.solver.events import ARRIVED, NOTHING, SEGMENTS
 from damperlab.worker.solver.excitation.excitation import (
-    add_start_of_base,
-    expand_base,
     expand_excitation,
     next_half_start,
     phase_after,
     phase_until,
     travel,
 )
-from damperlab.worker.solver.motion.taylor import beyond_tangent, change, combine, slope, stick
+from damperlab.worker.solver.expansion import expand_motion, mass_at
+from damperlab.worker.solver.motion.taylor import beyond_tangent, slope
 from damperlab.worker.solver.observe.measure import measure, measured_at_ends
 from damperlab.worker.solver.observe.meter import Meter
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.regime import Regime, Segment, Span, regime_of, window_at
 from damperlab.worker.solver.scene import Curves, Scene, curves_of
 from damperlab.worker.solver.segment_log import Log
@@ -96,7 +96,9 @@ def half_cycle_on_addresses(
                     state = segment.end
                     since += segment.time
                     break
-            _expand(segment, scene, meter, curves)
+            expand_motion(
+                state, segment.phase, segment.regime, scene, meter, curves.relative, curves.absolute
+            )
             segment, kind = _to_event(segment, is_free, span.whole, scene, meter, curves)
             measure(meter, segment, span.whole and kind == NOTHING, scene, curves)
             note_segment(log, state, (k + 1) * base.window - span.remaining, segment.time, kind)
@@ -148,34 +150,15 @@ def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> Sta
         second = span.phase.second
         v = (motion.xx * x + motion.xw * state.w) + (motion.xs * first + motion.xc * second) - offset
         w = (motion.wx * x + motion.ww * state.w) + (motion.ws * first + motion.wc * second)
-    gap = state.gap
-    p_rate = state.p_rate
+    gap, p_rate = state.gap, state.p_rate
     if scene.particle is not None:
         if state.riding > 0.0:
             p_rate = w + span.end.rate
         else:
             moved = (v - state.v) + travel(base, span.phase, span.end)
-            gap = state.gap + state.wall * (state.p_rate * base.window - moved)
-            if scene.particle.friction is not None:
-                gained = acceleration_of(state, scene.particle) * base.window
-                gap += state.wall * (0.5 * gained * base.window)
-                p_rate = state.p_rate + gained
+            opening = state.p_rate * base.window - moved
+            gap, p_rate = _flown(state, opening, base.window, scene.particle)
     return advanced(state, v, w, gap, p_rate, dwell_on(state.dwell, base.window), 0)
-
-
-@inlined
-def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves) -> None:
-    """Expand the polynomials of a segment: x and, if a particle or a meter needs it, x + s."""
-    base, state, phase, regime = scene.base, segment.start, segment.phase, segment.regime
-    if regime.sticks:
-        expand_base(base, phase, curves.absolute)
-        stick(state.v, curves.relative, curves.absolute)
-    else:
-        x = state.v + regime.offset
-        combine(x, state.w, phase.first, phase.second, regime.motion.relative_rows, curves.relative)
-        if scene.particle is not None or meter is not None:
-            combine(x, state.w, phase.first, phase.second, regime.motion.absolute_rows, curves.absolute)
-            add_start_of_base(base, phase, curves.absolute)
 
 
 @inlined
@@ -201,21 +184,24 @@ def _to_event(
 def _advance(segment: Segment, t: float, scene: Scene, curves: Curves) -> State:
     """Return the state at time t of a segment, from its polynomials."""
     state, absolute = segment.start, curves.absolute
-    v = state.v
-    w = 0.0
-    if not segment.regime.sticks:
-        v = state.v + change(curves.relative, t)
-        w = slope(curves.relative, t)
-    gap = state.gap
-    p_rate = state.p_rate
+    v, w = mass_at(state, t, segment.regime.sticks, curves.relative)
+    gap, p_rate = state.gap, state.p_rate
     if scene.particle is not None:
         if state.riding > 0.0:
             p_rate = slope(absolute, t)
         else:
             # the change of the gap is computed directly, not as a difference of large displacements
-            gap = state.gap + state.wall * ((state.p_rate - absolute[1]) * t - beyond_tangent(absolute, t))
-            if scene.particle.friction is not None:
-                gained = acceleration_of(state, scene.particle) * t
-                gap += state.wall * (0.5 * gained * t)
-                p_rate = state.p_rate + gained
+            opening = (state.p_rate - absolute[1]) * t - beyond_tangent(absolute, t)
+            gap, p_rate = _flown(state, opening, t, scene.particle)
     return advanced(state, v, w, gap, p_rate, dwell_on(state.dwell, t), 0)
+
+
+@inlined
+def _flown(state: State, opening: float, t: float, particle: Particle) -> tuple[float, float]:
+    """Gap and velocity of a particle after a flight of length t; `opening` is p − u gained at constant velocity p'."""
+    gap, p_rate = state.gap + state.wall * opening, state.p_rate
+    if particle.friction is not None:
+        gained = acceleration_of(state, particle) * t
+        gap += state.wall * (0.5 * gained * t)
+        p_rate += gained
+    return gap, p_rate

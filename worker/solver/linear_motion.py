@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.excitation.sine_base import SineForce
-from damperlab.worker.solver.motion.quadratic_forms import forced_forms, motion_forms
-from damperlab.worker.solver.motion.taylor import TERMS, forced_rows, motion_rows, slope, value
+from damperlab.worker.solver.motion.quadratic_forms import motion_forms
+from damperlab.worker.solver.motion.taylor import TERMS, motion_rows, slope, value
 
 
 class LinearMotion(NamedTuple):
@@ -43,18 +44,15 @@ class LinearMotion(NamedTuple):
 @kernel
 def make_linear_motion(base: Any, inertia: float, energies: bool | None) -> LinearMotion:
     """Make the linear motion with a given inertia; `forms` is None if `energies` is None."""
-    h = base.window
+    h, two_zeta = base.window, base.two_zeta
+    at_rest = filled(2 * TERMS, 0.0)
+    position, force = base.rows, at_rest
     if isinstance(base, SineForce):
-        forced = forced_rows(base.two_zeta, 1.0 / inertia, base.rows)
-        if energies is None:
-            return _linear_motion(forced, forced.copy(), None, inertia, h)
-        return _linear_motion(
-            forced, forced.copy(), forced_forms(base.two_zeta, base.rows, forced, h), inertia, h
-        )
-    relative, absolute = motion_rows(base.two_zeta, 1.0 / inertia, base.rows)
+        position, force = at_rest, base.rows
+    relative, absolute = motion_rows(two_zeta, 1.0 / inertia, position, force)
     if energies is None:
         return _linear_motion(relative, absolute, None, inertia, h)
-    forms = motion_forms(base.two_zeta, base.rows, relative, absolute, h)
+    forms = motion_forms(two_zeta, position, force, relative, absolute, h)
     return _linear_motion(relative, absolute, forms, inertia, h)
 
 

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 from damperlab.worker.solver.events import FAR_WALL, NEAR_WALL
 from damperlab.worker.solver.excitation.excitation import expand_base, phase_of_sine
 from damperlab.worker.solver.motion.taylor import TERMS, combine, slope, stick, value
+from damperlab.worker.solver.motion.vibration import Vibration, contact_at, expand_over
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.segment_log import (
+    APPROACH,
     DURATION,
     EVENT,
     GAP,
@@ -23,7 +25,6 @@ from damperlab.worker.solver.segment_log import (
     V,
     W,
 )
-from damperlab.worker.solver.time_history_compliant import motion_in_contact
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
 """Columns of a time history: time τ [1/ω_n], displacement [Z] and velocity [Z ω_n] of the mass (u absolute, v relative
@@ -51,7 +52,7 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
         Equally spaced samples within each segment, including both ends, so that the jumps at impacts are preserved.
     """
     base, free, loaded, friction, particle, _, _ = scene
-    relative, absolute, of_base = np.empty((3, TERMS))
+    relative, absolute, of_base, of_y = np.empty((4, TERMS))
     mirror = -1.0 if half % 2 else 1.0
     r = base.frequency_ratio
     begin = half * np.pi / r
@@ -75,19 +76,21 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
         else:
             motion = free if particle is None or particle.wall is not None or not riding else loaded
             combine(logged[V] + offset, logged[W], sine, cosine, motion.relative_rows, relative)
-        in_contact = None
-        if riding and particle is not None and particle.wall is not None:
-            in_contact = motion_in_contact(
-                logged, sine, cosine, offset, loaded.held if held else loaded.slipping
-            )
+        in_contact = riding and particle is not None and particle.wall is not None
+        if in_contact:
+            contact = loaded.held if held else loaded.slipping
+            y, y_rate = -logged[WALL] * logged[GAP], logged[WALL] * logged[APPROACH]
+            x, w = logged[V] + offset, logged[W]
+            coordinates = [x - contact.share * y, w - contact.share * y_rate, sine, cosine, y, y_rate]
+            vibration = Vibration(*expand_over(duration, np.array(coordinates), contact, relative, of_y))
         count = max(1, int(np.ceil(_SAMPLES_PER_WINDOW * duration / base.window)))
         for i in range(count + 1):
             t = duration * i / count
             v = value(relative, t) - offset
             w = slope(relative, t)
             depth, depth_rate = 0.0, 0.0
-            if in_contact is not None:
-                x, w, y, y_rate = in_contact(t)
+            if in_contact:
+                x, w, y, y_rate = contact_at(t, vibration, contact, relative, of_y)
                 v = x - offset
                 depth, depth_rate = logged[WALL] * y, y_rate
             u = v + value(of_base, t)

@@ -20,7 +20,7 @@ from damperlab.worker.solver.state import State
 
 SPAN, EVENT, INERTIA_FORCE, BASE_RATE, FORCE, V = range(6)
 """Columns of a row: time since the previous transition [1/ω_n], kind of the event at the end of this time, and −s'',
-s', sin φ and v at the event.
+s', the exciting force and v at the event.
 """
 
 BEFORE = 6
@@ -98,7 +98,7 @@ def _append(log: Transitions, span: float, event: int, before: State, after: Sta
     rows[at + EVENT] = event
     rows[at + INERTIA_FORCE] = phase.inertia_force
     rows[at + BASE_RATE] = phase.rate
-    rows[at + FORCE] = phase.first
+    rows[at + FORCE] = phase.force
     rows[at + V] = before.v
     _side(rows, at + BEFORE, before)
     _side(rows, at + AFTER, after)

@@ -167,7 +167,7 @@ def _measured_orbit(
         probe.base.frequency_ratio,
         mean,
         Largest(stretch.peak, stretch.speed),
-        _acceleration_of_period(period_halves, halves, notes),
+        acceleration_of_period(notes.trace, period_halves, halves, notes.meter.acceleration),
         Kind(response_class, period, multiplier, error, cycles, status),
     )
     # if the particle still moves, a continuation starts from the state at the end of the run
@@ -196,7 +196,7 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
         probe.base.frequency_ratio,
         peaks,
         largest_of_run(notes.trace, stretch, peaks),
-        _acceleration_of_run(mean.first, mean.last, notes),
+        acceleration_of_run(notes.trace, mean.first, mean.last, notes.meter.acceleration),
         Kind(
             response_class,
             0,
@@ -207,22 +207,6 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
         ),
     )
     return response, state
-
-
-@kernel
-def _acceleration_of_period(period_halves: int, halves: int, notes: Notes) -> tuple[float, float] | None:
-    """Mean peak of |u''|, and ∫u''² dτ, on an orbit; None if u'' was not metered."""
-    if notes.meter.acceleration is not None:
-        return acceleration_of_period(notes.trace, period_halves, halves)
-    return None
-
-
-@kernel
-def _acceleration_of_run(first: int, last: int, notes: Notes) -> tuple[float, float] | None:
-    """Mean peak of |u''|, and ∫u''² dτ, in a run that does not repeat; None if u'' was not metered."""
-    if notes.meter.acceleration is not None:
-        return acceleration_of_run(notes.trace, first, last)
-    return None
 
 
 @kernel

@@ -103,7 +103,7 @@ def compared(state: State, point: Point, scene: Scene) -> Half | None:
     end, _ = run_half(state, scene, log)
     seen = events(log)
     jacobian = np.eye(4)
-    propagate(log, *scene[:5], jacobian)
+    propagate(log, scene, jacobian)
     here = np.zeros(4)
     coordinates(state, point.particle, here)
     differences, allowed = jacobian.copy(), np.zeros((4, 4))

@@ -3,7 +3,8 @@ relative speed.
 """
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.excitation import Phase, largest_forcing, net_resistance
+from damperlab.worker.solver.contact.rest import acceleration_alone
+from damperlab.worker.solver.excitation.excitation import Phase, largest_forcing
 from damperlab.worker.solver.regime import slip_regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, in_flight
@@ -15,13 +16,11 @@ _STILL = 1e-9
 @inlined
 def detach(state: State, phase: Phase, scene: Scene) -> State:
     """Return the state after the wall stops pushing: the particle flies on with the velocity of the wall."""
-    base = scene.base
-    sticks, offset = slip_regime(state.slip, scene.friction)
-    slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + offset)
-    opening = state.wall * phase.inertia_force if sticks else state.wall * slips
+    _, offset = slip_regime(state.slip, scene.friction)
+    opening = -state.wall * acceleration_alone(state.v, state.w, state.slip, phase, scene)
     # At a detachment found as a root, the relative acceleration is zero up to rounding. Then the rate of this
     # acceleration opens the gap.
-    scale = largest_forcing(base) + abs(state.w) + abs(state.v) + abs(offset)
+    scale = largest_forcing(scene.base) + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > _STILL * scale else 3
     return in_flight(
         state,

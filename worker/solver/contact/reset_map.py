@@ -3,12 +3,12 @@
 from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.physics.impact import impact_loss, part, rebound
 from damperlab.worker.solver.contact.chatter import is_chatter_over
 from damperlab.worker.solver.contact.compliant.contact_phase import strike
 from damperlab.worker.solver.contact.detachment import detach
 from damperlab.worker.solver.contact.reset_map_sliding import after_event_of_rubbing
+from damperlab.worker.solver.contact.rest import acceleration_alone, slip_at, slip_from_rest
 from damperlab.worker.solver.dwell import approach_speed, is_dwelling, no_dwell
 from damperlab.worker.solver.events import (
     ATTACHMENTS,
@@ -21,12 +21,7 @@ from damperlab.worker.solver.events import (
     TURN,
     TURNS,
 )
-from damperlab.worker.solver.excitation.excitation import (
-    Phase,
-    force_to_hold,
-    largest_to_hold,
-    net_resistance,
-)
+from damperlab.worker.solver.excitation.excitation import Phase
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
@@ -45,14 +40,13 @@ def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Mete
     if scene.friction is not None:
         if kind == TURN:
             scene.counts[TURNS] += 1
-            return _come_to_rest(state, phase, scene, scene.friction)
+            return _come_to_rest(state, phase, scene)
         if kind == SLIP_ONSET:
             inertia = 1.0
             if scene.particle is not None:
                 if state.riding > 0.0:
                     inertia = 1.0 + scene.particle.mass_ratio
-            force = force_to_hold(scene.base, phase, state.v, inertia)
-            slip = 1.0 if force > 0.0 else -1.0
+            slip = slip_from_rest(state.v, 0.0, inertia, True, phase, scene)
             return stopped(state, slip, state.p_rate, state.riding, 0)
     if scene.particle is not None:
         if kind == RELEASE:
@@ -68,32 +62,24 @@ def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Mete
 
 
 @inlined
-def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> State:
+def _come_to_rest(state: State, phase: Phase, scene: Scene) -> State:
     """Return the state after the mass comes to rest on the base: sticking, slipping on or slipping back.
 
     If the particle is on a wall, a detachment is tried first. If the wall would then move away from the particle, the
     particle detaches. Otherwise the particle stays on the wall, and friction is determined for both masses together.
     Exactly one of these cases is consistent. A particle that dwells on its wall cannot detach.
     """
-    base = scene.base
-    limit = breakaway(friction, largest_to_hold(base, 1.0))
-    slip = slip_direction(force_to_hold(base, phase, state.v, 1.0), limit)
+    slip = slip_from_rest(state.v, 0.0, 1.0, False, phase, scene)
     riding = 0.0
     gap_order = 0
     p_rate = state.p_rate
     if scene.particle is not None:
         if state.riding > 0.0:
             p_rate = phase.rate
-            free_acceleration = (
-                -phase.inertia_force
-                if slip == 0.0
-                else -net_resistance(base, phase, state.v + slip * friction)
-            )
-            if state.wall * free_acceleration >= 0.0 or is_dwelling(state.dwell):
+            acceleration = acceleration_alone(state.v, 0.0, slip, phase, scene)
+            if state.wall * acceleration >= 0.0 or is_dwelling(state.dwell):
                 riding = 1.0
-                inertia = 1.0 + scene.particle.mass_ratio
-                limit = breakaway(friction, largest_to_hold(base, inertia))
-                slip = slip_direction(force_to_hold(base, phase, state.v, inertia), limit)
+                slip = slip_from_rest(state.v, 0.0, 1.0 + scene.particle.mass_ratio, False, phase, scene)
             else:
                 gap_order = 2
     return stopped(state, slip, p_rate, riding, gap_order)
@@ -145,7 +131,7 @@ def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter:
                 gap_order=0,
                 dwell=no_dwell(state.dwell),
             )
-            return _come_to_rest(riding, phase, scene, scene.friction)
+            return _come_to_rest(riding, phase, scene)
     parting = Parting(state.wall, state.w + jump, u_rate + p_jump, leaving, u_rate)
     return _part(state, parting, phase, scene, particle, meter)
 
@@ -178,17 +164,8 @@ def _part(
 ) -> State:
     """Return the state after the particle leaves a wall: a flight, or sustained contact if a chatter is complete."""
     wall, w, p_rate, leaving, u_rate_before = parting
-    base = scene.base
-    slip = state.slip
-    sticks = False
-    offset = 0.0
-    if scene.friction is not None:
-        if w != 0.0:
-            slip = 1.0 if w > 0.0 else -1.0
-        sticks = slip == 0.0
-        offset = slip * scene.friction
-    slips = net_resistance(base, phase, base.two_zeta * w + state.v + offset)
-    u_acceleration = -phase.inertia_force if sticks else -slips
+    slip = slip_at(w, state.slip, scene)
+    u_acceleration = acceleration_alone(state.v, w, slip, phase, scene)
     closing = wall * u_acceleration  # acceleration of the wall towards the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     if leaving == 0.0 and closing == 0.0:
@@ -213,24 +190,12 @@ def _join(
     state: State, wall: float, w: float, p_rate: float, dwell: Dwell | None, phase: Phase, scene: Scene
 ) -> State:
     """Return the state in which particle and primary mass move on together at the velocity w relative to the base."""
-    slip = state.slip
+    slip = slip_at(w, state.slip, scene)
+    slip_order = 0
     if scene.friction is not None and scene.particle is not None:
-        if w != 0.0:
-            slip = 1.0 if w > 0.0 else -1.0
-        else:
-            inertia = 1.0 + scene.particle.mass_ratio
-            limit = breakaway(scene.friction, largest_to_hold(scene.base, inertia))
-            force = force_to_hold(scene.base, phase, state.v, inertia)
-            slip = slip_direction(force, limit)
+        if w == 0.0:
+            slip = slip_from_rest(state.v, 0.0, 1.0 + scene.particle.mass_ratio, False, phase, scene)
             slip_order = 1 if slip != 0.0 else 0
-            return in_contact(
-                state,
-                w=0.0,
-                slip=slip,
-                slip_order=slip_order,
-                wall=wall,
-                p_rate=p_rate,
-                gap_order=0,
-                dwell=dwell,
-            )
-    return in_contact(state, w=w, slip=slip, slip_order=0, wall=wall, p_rate=p_rate, gap_order=0, dwell=dwell)
+    return in_contact(
+        state, w=w, slip=slip, slip_order=slip_order, wall=wall, p_rate=p_rate, gap_order=0, dwell=dwell
+    )

@@ -6,9 +6,10 @@ no upper limit. The friction of the structure is determined for each trial force
 """
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.physics.friction import breakaway, slip_direction
+from damperlab.worker.physics.friction import breakaway
 from damperlab.worker.physics.impact import impact_loss, rebound
 from damperlab.worker.solver.contact.chatter import is_chatter_over
+from damperlab.worker.solver.contact.rest import slip_at, slip_from_rest
 from damperlab.worker.solver.events import (
     ATTACHMENTS,
     FAR_WALL,
@@ -22,10 +23,7 @@ from damperlab.worker.solver.events import (
 )
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
-    force_to_hold,
     largest_forcing,
-    largest_to_hold,
-    net_resistance,
 )
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
 from damperlab.worker.solver.particle import Particle
@@ -63,7 +61,7 @@ def after_event_of_rubbing(
     slip_order = 0
     if w == 0.0:
         pull = _pull(state, direction, particle, friction)
-        slip = _onset(state.v + pull, 1.0, phase, scene, kind == SLIP_ONSET)
+        slip = slip_from_rest(state.v + pull, 0.0, 1.0, kind == SLIP_ONSET, phase, scene)
         slip_order = 1 if slip != 0.0 else 0
     return _with(_sliding(state, w, slip, p_rate, direction), slip_order, 0, 0.0, _slide(state, direction, 0))
 
@@ -107,20 +105,6 @@ def _pull(state: State, direction: float, particle: Particle, friction: float) -
 
 
 @inlined
-def _onset(v: float, inertia: float, phase: Phase, scene: Scene, slips: bool) -> float:
-    """Direction in which a mass at rest on the base slips; 0 if friction holds the mass.
-
-    If `slips`, the mass certainly slips, and only the direction is determined.
-    """
-    if scene.friction is None:
-        return 0.0
-    force = force_to_hold(scene.base, phase, v, inertia)
-    if slips:
-        return 1.0 if force > 0.0 else -1.0
-    return slip_direction(force, breakaway(scene.friction, largest_to_hold(scene.base, inertia)))
-
-
-@inlined
 def _response(state: State, pull: float, inertia: float, phase: Phase, scene: Scene) -> tuple[float, float]:
     """Slip of the mass and u'' under a pull of the particle, with the inertia of the bodies that move together."""
     base = scene.base
@@ -129,12 +113,12 @@ def _response(state: State, pull: float, inertia: float, phase: Phase, scene: Sc
     if scene.friction is not None:
         slip = state.slip
         if state.w == 0.0:
-            slip = _onset(state.v + pull, inertia, phase, scene, False)
+            slip = slip_from_rest(state.v + pull, 0.0, inertia, False, phase, scene)
             if slip == 0.0:
                 return 0.0, -phase.inertia_force
         offset += slip * scene.friction
-    slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + offset)
-    return slip, -slips / inertia
+    resistance = base.two_zeta * state.w + state.v + offset - phase.force
+    return slip, -resistance / inertia
 
 
 @inlined
@@ -185,7 +169,7 @@ def _together(
     pull = 0.0 if carried else _pull(state, direction, particle, friction)
     slip, acceleration = _response(state, pull, inertia, phase, scene)
     if slips:
-        slip = _onset(state.v + pull, inertia, phase, scene, True)
+        slip = slip_from_rest(state.v + pull, 0.0, inertia, True, phase, scene)
     slip_order = 1 if state.w == 0.0 and slip != 0.0 else 0
     after = _sliding(state, state.w, slip, state.p_rate, direction)
     if carried:
@@ -244,8 +228,6 @@ def _impact(
 @inlined
 def _at_wall(state: State, wall: float, w: float, p_rate: float, scene: Scene) -> State:
     """Return the state of both bodies at a wall just after an impact."""
-    slip = state.slip
-    if scene.friction is not None and w != 0.0:
-        slip = 1.0 if w > 0.0 else -1.0
+    slip = slip_at(w, state.slip, scene)
     slide = _slide(state, 0.0, 0)
     return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, 0, state.dwell, slide)

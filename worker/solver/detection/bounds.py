@@ -3,7 +3,6 @@
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import (
     Excitation,
-    Phase,
     base_derivative_bound,
     with_force_bound,
 )
@@ -12,49 +11,27 @@ from damperlab.worker.solver.state import State
 
 
 @inlined
-def slip_bounds(
-    x: float, w: float, span: float, base: Excitation, phase: Phase, compliance: float
-) -> tuple[float, MotionBounds]:
-    """Bounds on |x|, |w| and |u''| over a span of slip.
-
-    Parameters
-    ----------
-    x, w : float
-        Displacement from the shifted spring centre and velocity relative to the base, at the start.
-    span : float
-        Length T of the span, at most a panel (`taylor.LARGEST_WINDOW`), so that the denominator of W stays above 0.5.
-    compliance : float
-        κ = 1 over the inertia.
-
-    Returns
-    -------
-    x : float
-    bounds : MotionBounds
+def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) -> MotionBounds:
+    """Bounds on |w| and |u''| over the rest of a panel.
 
     Notes
     -----
-    Let W and X be bounds on |w| and |x|. Then W = |w₀| + T (κ(2ζ W + X) + max |s''|) and X = |x₀| + T W, which are
-    solved for W. A force on the structure adds its largest value to X in the first equation.
+    Let W and X be bounds on |w| and |x| over a span of slip of length T, where x is the displacement from the shifted
+    spring centre. Then W = |w₀| + T (κ(2ζ W + X) + max |s''|) and X = |x₀| + T W, which are solved for W. A force on the
+    structure adds its largest value to X in the first equation. T is at most a panel (`taylor.LARGEST_WINDOW`), so the
+    denominator of W stays above 0.5.
     """
-    two_zeta = base.two_zeta
-    base_most = base_derivative_bound(base, phase, 2)
-    pulled = with_force_bound(abs(x), base, 0)
-    w_most = (abs(w) + span * (compliance * pulled + base_most)) / (
-        1.0 - compliance * span * (two_zeta + span)
-    )
-    x_most = abs(x) + span * w_most
-    return x_most, MotionBounds(w_most, compliance * (two_zeta * w_most + with_force_bound(x_most, base, 0)))
-
-
-@inlined
-def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) -> MotionBounds:
-    """Bounds on |w| and |u''| over the rest of a panel."""
+    base_most = base_derivative_bound(base, span.phase, 2)
     if regime.sticks:
-        return MotionBounds(0.0, base_derivative_bound(base, span.phase, 2))
-    _, bounds = slip_bounds(
-        state.v + regime.offset, state.w, span.remaining, base, span.phase, regime.motion.compliance
+        return MotionBounds(0.0, base_most)
+    two_zeta, compliance, time = base.two_zeta, regime.motion.compliance, span.remaining
+    x = abs(state.v + regime.offset)
+    pulled = with_force_bound(x, base, 0)
+    w_most = (abs(state.w) + time * (compliance * pulled + base_most)) / (
+        1.0 - compliance * time * (two_zeta + time)
     )
-    return bounds
+    x_most = x + time * w_most
+    return MotionBounds(w_most, compliance * (two_zeta * w_most + with_force_bound(x_most, base, 0)))
 
 
 @inlined

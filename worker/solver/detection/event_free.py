@@ -8,7 +8,6 @@ from damperlab.worker.solver.excitation.excitation import (
     Phase,
     force_to_hold,
     forcing_derivative_bound,
-    net_resistance,
 )
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.regime import Regime, Segment
@@ -28,8 +27,8 @@ def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitati
     """u'', the acceleration that the wall transmits to a particle in sustained contact."""
     if regime.sticks:
         return -phase.inertia_force
-    slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + regime.offset)
-    return -regime.motion.compliance * slips
+    resistance = base.two_zeta * state.w + state.v + regime.offset - phase.force
+    return -regime.motion.compliance * resistance
 
 
 @inlined
@@ -48,8 +47,8 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
         if regime.sticks:
             inertia = 1.0 / regime.motion.compliance
             v = with_pull(start.v, start, scene.particle)
-            force_start = abs(force_to_hold(base, segment.phase, v, inertia))
-            force_end = abs(force_to_hold(base, segment.phase_end, v, inertia))
+            force_start = abs(force_to_hold(segment.phase, v, inertia))
+            force_end = abs(force_to_hold(segment.phase_end, v, inertia))
             curvature = forcing_derivative_bound(base, segment.phase, 2, inertia)
             if max(force_start, force_end) + share * curvature >= scene.friction:
                 return False
@@ -58,23 +57,20 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
             if min(start.slip * start.w, start.slip * end.w) <= sag:
                 return False
     if scene.particle is not None:
-        if scene.particle.friction is not None:
-            return _rubs_on_between(segment, scene, scene.particle, scene.particle.friction, share)
+        particle = scene.particle
         if is_dwelling(start.dwell):
             return time_left(start.dwell) > window
         if start.riding > 0.0:
             sag = share * u_derivative_bound(4, segment, base)
-            contact_force = start.wall * wall_acceleration(start, segment.phase, regime, base)
-            contact_force_end = start.wall * wall_acceleration(end, segment.phase_end, regime, base)
-            at_rest = contact_force == 0.0 and contact_force_end == 0.0 and sag == 0.0
-            if min(contact_force, contact_force_end) <= sag and not at_rest:
-                return False
-        else:
-            sag = share * segment.bounds.u2
-            if min(start.gap, end.gap) <= sag:
-                return False
-            if max(start.gap, end.gap) + sag >= 2.0 * scene.particle.clearance_ratio:
-                return False
+            before = given_to(start, segment.phase, regime, base, particle)
+            after = given_to(end, segment.phase_end, regime, base, particle)
+            return stays_carried(start, end, before, after, sag, particle)
+        sag = share * (segment.bounds.u2 + largest_of(particle))
+        if min(start.gap, end.gap) <= sag or max(start.gap, end.gap) + sag >= 2.0 * particle.clearance_ratio:
+            return False
+        if particle.friction is not None:
+            slowest = min(sliding_speed(start, segment.phase), sliding_speed(end, segment.phase_end))
+            return slowest > share * u_derivative_bound(3, segment, base)
     return True
 
 
@@ -86,7 +82,7 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
         if regime.sticks:
             inertia = 1.0 / regime.motion.compliance
             v = with_pull(start.v, start, scene.particle)
-            force_start = abs(force_to_hold(base, segment.phase, v, inertia))
+            force_start = abs(force_to_hold(segment.phase, v, inertia))
             if (
                 force_start + forcing_derivative_bound(base, segment.phase, 1, inertia) * time
                 >= scene.friction
@@ -95,67 +91,48 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
         elif start.slip_order > 0 or abs(start.w) <= time * w_rate_bound(segment, base):
             return False
     if scene.particle is not None:
-        if scene.particle.friction is not None:
-            return _rubs_on_from(segment, scene, scene.particle, scene.particle.friction)
+        particle = scene.particle
         if is_dwelling(start.dwell):
             return time_left(start.dwell) > time
         if start.riding > 0.0:
-            contact_force = start.wall * wall_acceleration(start, segment.phase, regime, base)
             change = time * u_derivative_bound(3, segment, base)
-            at_rest = contact_force == 0.0 and change == 0.0
-            if contact_force <= change and not at_rest:
-                return False
-        else:
-            drift = gap_rate(start, segment.phase) * time
-            sag = 0.5 * segment.bounds.u2 * time * time
-            if start.gap_order > 0 or start.gap + min(0.0, drift) - sag <= 0.0:
-                return False
-            if start.gap + max(0.0, drift) + sag >= 2.0 * scene.particle.clearance_ratio:
-                return False
+            given = given_to(start, segment.phase, regime, base, particle)
+            return stays_carried(start, start, given, given, change, particle)
+        if start.gap_order + order_of(start.slide) > 0:
+            return False
+        drift = gap_rate(start, segment.phase) * time
+        bent = segment.bounds.u2 + largest_of(particle)
+        sag = 0.5 * bent * time * time
+        if start.gap + min(0.0, drift) - sag <= 0.0:
+            return False
+        if start.gap + max(0.0, drift) + sag >= 2.0 * particle.clearance_ratio:
+            return False
+        if particle.friction is not None:
+            return sliding_speed(start, segment.phase) > time * bent
     return True
-
-
-@inlined
-def _rubs_on_between(
-    segment: Segment, scene: Scene, particle: Particle, friction: float, share: float
-) -> bool:
-    """`is_free_between` for a particle with friction that stays carried, or keeps sliding and meets no wall."""
-    base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
-    if start.riding > 0.0:
-        sag = share * u_derivative_bound(4, segment, base)
-        before = given_to(start, segment.phase, regime, base, particle)
-        after = given_to(end, segment.phase_end, regime, base, particle)
-        return is_held(start, before, friction, sag) and is_held(end, after, friction, sag)
-    sag = share * (segment.bounds.u2 + largest_of(particle))
-    if min(start.gap, end.gap) <= sag or max(start.gap, end.gap) + sag >= 2.0 * particle.clearance_ratio:
-        return False
-    slowest = min(sliding_speed(start, segment.phase), sliding_speed(end, segment.phase_end))
-    return slowest > share * u_derivative_bound(3, segment, base)
-
-
-@inlined
-def _rubs_on_from(segment: Segment, scene: Scene, particle: Particle, friction: float) -> bool:
-    """`is_free_from` for a particle with friction."""
-    base, start, regime, time = scene.base, segment.start, segment.regime, segment.time
-    if start.riding > 0.0:
-        change = time * u_derivative_bound(3, segment, base)
-        return is_held(start, given_to(start, segment.phase, regime, base, particle), friction, change)
-    if start.gap_order + order_of(start.slide) > 0:
-        return False
-    drift = gap_rate(start, segment.phase) * time
-    most = segment.bounds.u2 + largest_of(particle)
-    sag = 0.5 * most * time * time
-    if start.gap + min(0.0, drift) - sag <= 0.0:
-        return False
-    if start.gap + max(0.0, drift) + sag >= 2.0 * particle.clearance_ratio:
-        return False
-    return sliding_speed(start, segment.phase) > time * most
 
 
 @inlined
 def given_to(state: State, phase: Phase, regime: Regime, base: Excitation, particle: Particle) -> float:
     """Acceleration that friction or a wall must give to a particle that the mass carries."""
     return without_fall(wall_acceleration(state, phase, regime, base), state.slide, particle)
+
+
+@inlined
+def stays_carried(
+    start: State, end: State, before: float, after: float, margin: float, particle: Particle
+) -> bool:
+    """Whether the mass keeps carrying a particle between two states, with the required accelerations at these states.
+
+    Without friction only a pushing wall carries the particle. A particle at rest on its wall stays there if nothing
+    moves.
+    """
+    if particle.friction is not None:
+        rubs = particle.friction
+        return is_held(start, before, rubs, margin) and is_held(end, after, rubs, margin)
+    pushes, pushes_after = start.wall * before, start.wall * after
+    at_rest = pushes == 0.0 and pushes_after == 0.0 and margin == 0.0
+    return at_rest or not min(pushes, pushes_after) <= margin
 
 
 @inlined

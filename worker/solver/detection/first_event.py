@@ -23,7 +23,7 @@ from damperlab.worker.solver.excitation.excitation import (
     largest_forcing,
     largest_to_hold,
 )
-from damperlab.worker.solver.motion.first_root import first_crossing
+from damperlab.worker.solver.motion.first_root import first_beyond, first_crossing
 from damperlab.worker.solver.motion.taylor import TERMS, acceleration_into, rate_into
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.regime import Segment
@@ -59,7 +59,7 @@ def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, i
         elif start.riding > 0.0:
             t, kind = _release_event(segment, scene, curves, t, kind)
         else:
-            t, kind = _wall_event(segment, scene, scene.particle.clearance_ratio, curves, t, kind)
+            t, kind = _wall_event(segment, scene, scene.particle, curves, t, kind)
     return t, kind
 
 
@@ -73,12 +73,8 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
         expand_forcing(base, segment.phase, -1.0, inertia, scratch)
         curvature = forcing_derivative_bound(base, segment.phase, 2, inertia)
         limit = breakaway(friction, largest_to_hold(base, inertia))
-        scratch[0] += with_pull(start.v, start, scene.particle) + limit
-        found = first_crossing(scratch, 1.0, 0.0, t, curvature)
-        if found < inf:
-            t, kind = found, SLIP_ONSET
-        scratch[0] -= 2.0 * limit
-        found = first_crossing(scratch, -1.0, 0.0, t, curvature)
+        v = with_pull(start.v, start, scene.particle)
+        found = first_beyond(scratch, v, limit, t, curvature)
         if found < inf:
             t, kind = found, SLIP_ONSET
     elif start.slip_order > 0 or abs(start.w) <= segment.time * w_rate_bound(segment, base):
@@ -106,7 +102,7 @@ def _release_event(segment: Segment, scene: Scene, curves: Curves, t: float, kin
 
 @inlined
 def _wall_event(
-    segment: Segment, scene: Scene, clearance: float, curves: Curves, t: float, kind: int
+    segment: Segment, scene: Scene, particle: Particle, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
     """Find the time at which a particle in flight meets a wall.
 
@@ -115,24 +111,24 @@ def _wall_event(
     start, scratch = segment.start, curves.scratch
     order = start.gap_order
     rate = start.wall * (start.p_rate - curves.absolute[1])
-    bent = _with_bend(segment.bounds.u2, scene)
+    bent = segment.bounds.u2 + largest_of(particle)
     sag = 0.5 * bent * t * t
     if order > 0 or start.gap + min(0.0, rate * t) - sag <= 0.0:
         _expand_gap(start.gap, start.wall, rate, order, curves.absolute, scratch)
-        _bend(start, scene, order, scratch)
+        _bend(start, particle, order, scratch)
         curvature = u_derivative_bound(2 + order, segment, scene.base)
         if order == 0:
-            curvature = _with_bend(curvature, scene)
+            curvature += largest_of(particle)
         curvature *= _CURVATURE_WITHOUT_ROOTS[order]
         found = first_crossing(scratch, 1.0, 0.0, t, curvature)
         if found < inf:
             t, kind = found, NEAR_WALL
-    if start.gap + max(0.0, rate * t) + sag >= 2.0 * clearance:
+    if start.gap + max(0.0, rate * t) + sag >= 2.0 * particle.clearance_ratio:
         for i in range(2, TERMS):
             scratch[i] = -start.wall * curves.absolute[i]
         scratch[1] = rate
-        scratch[0] = start.gap - 2.0 * clearance
-        _bend(start, scene, 0, scratch)
+        scratch[0] = start.gap - 2.0 * particle.clearance_ratio
+        _bend(start, particle, 0, scratch)
         found = first_crossing(scratch, -1.0, 0.0, t, bent)
         if found < inf:
             t, kind = found, FAR_WALL
@@ -156,21 +152,11 @@ def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floa
 
 
 @inlined
-def _with_bend(curvature: float, scene: Scene) -> float:
-    """Add the acceleration of a particle with friction to a bound on the curvature of the gap."""
-    if scene.particle is not None:
-        if scene.particle.friction is not None:
-            return curvature + largest_of(scene.particle)
-    return curvature
-
-
-@inlined
-def _bend(start: State, scene: Scene, order: int, gap: Floats) -> None:
+def _bend(start: State, particle: Particle, order: int, gap: Floats) -> None:
     """Add the contribution of a sliding particle's acceleration to the coefficients of gap/t^order."""
-    if scene.particle is not None:
-        if scene.particle.friction is not None:
-            if order <= 2:
-                gap[2 - order] += start.wall * 0.5 * acceleration_of(start, scene.particle)
+    if particle.friction is not None:
+        if order <= 2:
+            gap[2 - order] += start.wall * 0.5 * acceleration_of(start, particle)
 
 
 @inlined
@@ -189,7 +175,7 @@ def _rubbing_event(
     """
     if segment.start.riding > 0.0:
         return _torn_loose(segment, scene, particle, friction, curves, t, kind)
-    t, kind = _wall_event(segment, scene, particle.clearance_ratio, curves, t, kind)
+    t, kind = _wall_event(segment, scene, particle, curves, t, kind)
     return _rest_event(segment, scene, particle, curves, t, kind)
 
 
@@ -223,7 +209,7 @@ def _rest_event(
     order = order_of(start.slide)
     gained = acceleration_of(start, particle)
     speed = direction_of(start.slide) * (curves.absolute[1] - start.p_rate)
-    if order > 0 or speed <= t * _with_bend(segment.bounds.u2, scene):
+    if order > 0 or speed <= t * (segment.bounds.u2 + largest_of(particle)):
         rate_into(curves.absolute, order, scratch)
         if order == 0:
             scratch[0] -= start.p_rate

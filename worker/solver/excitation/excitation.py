@@ -32,6 +32,8 @@ class Phase(NamedTuple):
         s and s'; 0 under a force.
     inertia_force : float
         −s'', the inertial force on a unit mass that moves with the base; 0 under a force.
+    force : float
+        The exciting force on the structure; 0 on a shaken base.
     most : float
         Bound on |s''| until the end of the panel.
     """
@@ -41,30 +43,30 @@ class Phase(NamedTuple):
     position: float
     rate: float
     inertia_force: float
+    force: float
     most: float
 
 
 @inlined
 def phase_of_sine(sine: float, cosine: float, r: float) -> Phase:
     """Phase of a base s = sin φ with given sine and cosine."""
-    return Phase(sine, cosine, sine, r * cosine, r * r * sine, r * r)
+    return Phase(sine, cosine, sine, r * cosine, r * r * sine, 0.0, r * r)
 
 
 @inlined
 def phase_of_force(sine: float, cosine: float) -> Phase:
     """Phase of a force sin φ with given sine and cosine."""
-    return Phase(sine, cosine, 0.0, 0.0, 0.0, 0.0)
+    return Phase(sine, cosine, 0.0, 0.0, 0.0, sine, 0.0)
 
 
 @inlined
 def phase_at(base: Excitation, k: int) -> Phase:
     """Phase at the start of panel k."""
     if isinstance(base, RecordBase):
-        acceleration = base.acceleration[k]
-        return Phase(acceleration, base.jerk[k], base.position[k], base.rate[k], -acceleration, base.most[k])
-    if isinstance(base, SineForce):
-        return phase_of_force(base.sine[k], base.cosine[k])
-    return phase_of_sine(base.sine[k], base.cosine[k], base.frequency_ratio)
+        return _phase_of_record(
+            base.acceleration[k], base.jerk[k], base.position[k], base.rate[k], base.most[k]
+        )
+    return _phase_of_sine_or_force(base, base.sine[k], base.cosine[k])
 
 
 @inlined
@@ -72,26 +74,31 @@ def phase_until(base: Excitation, k: int) -> Phase:
     """Phase at the end of panel k, as the limit from within the panel, because s'' of a record may jump there."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k] + base.jerk[k] * base.window
-        return Phase(
-            acceleration, base.jerk[k], base.position[k + 1], base.rate[k + 1], -acceleration, base.most[k]
+        return _phase_of_record(
+            acceleration, base.jerk[k], base.position[k + 1], base.rate[k + 1], base.most[k]
         )
-    if isinstance(base, SineForce):
-        return phase_of_force(base.sine[k + 1], base.cosine[k + 1])
-    return phase_of_sine(base.sine[k + 1], base.cosine[k + 1], base.frequency_ratio)
+    return _phase_of_sine_or_force(base, base.sine[k + 1], base.cosine[k + 1])
 
 
 @inlined
 def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) -> Phase:
     """Phase at a time t after `phase` in the same panel, from the polynomial of `expand_excitation`."""
+    at, rate = value(excitation, t), slope(excitation, t)
     if isinstance(base, RecordBase):
-        acceleration = phase.first + phase.second * t
-        return Phase(
-            acceleration, phase.second, value(excitation, t), slope(excitation, t), -acceleration, phase.most
-        )
-    r = base.frequency_ratio
+        return _phase_of_record(phase.first + phase.second * t, phase.second, at, rate, phase.most)
+    return _phase_of_sine_or_force(base, at, rate / base.frequency_ratio)
+
+
+@inlined
+def _phase_of_record(acceleration: float, jerk: float, position: float, rate: float, most: float) -> Phase:
+    return Phase(acceleration, jerk, position, rate, -acceleration, 0.0, most)
+
+
+@inlined
+def _phase_of_sine_or_force(base: SineBase | SineForce, sine: float, cosine: float) -> Phase:
     if isinstance(base, SineForce):
-        return phase_of_force(value(excitation, t), slope(excitation, t) / r)
-    return phase_of_sine(value(excitation, t), slope(excitation, t) / r, r)
+        return phase_of_force(sine, cosine)
+    return phase_of_sine(sine, cosine, base.frequency_ratio)
 
 
 @inlined
@@ -183,29 +190,23 @@ def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
         return 0.0
     if isinstance(base, SineForce):
         return 0.0
-    r = base.frequency_ratio
-    if order == 2:
-        return r * r
-    if order == 3:
-        return r * r * r
-    if order == 4:
-        return r * r * r * r
-    return r * r * r * r * r
+    return _power(base.frequency_ratio, order)
 
 
 @inlined
 def with_force_bound(bound: float, base: Excitation, order: int) -> float:
     """Return `bound` plus a bound on the derivative of the force of order 0 to 3; without a force, return `bound`."""
     if isinstance(base, SineForce):
-        r = base.frequency_ratio
-        if order == 0:
-            return bound + 1.0
-        if order == 1:
-            return bound + r
-        if order == 2:
-            return bound + r * r
-        return bound + r * r * r
+        return bound + _power(base.frequency_ratio, order)
     return bound
+
+
+@inlined
+def _power(r: float, order: int) -> float:
+    power = 1.0
+    for _ in range(order):
+        power *= r
+    return power
 
 
 @inlined
@@ -217,19 +218,9 @@ def forcing_derivative_bound(base: Excitation, phase: Phase, order: int, inertia
 
 
 @inlined
-def force_to_hold(base: Excitation, phase: Phase, v: float, inertia: float) -> float:
+def force_to_hold(phase: Phase, v: float, inertia: float) -> float:
     """Friction force required to hold the mass on the base, over k Z."""
-    if isinstance(base, SineForce):
-        return phase.first - v
-    return hold_force(v, phase.inertia_force, inertia)
-
-
-@inlined
-def net_resistance(base: Excitation, phase: Phase, taken: float) -> float:
-    """Force that spring, dashpot and friction exert on the structure, minus the exciting force if there is one."""
-    if isinstance(base, SineForce):
-        return taken - phase.first
-    return taken
+    return hold_force(v - phase.force, phase.inertia_force, inertia)
 
 
 @inlined

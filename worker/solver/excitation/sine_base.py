@@ -87,15 +87,8 @@ def make_sine(
 ) -> SineBase | SineForce:
     """Make a shaken base, or a force if the frequency is `Forced`, from the parameters of `make_sine_base`."""
     if isinstance(frequency_ratio, Forced):
-        return _as_force(make_sine_base(damping_ratio, frequency_ratio.frequency_ratio, energies))
+        return SineForce(*make_sine_base(damping_ratio, frequency_ratio.frequency_ratio, energies))
     return make_sine_base(damping_ratio, frequency_ratio, energies)
-
-
-@inlined
-def _as_force(one: SineBase) -> SineForce:
-    return SineForce(
-        one.frequency_ratio, one.two_zeta, one.window, one.windows, one.sine, one.cosine, one.rows, one.forms
-    )
 
 
 @kernel

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import reduced_mass
-from damperlab.worker.solver.array_loops import filled, unit_matrix, zero_matrix
+from damperlab.worker.solver.array_loops import add_product, copy_matrix, filled, unit_matrix, zero_matrix
 from damperlab.worker.solver.motion.compliant_motion import (
     Buffers,
     CompliantForcing,
@@ -164,14 +164,11 @@ def _fill_vibration(to_fast: Array, from_fast: Array, p: Array, b: Array, fast: 
     place = 2 - fast
     for i in range(fast):
         to_fast[place + i, n + i] = 1.0
+        from_fast[n + i, place + i] = 1.0
         for j in range(n):
             to_fast[place + i, j] = -p[i, j]
             from_fast[j, place + i] = b[j, i]
-        for k in range(fast):
-            total = 1.0 if i == k else 0.0
-            for j in range(n):
-                total += p[i, j] * b[j, k]
-            from_fast[n + i, place + k] = total
+    add_product(1.0, p, b, from_fast[n:, place:])
 
 
 @kernel
@@ -180,13 +177,9 @@ def _slow_motion(a: Array, p: Array, fast: int) -> tuple[Array, Array]:
     n = DIM - fast
     generator = zero_matrix(DIM, DIM)
     lift = zero_matrix(DIM, DIM)
+    copy_matrix(a[:n, :n], generator)
+    add_product(1.0, a[:n, n:], p, generator)
+    copy_matrix(p, lift[n:])
     for i in range(n):
         lift[i, i] = 1.0
-        for j in range(n):
-            generator[i, j] = a[i, j]
-            for k in range(fast):
-                generator[i, j] += a[i, n + k] * p[k, j]
-    for i in range(fast):
-        for j in range(n):
-            lift[n + i, j] = p[i, j]
     return generator, lift

@@ -134,3 +134,15 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     # the remaining interval cannot be resolved, because the function is zero within rounding; the sign at the end
     # decides
     return end if sign * value(polynomial, end) < 0.0 else inf
+
+
+@inlined
+def first_beyond(polynomial: Floats, offset: float, limit: float, end: float, curvature: float) -> float:
+    """First time in [0, end] at which |p + offset| exceeds a limit; inf if it does not. Changes the lowest coefficient.
+
+    `curvature` is a bound on |p''| over the interval.
+    """
+    polynomial[0] += offset + limit
+    below = first_crossing(polynomial, 1.0, 0.0, end, curvature)
+    polynomial[0] -= 2.0 * limit
+    return min(below, first_crossing(polynomial, -1.0, 0.0, min(below, end), curvature))

@@ -70,6 +70,7 @@ def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
 def motion_forms(
     two_zeta: float,
     base: NDArray[np.float64],
+    force: NDArray[np.float64],
     relative: NDArray[np.float64],
     absolute: NDArray[np.float64],
     window: float,
@@ -80,8 +81,8 @@ def motion_forms(
     ----------
     two_zeta : float
         2ζ.
-    base : array, shape (2 · TERMS,)
-        Taylor coefficients of s.
+    base, force : array, shape (2 · TERMS,)
+        Taylor coefficients of s, and of the force g on the structure.
     relative, absolute : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s.
     window : float
@@ -90,10 +91,10 @@ def motion_forms(
     Returns
     -------
     array, shape (3 · PAIRS + 4,)
-        Ten coefficients each of ∫−(2ζw + x) s', ∫2ζw² and ∫(x + s)², then four coefficients of ∫(x + s). The first two
-        integrals are quadratic in (x₀, w₀, sin φ, cos φ), with the products in the order 00 01 02 03 11 12 13 22 23 33.
-        The last two integrals use (x₀ + s₀, w₀ + s₀', sin φ, cos φ). These coordinates avoid cancellation for r ≪ 1 and
-        for r ≫ 1.
+        Ten coefficients each of the work ∫ g w − (2ζw + x) s', of ∫2ζw² and of ∫(x + s)², then four coefficients of
+        ∫(x + s). The first two integrals are quadratic in (x₀, w₀, sin φ, cos φ), with the products in the order 00 01
+        02 03 11 12 13 22 23 33. The last two integrals use (x₀ + s₀, w₀ + s₀', sin φ, cos φ). These coordinates avoid
+        cancellation for r ≪ 1 and for r ≫ 1.
     """
     forms = filled(3 * PAIRS + 4, 0.0)
     of_absolute = np.empty((4, TERMS))
@@ -106,6 +107,7 @@ def motion_forms(
     w = np.empty(4)
     u = np.empty(4)
     base_rate = filled(4, 0.0)
+    given = filled(4, 0.0)
     for i in range(_POINTS):
         at = NODES[i] * window
         weight = WEIGHTS[i] * window
@@ -115,64 +117,17 @@ def motion_forms(
             u[j] = value(of_absolute[j], at)
             if j >= 2:
                 base_rate[j] = slope(base[(j - 2) * TERMS : (j - 1) * TERMS], at)
+                given[j] = value(force[(j - 2) * TERMS : (j - 1) * TERMS], at)
             forms[MEAN + j] += weight * u[j]
         pair = 0
         for j in range(4):
             for k in range(j, 4):
                 both = weight if j == k else 2.0 * weight
-                transmitted = (two_zeta * w[j] + x[j]) * base_rate[k] + (two_zeta * w[k] + x[k]) * base_rate[
-                    j
-                ]
-                forms[WORK + pair] -= 0.5 * both * transmitted
+                of_force = w[j] * given[k] + w[k] * given[j]
+                of_base = (two_zeta * w[j] + x[j]) * base_rate[k] + (two_zeta * w[k] + x[k]) * base_rate[j]
+                forms[WORK + pair] += 0.5 * both * (of_force - of_base)
                 forms[LOSS + pair] += both * (two_zeta * w[j] * w[k])
                 forms[SQUARED + pair] += both * (u[j] * u[k])
-                pair += 1
-    return forms
-
-
-@kernel
-def forced_forms(
-    two_zeta: float, force: NDArray[np.float64], rows: NDArray[np.float64], window: float
-) -> NDArray[np.float64]:
-    """Integrals over a panel of slip under a force.
-
-    Parameters
-    ----------
-    two_zeta : float
-        2ζ.
-    force : array, shape (2 · TERMS,)
-        Taylor coefficients of the force.
-    rows : array, shape (4 · TERMS,)
-        Taylor coefficients of x.
-    window : float
-        Length of the panel [1/ω_n].
-
-    Returns
-    -------
-    array, shape (3 · PAIRS + 4,)
-        The same coefficients as from `motion_forms`, except that the work is ∫ sin(φ + r t) w, because the base is at
-        rest.
-    """
-    forms = filled(3 * PAIRS + 4, 0.0)
-    x = np.empty(4)
-    w = np.empty(4)
-    forcing = filled(4, 0.0)
-    for i in range(_POINTS):
-        at = NODES[i] * window
-        weight = WEIGHTS[i] * window
-        for j in range(4):
-            x[j] = value(rows[j * TERMS : (j + 1) * TERMS], at)
-            w[j] = slope(rows[j * TERMS : (j + 1) * TERMS], at)
-            if j >= 2:
-                forcing[j] = value(force[(j - 2) * TERMS : (j - 1) * TERMS], at)
-            forms[MEAN + j] += weight * x[j]
-        pair = 0
-        for j in range(4):
-            for k in range(j, 4):
-                both = weight if j == k else 2.0 * weight
-                forms[WORK + pair] += 0.5 * both * (w[j] * forcing[k] + w[k] * forcing[j])
-                forms[LOSS + pair] += both * (two_zeta * w[j] * w[k])
-                forms[SQUARED + pair] += both * (x[j] * x[k])
                 pair += 1
     return forms
 

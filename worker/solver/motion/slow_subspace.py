@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.array_loops import copy_matrix, largest_element, zero_matrix
+from damperlab.worker.solver.array_loops import add_product, copy_matrix, largest_element, zero_matrix
 
 Array = NDArray[np.float64]
 
@@ -33,58 +33,33 @@ def contact_rates(square: float, damping: float) -> tuple[float, float]:
 def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
     """Return P, B, Λ and Λ⁻¹ for the last `fast` coordinates, and whether the iterations for P and B converged."""
     n = DIM - fast
-    p = zero_matrix(fast, n)
+    a_rr, a_rq, a_qr, a_qq = a[:n, :n], a[:n, n:], a[n:, :n], a[n:, n:]
+    p, b = zero_matrix(fast, n), zero_matrix(n, fast)
+    g, rates = zero_matrix(n, n), zero_matrix(fast, fast)
+    inverse = _inverse(a_qq)
     change = 0.0
-    g = zero_matrix(n, n)
-    inverse = _inverse(a[n:, n:])
-    for _ in range(_ITERATIONS):
-        for i in range(n):
-            for j in range(n):
-                g[i, j] = a[i, j]
-                for k in range(fast):
-                    g[i, j] += a[i, n + k] * p[k, j]
-        right = zero_matrix(fast, n)
-        for i in range(fast):
-            for j in range(n):
-                total = -a[n + i, j]
-                for k in range(n):
-                    total += p[i, k] * g[k, j]
-                right[i, j] = total
-        change = 0.0
-        for i in range(fast):
-            for j in range(n):
-                total = 0.0
-                for k in range(fast):
-                    total += inverse[i, k] * right[k, j]
-                change = max(change, abs(total - p[i, j]))
-                p[i, j] = total
+    for _ in range(_ITERATIONS):  # P = −A_qq⁻¹ (A_qr − PG)
+        copy_matrix(a_rr, g)
+        add_product(1.0, a_rq, p, g)
+        rest, following = zero_matrix(fast, n), zero_matrix(fast, n)
+        copy_matrix(a_qr, rest)
+        add_product(-1.0, p, g, rest)
+        add_product(-1.0, inverse, rest, following)
+        change = _change(p, following)
+        copy_matrix(following, p)
         if change == 0.0:
             break
     converged = change <= _ROUNDING * largest_element(p)
-    rates = zero_matrix(fast, fast)
-    for i in range(fast):
-        for j in range(fast):
-            total = a[n + i, n + j]
-            for k in range(n):
-                total -= p[i, k] * a[k, n + j]
-            rates[i, j] = total
+    copy_matrix(a_qq, rates)
+    add_product(-1.0, p, a_rq, rates)
     inverse = _inverse(rates)
-    b = zero_matrix(n, fast)
-    for _ in range(_ITERATIONS):
-        right = zero_matrix(n, fast)
-        for i in range(n):
-            for j in range(fast):
-                right[i, j] = a[i, n + j]
-                for k in range(n):
-                    right[i, j] += g[i, k] * b[k, j]
-        change = 0.0
-        for i in range(n):
-            for j in range(fast):
-                total = 0.0
-                for k in range(fast):
-                    total += right[i, k] * inverse[k, j]
-                change = max(change, abs(total - b[i, j]))
-                b[i, j] = total
+    for _ in range(_ITERATIONS):  # B = (A_rq + GB) Λ⁻¹
+        rest, following = zero_matrix(n, fast), zero_matrix(n, fast)
+        copy_matrix(a_rq, rest)
+        add_product(1.0, g, b, rest)
+        add_product(1.0, rest, inverse, following)
+        change = _change(b, following)
+        copy_matrix(following, b)
         if change == 0.0:
             break
     converged = converged and change <= _ROUNDING * largest_element(b)
@@ -98,6 +73,16 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
         copy_matrix(rates, whole)
         copy_matrix(inverse, whole_inverse)
     return p, b, whole, whole_inverse, converged
+
+
+@kernel
+def _change(before: Array, after: Array) -> float:
+    """Largest modulus of the difference of two matrices."""
+    largest = 0.0
+    for i in range(before.shape[0]):
+        for j in range(before.shape[1]):
+            largest = max(largest, abs(after[i, j] - before[i, j]))
+    return largest
 
 
 @kernel

@@ -43,7 +43,7 @@ def base_rows(frequency_ratio: float) -> NDArray[np.float64]:
 
 @kernel
 def motion_rows(
-    two_zeta: float, compliance: float, base: Floats
+    two_zeta: float, compliance: float, base: Floats, force: Floats
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coefficients of the slipping motion for a unit value of each of x, w, sin φ and cos φ at the start.
 
@@ -53,15 +53,15 @@ def motion_rows(
         2ζ.
     compliance : float
         κ, 1 over the inertia: 1 for the primary mass alone, 1/(1 + β) with the particle attached.
-    base : array, shape (2 · TERMS,)
-        Taylor coefficients of s, from `base_rows`.
+    base, force : array, shape (2 · TERMS,)
+        Taylor coefficients of s, and of the force g on the structure.
 
     Returns
     -------
     relative, absolute : arrays, shape (4 · TERMS,)
-        `relative` is for x = v + σγ_F, the displacement from the shifted spring centre, with x'' = r² sin(φ + r t) −
-        κ(2ζ x' + x). `absolute` is for x + s. The acceleration −κ(2ζ x' + x) of x + s is computed directly, because for
-        r ≫ 1 the accelerations of x and s would cancel.
+        `relative` is for x = v + σγ_F, the displacement from the shifted spring centre, with x'' = −s'' + κ(g − 2ζ x' −
+        x). `absolute` is for x + s. The acceleration κ(g − 2ζ x' − x) of x + s is computed directly, because for r ≫ 1
+        the accelerations of x and s would cancel.
     """
     relative = zero_matrix(4, TERMS)
     absolute = zero_matrix(4, TERMS)
@@ -75,39 +75,12 @@ def motion_rows(
             if n < 2:
                 absolute[row, n] += of_base
             else:
+                of_force = force[(row - 2) * TERMS + n - 2] if row >= 2 else 0.0
                 absolute[row, n] = -compliance * (
-                    two_zeta * relative[row, n - 1] / n + relative[row, n - 2] / (n * (n - 1))
+                    two_zeta * relative[row, n - 1] / n + (relative[row, n - 2] - of_force) / (n * (n - 1))
                 )
                 relative[row, n] = absolute[row, n] - of_base
     return relative.reshape(-1), absolute.reshape(-1)
-
-
-@kernel
-def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np.float64]:
-    """Coefficients of the slipping motion under a force for a unit value of each of x, w, sin φ and cos φ at the start.
-
-    Parameters
-    ----------
-    two_zeta, compliance : float
-        2ζ and κ, as for `motion_rows`.
-    force : array, shape (2 · TERMS,)
-        Taylor coefficients of the force, from `base_rows`.
-
-    Returns
-    -------
-    array, shape (4 · TERMS,)
-        Coefficients of x, with x'' = κ(sin(φ + r t) − 2ζ x' − x). The coefficients of x + s are the same, because the
-        base is at rest.
-    """
-    rows = zero_matrix(4, TERMS)
-    rows[0, 0] = 1.0
-    rows[1, 1] = 1.0
-    for row in range(4):
-        for n in range(2, TERMS):
-            forcing = force[(row - 2) * TERMS + n - 2] if row >= 2 else 0.0
-            taken = two_zeta * (n - 1) * rows[row, n - 1] + rows[row, n - 2]
-            rows[row, n] = compliance * (forcing - taken) / (n * (n - 1))
-    return rows.reshape(-1)
 
 
 @inlined

@@ -6,7 +6,9 @@ from typing import NamedTuple
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.motion.compliant_motion import CompliantMotion
+from damperlab.worker.solver.motion.compliant_rows import OF_RELATIVE, OF_Y, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
+from damperlab.worker.solver.motion.taylor import slope, value
 from damperlab.worker.solver.particle import Wall
 
 _NOISE = 2e-15  # rounding error of f, relative to the sum of the moduli of the terms of f
@@ -152,4 +154,41 @@ def vibration_after(vibration: Vibration, rates: Floats, t: float) -> Vibration:
     return Vibration(
         cosh_part * first + sinh_part * (half_difference * first + b * second),
         cosh_part * second + sinh_part * (c * first - half_difference * second),
+    )
+
+
+@kernel
+def expand_over(
+    span: float, start: Floats, motion: CompliantMotion, relative: Floats, depth: Floats
+) -> Vibration:
+    """Write the coefficients of x and y over a span, and return the vibration at its start.
+
+    Over a span longer than `motion.step`, the coefficients are those of the slow motion, and the vibration is
+    subtracted from the coordinates in `start`. Over a shorter span, the coefficients include the vibration, and the
+    returned vibration is 0.
+    """
+    vibration = Vibration(0.0, 0.0)
+    units, rows = DIM, motion.rows
+    if motion.fast > 0 and span > motion.step:
+        vibration = vibration_at(start, motion)
+        subtract_vibration(start, vibration, motion)
+        units, rows = DIM - motion.fast, motion.slow_rows
+    combine_rows(OF_RELATIVE, start, units, rows, relative)
+    combine_rows(OF_Y, start, units, rows, depth)
+    return vibration
+
+
+@kernel
+def contact_at(
+    t: float, vibration: Vibration, motion: CompliantMotion, relative: Floats, depth: Floats
+) -> tuple[float, float, float, float]:
+    """Return x, x', y and y' at a time t after the start of a span, from the results of `expand_over`."""
+    later = vibration
+    if vibration.first != 0.0 or vibration.second != 0.0:
+        later = vibration_after(vibration, motion.rates, t)
+    return (
+        value(relative, t) + value_of_form(later, form_of_x(motion)),
+        slope(relative, t) + value_of_form(later, form_of_w(motion)),
+        value(depth, t) + value_of_form(later, form_of(Y, motion)),
+        slope(depth, t) + value_of_form(later, form_of(Y_RATE, motion)),
     )

@@ -9,7 +9,6 @@ from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
-from damperlab.worker.solver.observe.measure_rubbing import measure_rubbing
 from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
     PEAK,
@@ -65,7 +64,6 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
 def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
     """Add a complete panel without events to the sums, but not to the peaks. See `motion.quadratic_forms`."""
     sums, base, regime = meter.sums, scene.base, segment.regime
-    measure_rubbing(meter, segment, scene)
     if regime.sticks:
         sums[STUCK] += base.window
     if meter.energies is not None:
@@ -114,7 +112,6 @@ def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
 def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
     """Add a segment that is not a complete panel to the sums, but not to the peaks, by Lobatto's rule."""
     sums, base, regime, t = meter.sums, scene.base, segment.regime, segment.time
-    measure_rubbing(meter, segment, scene)
     if regime.sticks:
         sums[STUCK] += t
     if meter.energies is not None:
@@ -154,7 +151,7 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
         )
         if isinstance(base, SineForce):
             fa, fb, fc, fd = values(curves.excitation, a, b, c, d)
-            ends = segment.phase.first * w0 + segment.phase_end.first * w1
+            ends = segment.phase.force * w0 + segment.phase_end.force * w1
             sums[WORK_IN] += outer * ends + middle * (fa * wa + fd * wd) + inner * (fb * wb + fc * wc)
             if scene.friction is not None:
                 sums[FRICTION_LOSS] += scene.friction * abs(end.v - start.v)

@@ -41,7 +41,7 @@ class Meter(NamedTuple):
     energies : True or None
         If None, energies and squares are not integrated, and their entries in `sums` are meaningless.
     acceleration : True or None
-        Whether u'' is measured under a harmonic excitation; under a record, u'' is always measured.
+        Whether u'' is measured; None only under a harmonic excitation, because the sums of a record contain u''.
     """
 
     sums: NDArray[np.float64]

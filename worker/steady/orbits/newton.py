@@ -58,7 +58,7 @@ def march_with_jacobian(
         state, outcome = half_cycle_on_addresses(state, scene, None, log)
         if outcome != ARRIVED or log.cursor[0] > log.capacity:
             return state, False
-        propagate(log, scene.base, scene.free, scene.loaded, scene.friction, scene.particle, monodromy)
+        propagate(log, scene, monodromy)
     return state, True
 
 

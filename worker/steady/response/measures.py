@@ -1,7 +1,7 @@
 """The measures of one design point, and their computation from a trace."""
 
 from math import nan, pi, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,13 @@ from damperlab.worker.steady.response.energy import unbalanced
 from damperlab.worker.steady.response.standard_errors import mean_and_error
 from damperlab.worker.steady.response.trace import (
     HALF_PEAK,
+    HALF_RELATIVE_PEAK,
     HALF_SPEED,
     IMPACTS_SO_FAR,
     LOSSES,
     Stretch,
     largest_in,
+    mean_peak_of_period,
 )
 
 _UNKNOWN = int(ResponseClass.UNKNOWN)
@@ -77,6 +79,10 @@ class Response(NamedTuple):
     status: int
 
 
+# The values of all fields before `cycles` and `status` if a run ended early.
+_UNMEASURED: tuple[Any, ...] = (nan,) * 8 + (_UNKNOWN, 0) + (nan,) * 11
+
+
 class Kind(NamedTuple):
     """Class, period and outcome of a response, and the error of its mean peak.
 
@@ -119,31 +125,7 @@ class MeanPeaks(NamedTuple):
 @kernel
 def failed(status: int, cycles: int) -> Response:
     """Response of a point whose run ended early."""
-    return Response(
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        _UNKNOWN,
-        0,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        cycles,
-        status,
-    )
+    return Response(*_UNMEASURED, cycles, status)  # type: ignore[call-arg]
 
 
 @kernel
@@ -175,20 +157,10 @@ def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bo
 
 @kernel
 def mean_of_period(trace: NDArray[np.float64], period_halves: int, error: float) -> MeanPeaks:
-    """Mean peaks over one period of `period_halves` half cycles, which are the rows 1 … period_halves of the trace.
-
-    The means are over intervals of one cycle. An interval begins at every half cycle, so that a motion and its mirror
-    image have the same means.
-    """
-    amplitude = 0.0
-    relative = 0.0
-    for i in range(period_halves):
-        here = trace[i + 1]
-        after = trace[(i + 1) % period_halves + 1]
-        amplitude += max(here[0], after[0])
-        relative += max(here[1], after[1])
-    amplitude /= period_halves
-    return MeanPeaks(amplitude, relative / period_halves, 0.0, error / amplitude if amplitude > 0.0 else 0.0)
+    """Mean peaks over one period of `period_halves` half cycles, which are the rows 1 … period_halves of the trace."""
+    amplitude = mean_peak_of_period(trace, HALF_PEAK, period_halves)
+    relative = mean_peak_of_period(trace, HALF_RELATIVE_PEAK, period_halves)
+    return MeanPeaks(amplitude, relative, 0.0, error / amplitude if amplitude > 0.0 else 0.0)
 
 
 @kernel

@@ -84,10 +84,7 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
     degrees of freedom of adjacent batches, so the error is more accurate, and a run ends sooner with the same coverage.
     """
     count = last - first
-    total = 0.0
-    for i in range(first, last):
-        total += samples[i]
-    mean = total / count
+    mean = _mean(samples, first, last)
     if count < FEWEST:
         lowest = samples[first]
         highest = samples[first]
@@ -166,6 +163,16 @@ def _mean(samples: NDArray[np.float64], first: int, last: int) -> float:
 
 
 @kernel
+def _means_of_thirds(samples: NDArray[np.float64], first: int, last: int) -> tuple[float, float, float]:
+    third = (last - first) // 3
+    return (
+        _mean(samples, first, first + third),
+        _mean(samples, first + third, first + 2 * third),
+        _mean(samples, first + 2 * third, first + 3 * third),
+    )
+
+
+@kernel
 def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
     """Number of pairs of batches in which the later batch is higher, minus the number of pairs in which it is lower."""
     length = (last - first) // _TREND_BATCHES
@@ -182,10 +189,7 @@ def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
 @kernel
 def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -> float:
     """Distance between the mean of a series with a trend and the possible limit of the series."""
-    third = (last - first) // 3
-    one = _mean(samples, first, first + third)
-    two = _mean(samples, first + third, first + 2 * third)
-    three = _mean(samples, first + 2 * third, first + 3 * third)
+    one, two, three = _means_of_thirds(samples, first, last)
     step = three - two
     before = two - one
     rate = 1.0
@@ -204,10 +208,7 @@ def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
     """
     if last - first < FEWEST or _rises(samples, first, last) < _ALL_RISE:
         return False
-    third = (last - first) // 3
-    one = _mean(samples, first, first + third)
-    two = _mean(samples, first + third, first + 2 * third)
-    three = _mean(samples, first + 2 * third, first + 3 * third)
+    one, two, three = _means_of_thirds(samples, first, last)
     return three - two >= _STEADY_TREND * (two - one) and three - one >= _GROWN * one
 
 

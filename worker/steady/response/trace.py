@@ -183,8 +183,28 @@ def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -
 
 
 @kernel
-def acceleration_of_run(trace: NDArray[np.float64], first: int, last: int) -> tuple[float, float]:
-    """Mean peak of |u''|, by the intervals of `cycle_peaks`, and ∫u''² dτ over the cycles first … last − 1."""
+def mean_peak_of_period(trace: NDArray[np.float64], column: int, period_halves: int) -> float:
+    """Mean of the peaks in a column over one period, which is the rows 1 … period_halves.
+
+    The mean is over intervals of one cycle. An interval begins at every half cycle, so that a motion and its mirror
+    image have the same mean.
+    """
+    total = 0.0
+    for i in range(period_halves):
+        total += max(trace[i + 1, column], trace[(i + 1) % period_halves + 1, column])
+    return total / period_halves
+
+
+@kernel
+def acceleration_of_run(
+    trace: NDArray[np.float64], first: int, last: int, metered: bool | None
+) -> tuple[float, float] | None:
+    """Mean peak of |u''|, by the intervals of `cycle_peaks`, and ∫u''² dτ over the cycles first … last − 1.
+
+    The result is None if u'' was not metered.
+    """
+    if metered is None:
+        return None
     total = 0.0
     for i in range(first, last):
         total += _peak_of_cycle(trace, 2 * last, HALF_ACCELERATION, i)
@@ -194,10 +214,12 @@ def acceleration_of_run(trace: NDArray[np.float64], first: int, last: int) -> tu
 
 @kernel
 def acceleration_of_period(
-    trace: NDArray[np.float64], period_halves: int, halves: int
-) -> tuple[float, float]:
-    """Mean peak of |u''| over one period of `period_halves` half cycles, and ∫u''² dτ over the rows 1 … halves."""
-    total = 0.0
-    for i in range(period_halves):
-        total += max(trace[i + 1, HALF_ACCELERATION], trace[(i + 1) % period_halves + 1, HALF_ACCELERATION])
-    return total / period_halves, trace[halves, _ACCELERATION_SQUARE]
+    trace: NDArray[np.float64], period_halves: int, halves: int, metered: bool | None
+) -> tuple[float, float] | None:
+    """Mean peak of |u''| over one period of `period_halves` half cycles, and ∫u''² dτ over the rows 1 … halves.
+
+    The result is None if u'' was not metered.
+    """
+    if metered is None:
+        return None
+    return mean_peak_of_period(trace, HALF_ACCELERATION, period_halves), trace[halves, _ACCELERATION_SQUARE]

@@ -62,7 +62,7 @@ def is_chaotic(
             state, outcome = half_cycle_on_addresses(state, scene, None, log_)
             if outcome != ARRIVED or log_.cursor[0] > log_.capacity:
                 return False
-            propagate(log_, scene.base, scene.free, scene.loaded, scene.friction, scene.particle, tangent)
+            propagate(log_, scene, tangent)
             norm = 0.0
             for i in range(size):
                 norm += tangent[i, 0] ** 2

@@ -13,15 +13,16 @@ is 0, with q = 0, k = 1. An event at which the field does not jump has no effect
 contact force that falls to zero, and a particle that clears a wall.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.events import NEAR_WALL
-from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
-from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.regime import motion_of, slip_regime
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.transition_log import (
     AFTER,
     BASE_RATE,
@@ -60,39 +61,22 @@ class Field(NamedTuple):
 
 
 @inlined
-def field(
-    rows: Array,
-    at: int,
-    side: int,
-    free: Any,
-    loaded: Any,
-    base: SineBase | SineForce,
-    friction: float | None,
-    particle: Particle | None,
-    wall: Wall | None,
-) -> Field:
+def field(rows: Array, at: int, side: int, scene: Scene) -> Field:
     """Compute the vector field just before or just after an event."""
+    base, particle = scene.base, scene.particle
     w = rows[at + side + W]
-    slip = rows[at + side + SLIP]
     inertia_force = rows[at + INERTIA_FORCE]
-    riding = False
+    riding = rows[at + side + RIDING] > 0.0
+    held, offset = slip_regime(rows[at + side + SLIP], scene.friction)
     wall_force = 0.0  # force of a compliant wall on the particle
-    compliance = free.compliance
-    if particle is not None:
-        riding = rows[at + side + RIDING] > 0.0
-        if riding:
-            compliance = loaded.compliance
-            if wall is not None:
-                wall_force = rows[at + side + WALL] * (
-                    wall.damping * rows[at + side + SPEED] - wall.stiffness * rows[at + side + GAP]
-                )
-    held = False
-    offset = 0.0
-    if friction is not None:
-        held = slip == 0.0
-        offset = slip * friction
     p_acceleration = 0.0
     if particle is not None:
+        if particle.wall is not None:
+            if riding:
+                wall_force = rows[at + side + WALL] * (
+                    particle.wall.damping * rows[at + side + SPEED]
+                    - particle.wall.stiffness * rows[at + side + GAP]
+                )
         if particle.friction is not None:
             p_acceleration = particle.friction * rows[at + side + SLIDE]
             if particle.gravity is not None:
@@ -101,10 +85,8 @@ def field(
                 offset += particle.mass_ratio * p_acceleration
     a = 0.0
     if not held:
-        taken = base.two_zeta * w + rows[at + V] + offset
-        if isinstance(base, SineForce):
-            taken -= rows[at + FORCE]
-        a = inertia_force - compliance * taken - wall_force
+        taken = base.two_zeta * w + rows[at + V] + offset - rows[at + FORCE]
+        a = inertia_force - motion_of(rows[at + side + RIDING], scene).compliance * taken - wall_force
     if particle is not None:
         if not riding:
             u_rate = w + rows[at + BASE_RATE]
@@ -112,7 +94,7 @@ def field(
             if particle.friction is not None:
                 bent -= p_acceleration
             return Field(w, a, u_rate - rows[at + side + P_RATE], bent)
-        if wall is not None:
+        if particle.wall is not None:
             rate = rows[at + side + WALL] * rows[at + side + SPEED]
             return Field(w, a, rate, a - inertia_force - wall_force / particle.mass_ratio)
         if rows[at + side + SPEED] > 0.0:  # the remaining time of a dwell decreases
@@ -121,17 +103,7 @@ def field(
 
 
 @inlined
-def leaving_speed(
-    rows: Array,
-    at: int,
-    to: int,
-    count: int,
-    free: Any,
-    loaded: Any,
-    base: SineBase | SineForce,
-    friction: float | None,
-    particle: Particle,
-) -> float:
+def leaving_speed(rows: Array, at: int, to: int, count: int, scene: Scene, particle: Particle) -> float:
     """Speed at which a particle leaves the wall at the end of its dwell.
 
     The speed is e times the approach speed. The flights of a chatter become so short that this speed is within the
@@ -145,8 +117,8 @@ def leaving_speed(
     here = to
     for i in range(to // WIDTH + 1, count):
         following = i * WIDTH
-        start = field(rows, here, AFTER, free, loaded, base, friction, particle, None)
-        end = field(rows, following, BEFORE, free, loaded, base, friction, particle, None)
+        start = field(rows, here, AFTER, scene)
+        end = field(rows, following, BEFORE, scene)
         span = rows[following + SPAN]
         length += span
         gained += 0.5 * span * (start.y_rate + end.y_rate)
@@ -167,12 +139,11 @@ def pass_contact(
     before: Field,
     after: Field,
     particle: Particle,
-    wall: Wall | None,
     z: Array,
     n: int,
 ) -> None:
     """Propagate tangent vectors through an event at which the particle meets a wall or detaches from a wall."""
-    if wall is not None:  # on a compliant wall only the field jumps
+    if particle.wall is not None:  # on a compliant wall only the field jumps
         pass_event(2, before.y, 0.0, 1.0, before, after, z, n)
         return
     share = particle.mass_ratio / (1.0 + particle.mass_ratio)

@@ -7,19 +7,17 @@ change sign when half a cycle is mirrored. On the section, p and p' replace y an
 (`section.coordinates.coordinates`).
 """
 
-from typing import Any, NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.addresses import address
+from damperlab.worker.solver.addresses import address, on_addresses
 from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, PUSHED_AGAIN, RELEASE, REST, TURN
-from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
 from damperlab.worker.solver.linear_motion import LinearMotion
-from damperlab.worker.solver.motion.compliant_motion import Contact
 from damperlab.worker.solver.motion.taylor import TERMS, beyond_tangent, change, slope
-from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.particle import Wall
+from damperlab.worker.solver.regime import motion_of, slip_regime
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.transition_log import (
     AFTER,
     BEFORE,
@@ -42,23 +40,15 @@ Array = NDArray[np.float64]
 
 
 @inlined
-def propagate(
-    log: Transitions,
-    base: SineBase | SineForce,
-    free: LinearMotion,
-    loaded: LinearMotion | Contact | None,
-    friction: float | None,
-    particle: Particle | None,
-    tangents: Array,
-) -> None:
+def propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
     """Propagate tangent vectors through the transitions of one half cycle, in place, and mirror them.
 
     Parameters
     ----------
     log : Transitions
         Transitions of exactly one half cycle.
-    base, free, loaded, friction, particle
-        Fields of the `Scene` with these names.
+    scene : Scene
+        The scene of the integration.
     tangents : array, shape (SECTION_SIZE, n)
         n tangent vectors, in columns, in the coordinates of `section.coordinates.coordinates`.
 
@@ -68,52 +58,27 @@ def propagate(
     perturbation vanishes immediately have multiplier 0. The matrix of a chatter is the product of the matrices of its
     impacts.
     """
-    if particle is not None:
-        _propagate(log, base, free, loaded, friction, particle, particle.wall, tangents)
-    else:
-        _propagate(log, base, free, None, friction, None, None, tangents)
+    _propagate(log_on_addresses(log), on_addresses(scene), tangents)
 
 
 @inlined
-def _propagate(
-    log_arrays: Transitions,
-    base: SineBase | SineForce,
-    free_arrays: LinearMotion,
-    loaded_arrays: Any,
-    friction: float | None,
-    particle: Particle | None,
-    wall: Wall | None,
-    tangents: Array,
-) -> None:
-    """`propagate` with the wall as a separate argument, whose type shows the compiler which contact model is used."""
-    log = log_on_addresses(log_arrays)
-    rows = log.rows
+def _propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
+    """`propagate` for a log and a scene whose arrays have been replaced by addresses."""
+    rows, particle = log.rows, scene.particle
     z = address(tangents, 0)
     n = tangents.shape[1]
-    free = _homogeneous(free_arrays)
-    loaded = free
-    if particle is not None and wall is None:
-        loaded = _homogeneous(loaded_arrays)
     count = min(log.cursor[0], log.capacity)
     if particle is not None and count > 0:
         if particle.friction is not None:
-            _enter_rubbing(rows, friction, z, n)
+            _enter_rubbing(rows, scene.friction, z, n)
         else:
-            _enter(rows, friction, wall, z, n)
+            _enter(rows, scene.friction, particle.wall, z, n)
     resume = 0
     for i in range(count):
         if i < resume:
             continue
         at = i * WIDTH
-        riding = rows[at + BEFORE + RIDING] > 0.0
-        held = False
-        if friction is not None:
-            held = rows[at + BEFORE + SLIP] == 0.0
-        if wall is not None and riding:
-            flow_in_contact(rows[at + SPAN], held, loaded_arrays, wall, z, n)
-        else:
-            motion = loaded if riding else free
-            _flow(rows[at + SPAN], held, not riding, base.window, motion, particle, z, n)
+        _pass_span(rows, at, scene, z, n)
         kind = int(rows[at + EVENT])
         to = at
         if particle is not None:
@@ -123,24 +88,36 @@ def _propagate(
                         resume = i + 2  # the particle would stay in contact if the wall did not move away
                         to = at + WIDTH
         if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSHED_AGAIN, REST):
-            before = field(rows, at, BEFORE, free, loaded, base, friction, particle, wall)
-            after = field(rows, to, AFTER, free, loaded, base, friction, particle, wall)
+            before = field(rows, at, BEFORE, scene)
+            after = field(rows, to, AFTER, scene)
             if kind == TURN:
                 pass_event(1, before.w, 0.0, 1.0, before, after, z, n)
             elif kind == REST:
                 pass_event(3, before.y_rate, 0.0, 1.0, before, after, z, n)
             elif particle is not None:
                 if kind == LET_GO:
-                    speed = leaving_speed(rows, at, to, count, free, loaded, base, friction, particle)
+                    speed = leaving_speed(rows, at, to, count, scene, particle)
                     after = Field(after.v, after.w, -rows[at + BEFORE + WALL] * speed, after.y_rate)
-                pass_contact(rows, to, kind == LET_GO, before, after, particle, wall, z, n)
+                pass_contact(rows, to, kind == LET_GO, before, after, particle, z, n)
     if particle is not None and count > 0:
         if particle.friction is not None:
             _leave_rubbing(z, n)
         else:
-            _leave(rows, (count - 1) * WIDTH, wall, z, n)
+            _leave(rows, (count - 1) * WIDTH, particle.wall, z, n)
     for i in range(SECTION_SIZE * n):
         z[i] = -z[i]
+
+
+@inlined
+def _pass_span(rows: Array, at: int, scene: Scene, z: Array, n: int) -> None:
+    """Propagate through the span before an event."""
+    span, riding = rows[at + SPAN], rows[at + BEFORE + RIDING]
+    held, _ = slip_regime(rows[at + BEFORE + SLIP], scene.friction)
+    if scene.particle is not None and scene.particle.wall is not None:
+        if riding > 0.0:
+            flow_in_contact(span, held, scene.loaded, z, n)
+            return
+    _flow(span, held, riding == 0.0, motion_of(riding, scene), scene, z, n)
 
 
 @inlined
@@ -148,9 +125,7 @@ def _enter(rows: Array, friction: float | None, wall: Wall | None, z: Array, n: 
     """Convert tangent vectors from section coordinates."""
     riding = rows[BEFORE + RIDING]
     contact = has_contact_coordinates(riding, rows[BEFORE + SPEED], wall)
-    held = False
-    if friction is not None:
-        held = rows[BEFORE + SLIP] == 0.0
+    held, _ = slip_regime(rows[BEFORE + SLIP], friction)
     for j in range(n):
         if held:
             z[n + j] = 0.0
@@ -173,9 +148,7 @@ def _enter_rubbing(rows: Array, friction: float | None, z: Array, n: int) -> Non
     """Convert tangent vectors from the section coordinates of a particle with friction, in which p' comes before p."""
     carried = rows[BEFORE + RIDING] > 0.0
     on_wall = carried and rows[BEFORE + GAP] == 0.0
-    held = False
-    if friction is not None:
-        held = rows[BEFORE + SLIP] == 0.0
+    held, _ = slip_regime(rows[BEFORE + SLIP], friction)
     for j in range(n):
         if held:
             z[n + j] = 0.0
@@ -194,72 +167,30 @@ def _leave_rubbing(z: Array, n: int) -> None:
         z[2 * n + j] = p_rate
 
 
-class Homogeneous(NamedTuple):
-    """The linear motion without excitation.
-
-    Attributes
-    ----------
-    compliance : float
-        1 over the inertia.
-    vv, vw, wv, ww : float
-        State-transition matrix of (δv, δw) across a panel.
-    of_v, of_w : array, shape (TERMS,)
-        Taylor coefficients of δv for unit δv and for unit δw at the start.
-    """
-
-    compliance: float
-    vv: float
-    vw: float
-    wv: float
-    ww: float
-    of_v: Array
-    of_w: Array
-
-
 @inlined
-def _homogeneous(motion: LinearMotion) -> Homogeneous:
-    return Homogeneous(
-        motion.compliance,
-        motion.xx,
-        motion.xw,
-        motion.wx,
-        motion.ww,
-        address(motion.relative_rows, 0),
-        address(motion.relative_rows, TERMS),
-    )
-
-
-@inlined
-def _flow(
-    span: float,
-    held: bool,
-    flies: bool,
-    window: float,
-    motion: Homogeneous,
-    particle: Particle | None,
-    z: Array,
-    n: int,
-) -> None:
+def _flow(span: float, held: bool, flies: bool, motion: LinearMotion, scene: Scene, z: Array, n: int) -> None:
     """Propagate through a span without an event, with the particle in flight or moving with the mass."""
     if held:
         for j in range(n):
             z[n + j] = 0.0
-            if particle is not None:
+            if scene.particle is not None:
                 if flies:
                     z[2 * n + j] += span * z[3 * n + j]
         return
+    window = scene.base.window
+    of_v, of_w = address(motion.relative_rows, 0), address(motion.relative_rows, TERMS)
     windows = int(span / window)
     rest = span - windows * window
-    vv_change = change(motion.of_v, rest)  # difference from the matrix of motion at constant velocity
-    vw_change = beyond_tangent(motion.of_w, rest)
-    wv = slope(motion.of_v, rest)
-    ww = slope(motion.of_w, rest)
+    vv_change = change(of_v, rest)  # difference from the matrix of motion at constant velocity
+    vw_change = beyond_tangent(of_w, rest)
+    wv = slope(of_v, rest)
+    ww = slope(of_w, rest)
     if windows > 0:
         vv = 1.0 + vv_change
         vw = rest + vw_change
         for _ in range(windows):
-            vv, wv = motion.vv * vv + motion.vw * wv, motion.wv * vv + motion.ww * wv
-            vw, ww = motion.vv * vw + motion.vw * ww, motion.wv * vw + motion.ww * ww
+            vv, wv = motion.xx * vv + motion.xw * wv, motion.wx * vv + motion.ww * wv
+            vw, ww = motion.xx * vw + motion.xw * ww, motion.wx * vw + motion.ww * ww
         vv_change = vv - 1.0
         vw_change = vw - span
     for j in range(n):
@@ -267,7 +198,7 @@ def _flow(
         dw = z[n + j]
         bent = vv_change * dv + vw_change * dw
         later = wv * dv + ww * dw
-        if particle is not None:
+        if scene.particle is not None:
             if flies:
                 z[2 * n + j] += span * z[3 * n + j] + bent
                 z[3 * n + j] += later - dw

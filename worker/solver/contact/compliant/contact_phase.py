@@ -18,13 +18,13 @@ dashpot push again.
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import spring_energy
-from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.solver.compliant_regime import buffers_of, compliant_regime_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import expand, to_event
 from damperlab.worker.solver.contact.compliant.long_step import after_long_step, coordinates_into
 from damperlab.worker.solver.contact.compliant.long_step_bounds import FEWEST_STEPS, longest_step
 from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.detachment import detach
+from damperlab.worker.solver.contact.rest import slip_from_rest
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.event_budget import spend
 from damperlab.worker.solver.events import (
@@ -42,8 +42,6 @@ from damperlab.worker.solver.events import (
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
     expand_excitation,
-    force_to_hold,
-    largest_forcing,
     phase_after,
     phase_at,
 )
@@ -78,7 +76,7 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
     slip_order = 0
     if scene.friction is not None:
         if slip == 0.0:
-            slip = _slip_from_rest(state.v, side * wall.damping * approach, phase, scene, scene.friction)
+            slip = slip_from_rest(state.v, side * wall.damping * approach, 1.0, False, phase, scene)
             slip_order = 1 if slip != 0.0 else 0
     p_rate = u_rate - side * approach
     return in_contact(
@@ -91,13 +89,6 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
         gap_order=order,
         dwell=Dwell(0.0, approach),
     )
-
-
-@kernel
-def _slip_from_rest(v: float, wall_force: float, phase: Phase, scene: Scene, friction: float) -> float:
-    """Direction in which a mass at rest on the base starts to slip under a wall force; 0 if the mass sticks."""
-    limit = breakaway(friction, largest_forcing(scene.base) + abs(wall_force))
-    return slip_direction(force_to_hold(scene.base, phase, v, 1.0) - wall_force, limit)
 
 
 @kernel
@@ -205,10 +196,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
                 wall_force = state.wall * (wall.damping * pen_rate - wall.stiffness * gap)
             if kind == TURN:
                 scene.counts[TURNS] += 1
-                slip = _slip_from_rest(state.v, wall_force, phase, scene, scene.friction)
-            else:
-                force = force_to_hold(scene.base, phase, state.v, 1.0) - wall_force
-                slip = 1.0 if force > 0.0 else -1.0
+            slip = slip_from_rest(state.v, wall_force, 1.0, kind == SLIP_ONSET, phase, scene)
             w = 0.0
             slip_order = 1 if slip != 0.0 else 0
     if kind == RELEASE:

@@ -18,6 +18,7 @@ from damperlab.worker.solver.excitation.excitation import (
     expand_forcing,
     largest_forcing,
 )
+from damperlab.worker.solver.expansion import mass_at
 from damperlab.worker.solver.motion.compliant_rows import (
     OF_ABSOLUTE,
     OF_RELATIVE,
@@ -25,17 +26,16 @@ from damperlab.worker.solver.motion.compliant_rows import (
     OF_Y,
     combine_rows,
 )
-from damperlab.worker.solver.motion.first_root import first_crossing
+from damperlab.worker.solver.motion.first_root import first_beyond, first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
-    change,
     curvature_bound,
     rate_into,
     slope,
     value,
 )
-from damperlab.worker.solver.observe.measure_compliant import measure_contact, raise_peaks, takes_integrals
-from damperlab.worker.solver.observe.meter import STUCK, Meter
+from damperlab.worker.solver.observe.measure_contact import measure_contact
+from damperlab.worker.solver.observe.meter import Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
 
@@ -67,19 +67,11 @@ def to_event(
     found = first_crossing(scratch, state.wall, 0.0, t, curvature_bound(scratch, t))
     if found < inf:
         t, kind = found, RELEASE
-    v = state.v
-    w = 0.0
-    if not regime.sticks:
-        v = state.v + change(relative, t)
-        w = slope(relative, t)
+    v, w = mass_at(state, t, regime.sticks, relative)
     y = value(depth, t)
     y_rate = slope(depth, t)
     if meter is not None:
-        if takes_integrals(meter):
-            measure_contact(meter, v - state.v, t, wall_of(scene).damping, regime, scene)
-        elif regime.sticks:
-            meter.sums[STUCK] += t
-        raise_peaks(meter, t, regime, scene)
+        measure_contact(meter, v - state.v, t, wall_of(scene).damping, regime, scene)
     order = order if t == 0.0 else 0  # at t = 0 two events are simultaneous
     p_rate = slope(buffers.absolute, t) - y_rate
     end = advanced(state, v, w, -state.wall * y, p_rate, Dwell(0.0, state.wall * y_rate), order)
@@ -101,13 +93,7 @@ def friction_event(
             for i in range(TERMS):
                 scratch[i] += buffers.wall_force[i]
             limit = breakaway(scene.friction, largest_forcing(scene.base) + abs(buffers.wall_force[0]))
-            scratch[0] += state.v + limit
-            most = curvature_bound(scratch, t)
-            found = first_crossing(scratch, 1.0, 0.0, t, most)
-            if found < inf:
-                t, kind = found, SLIP_ONSET
-            scratch[0] -= 2.0 * limit
-            found = first_crossing(scratch, -1.0, 0.0, t, most)
+            found = first_beyond(scratch, state.v, limit, t, curvature_bound(scratch, t))
             if found < inf:
                 t, kind = found, SLIP_ONSET
         else:

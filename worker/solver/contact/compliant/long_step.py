@@ -23,7 +23,7 @@ from damperlab.worker.solver.motion.vibration import (
     value_of_form,
     vibration_after,
 )
-from damperlab.worker.solver.observe.measure_compliant import measure_long_step
+from damperlab.worker.solver.observe.measure_long_step import measure_long_step
 from damperlab.worker.solver.observe.meter import Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced

@@ -15,7 +15,7 @@ from damperlab.worker.solver.motion.vibration import (
     gain_of,
     size_of,
 )
-from damperlab.worker.solver.observe.measure_compliant import LEAST_DECAY
+from damperlab.worker.solver.observe.measure_long_step import LEAST_DECAY
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State

@@ -12,22 +12,17 @@ from damperlab.worker.solver.contact.compliant.contact_segment import friction_e
 from damperlab.worker.solver.events import CLEARANCE, PUSHED_AGAIN
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
-    add_start_of_base,
-    expand_base,
     expand_excitation,
 )
+from damperlab.worker.solver.expansion import expand_motion, mass_at
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
-    change,
-    combine,
     curvature_bound,
-    slope,
-    stick,
     value,
 )
-from damperlab.worker.solver.observe.measure_compliant import measure_contact, raise_peaks, takes_integrals
-from damperlab.worker.solver.observe.meter import IMPACT_LOSS, STUCK, Meter
+from damperlab.worker.solver.observe.measure_contact import measure_contact
+from damperlab.worker.solver.observe.meter import IMPACT_LOSS, Meter
 from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
@@ -46,14 +41,7 @@ def separate(
     pen = buffers.y  # wall · y, the penetration of the particle
     regime = regime_of(state, scene)
     expand_excitation(base, phase, buffers.excitation)
-    if regime.sticks:
-        expand_base(base, phase, absolute)
-        stick(state.v, relative, absolute)
-    else:
-        x = state.v + regime.offset
-        combine(x, state.w, phase.first, phase.second, scene.free.relative_rows, relative)
-        combine(x, state.w, phase.first, phase.second, scene.free.absolute_rows, absolute)
-        add_start_of_base(base, phase, absolute)
+    expand_motion(state, phase, regime, scene, meter, relative, absolute)
     for i in range(TERMS):
         buffers.wall_force[i] = 0.0
         pen[i] = state.wall * absolute[i]
@@ -77,20 +65,13 @@ def separate(
     found = _crossing_from(scratch, near, t)
     if found < inf:
         t, kind = found, PUSHED_AGAIN
-    v = state.v
-    w = 0.0
-    if not regime.sticks:
-        v = state.v + change(relative, t)
-        w = slope(relative, t)
+    v, w = mass_at(state, t, regime.sticks, relative)
     pen_end = 0.0 if kind == CLEARANCE else value(pen, t)
     if meter is not None:
-        if takes_integrals(meter):
-            measure_contact(meter, v - state.v, t, 0.0, regime, scene)
+        measure_contact(meter, v - state.v, t, 0.0, regime, scene)
+        if meter.energies is not None:
             lost = spring_energy(wall.stiffness, -state.gap) - spring_energy(wall.stiffness, pen_end)
             meter.sums[IMPACT_LOSS] += lost
-        elif regime.sticks:
-            meter.sums[STUCK] += t
-        raise_peaks(meter, t, regime, scene)
     end = advanced(state, v, w, -pen_end, state.p_rate, Dwell(0.0, 0.0), 0)
     return end, t, kind
 

@@ -1,0 +1,41 @@
+"""Expansion of the motion without contact with a compliant wall, and the state of the mass on its polynomials."""
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.excitation.excitation import Phase, add_start_of_base, expand_base
+from damperlab.worker.solver.motion.taylor import change, combine, slope, stick
+from damperlab.worker.solver.observe.meter import Meter
+from damperlab.worker.solver.regime import Regime
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import State
+
+
+@inlined
+def expand_motion(
+    state: State,
+    phase: Phase,
+    regime: Regime,
+    scene: Scene,
+    meter: Meter | None,
+    relative: Floats,
+    absolute: Floats,
+) -> None:
+    """Expand the polynomials of a segment: x and, if a particle or a meter needs it, x + s."""
+    base = scene.base
+    if regime.sticks:
+        expand_base(base, phase, absolute)
+        stick(state.v, relative, absolute)
+    else:
+        x = state.v + regime.offset
+        combine(x, state.w, phase.first, phase.second, regime.motion.relative_rows, relative)
+        if scene.particle is not None or meter is not None:
+            combine(x, state.w, phase.first, phase.second, regime.motion.absolute_rows, absolute)
+            add_start_of_base(base, phase, absolute)
+
+
+@inlined
+def mass_at(state: State, t: float, sticks: bool, relative: Floats) -> tuple[float, float]:
+    """Displacement v and velocity w of the mass at a time t after a state, from the polynomial of x."""
+    if sticks:
+        return state.v, 0.0
+    return state.v + change(relative, t), slope(relative, t)

@@ -1,0 +1,81 @@
+"""Energies and squares on one segment, by Gauss's rule on the polynomials of the segment."""
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.compliant_regime import AnyRegime
+from damperlab.worker.solver.excitation.record_base import RecordBase
+from damperlab.worker.solver.excitation.sine_base import SineForce
+from damperlab.worker.solver.motion.taylor import curvature, slope, value
+from damperlab.worker.solver.observe.meter import (
+    FRICTION_LOSS,
+    RELATIVE_SQUARE,
+    SQUARE,
+    STUCK,
+    VISCOUS_LOSS,
+    WORK_IN,
+    Meter,
+)
+from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.scene import Curves, Scene
+
+
+@inlined
+def measure_energies(
+    meter: Meter,
+    moved: float,
+    t: float,
+    inertia: float,
+    wall_force: Floats | None,
+    regime: AnyRegime,
+    scene: Scene,
+    curves: Curves,
+) -> None:
+    """Add a segment of length t to the energies and squares.
+
+    Parameters
+    ----------
+    moved : float
+        Change of v over the segment.
+    inertia : float
+        Inertia of the bodies that move with the mass.
+    wall_force : array or None
+        Coefficients of the force of a compliant wall; None without such a wall.
+    curves : Curves
+        Polynomials of the segment.
+    """
+    sums, base, offset = meter.sums, scene.base, regime.offset
+    relative, absolute, excitation, _ = curves
+    work = 0.0
+    loss = 0.0
+    square = 0.0
+    relative_square = 0.0
+    for i in range(GAUSS):
+        at = GAUSS_NODES[i] * t
+        w = 0.0
+        if regime.sticks:
+            transmitted = inertia * curvature(absolute, at)
+            if wall_force is not None:
+                transmitted += value(wall_force, at)
+        else:
+            w = slope(relative, at)
+            transmitted = -(base.two_zeta * w + value(relative, at))
+        if isinstance(base, SineForce):
+            work += GAUSS_WEIGHTS[i] * value(excitation, at) * w
+        else:
+            work += GAUSS_WEIGHTS[i] * transmitted * slope(excitation, at)
+        u = value(absolute, at) - offset
+        loss += GAUSS_WEIGHTS[i] * w * w
+        square += GAUSS_WEIGHTS[i] * u * u
+        if isinstance(base, RecordBase):
+            v = value(relative, at) - offset
+            relative_square += GAUSS_WEIGHTS[i] * v * v
+    sums[WORK_IN] += t * work
+    sums[VISCOUS_LOSS] += t * base.two_zeta * loss
+    sums[SQUARE] += t * square
+    if isinstance(base, RecordBase):
+        sums[RELATIVE_SQUARE] += t * relative_square
+    if scene.friction is not None:
+        if regime.sticks:
+            sums[STUCK] += t
+        else:
+            sums[FRICTION_LOSS] += scene.friction * abs(moved)  # w keeps its sign on a segment
