@@ -16,7 +16,8 @@ const turns = new Turns(1);
 /**
  * @param {StudyRecord} record record as in the list of studies
  * @param {AbortSignal} leaving aborted when the user leaves the list
- * @returns {Promise<Best | null>} null without a best damper yet, for a large study, and if the list was left
+ * @returns {Promise<Best | null>} null if the study has no best damper yet or is too large, or if the user
+ *   has left the list
  */
 export function bestOf(record, leaving) {
   if (record.points_done < record.points_total || record.points_total > LARGEST) return Promise.resolve(null);
@@ -42,7 +43,7 @@ async function asked(record, signal) {
     return best && spelledBest(ranked.units, best.value, new Shown(in_units));
   } catch (error) {
     if (signal.aborted) known.delete(key(record));
-    // without an abort: the study stores no amplitude, or was deleted
+    // the service refuses if the study stores no amplitude, or was deleted
     else if (!(error instanceof Refusal)) throw error;
     return null;
   }
