@@ -49,6 +49,9 @@ SCHEDULER_CONFIG = {
 _LOCAL_CONFIG = {
     # only the dashboard, which is off, would use the profiler
     "distributed.worker.profile.enabled": False,
+    # A nanny restarts its worker. Dask would end the nanny if the worker is not back in time, 15 s by default. A busy
+    # machine needs longer, and the cluster would be left without workers.
+    "distributed.deploy.lost-worker-timeout": "1 day",
     "distributed.nanny.pre-spawn-environ": {"MALLOC_TRIM_THRESHOLD_": "65536", **ONE_THREAD},
 }
 

@@ -82,7 +82,9 @@ class Workers(Standings):
     def take_away(self, now: float) -> list[str]:
         """Take blocks back from workers at which a block runs far too long, and exclude these workers.
 
-        A worker is tested again after `AGAIN_SECONDS`. A block is taken back only once for running too long.
+        A worker that leaves may never end, so its block is taken back even if no other worker is present. Otherwise, a
+        block stays at the only worker. A worker is tested again after `AGAIN_SECONDS`. A block is taken back only once
+        for running too long.
 
         Parameters
         ----------
@@ -99,12 +101,13 @@ class Workers(Standings):
         self._since = {key: self._since.get(key, now) for key in running}
         for key, worker in running.items():
             attempt = worker.held.get(key)
-            if attempt is None or attempt.moved or worker.standing == "leaving":
+            if attempt is None or attempt.moved:
                 continue
             seconds = now - self._since[key]
             if seconds <= max(STUCK_SECONDS, STUCK_TIMES * self._backlog.expected(attempt.index)):
                 continue
-            if self._is_alone(worker):  # asked last, because the answer takes a look at all workers
+            # asked last, because the answer takes a look at all workers; a worker that leaves gets no more blocks anyway
+            if worker.standing != "leaving" and self._is_alone(worker):
                 continue
             reason = f"block {attempt.index} has been there for {seconds:.0f} s and does not end"
             self.leave_out(worker.address, reason, now + AGAIN_SECONDS)

@@ -1,5 +1,6 @@
 """The bounded window on real worker processes: blocks that fail, workers that die, work that is stopped."""
 
+import asyncio
 import errno
 import os
 import signal
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from distributed import Client, get_worker
+from distributed.core import Status
 from distributed.nanny import WorkerProcess
 
 from damperlab.studies.store.record import BlockOutcome
@@ -180,16 +182,12 @@ def test_worker_at_which_blocks_fail_that_others_compute_is_left_out(
     assert 1 <= len(list(tmp_path.iterdir())) <= most
 
 
-@pytest.mark.night
-def test_worker_whose_first_block_ends_it_is_started_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """However late the process that watches it has learnt that it runs."""
-    monkeypatch.setattr(WorkerProcess, "_init_msg_interval", 2.0)
+def assert_comes_back(began: Path) -> None:
+    """Assert that a worker whose first block ends it computes the block after its restart."""
 
     def task(index: int) -> BlockOutcome:
         try:
-            (tmp_path / "began").touch(exist_ok=False)
+            began.touch(exist_ok=False)
         except FileExistsError:
             return _outcome(index)
         os.kill(os.getpid(), signal.SIGKILL)
@@ -197,6 +195,31 @@ def test_worker_whose_first_block_ends_it_is_started_again(
 
     with connect(workers=1) as client:
         assert pump(window_of(client, task, 1)) == [_outcome(0)]
+
+
+@pytest.mark.night
+def test_worker_whose_first_block_ends_it_is_started_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However late the process that watches it has learnt that it runs."""
+    monkeypatch.setattr(WorkerProcess, "_init_msg_interval", 2.0)
+    assert_comes_back(tmp_path / "began")
+
+
+@pytest.mark.night
+def test_worker_whose_restart_takes_long_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Dask alone would give it up after 15 s, and with it the only worker."""
+    start = WorkerProcess.start
+
+    async def start_late(self: WorkerProcess) -> Status:
+        if (tmp_path / "began").exists():
+            await asyncio.sleep(20.0)
+        return await start(self)
+
+    monkeypatch.setattr(WorkerProcess, "start", start_late)
+    assert_comes_back(tmp_path / "began")
 
 
 @pytest.mark.parametrize(("grace", "lasts"), [(20.0, 1.0), (0.2, 5.0)], ids=["enough", "too short"])
