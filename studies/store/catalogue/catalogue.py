@@ -33,7 +33,7 @@ from sqlalchemy.pool import NullPool
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.rowsum import forget_touched, seal_rows, watch
-from damperlab.studies.store.catalogue.tables import facts, metadata
+from damperlab.studies.store.catalogue.tables import create_tables, facts
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
 from damperlab.studies.store.files.folder import sync_path
 
@@ -238,7 +238,7 @@ class Catalogue:
         with self._writer.begin() as connection:
             if _revision(connection) is None:  # otherwise another process was faster
                 try:
-                    metadata.create_all(connection, checkfirst=False)
+                    create_tables(connection)
                 except DatabaseError as error:
                     if "already exists" not in str(error.orig):
                         raise

@@ -4,6 +4,7 @@ from sqlalchemy import (
     BigInteger,
     Boolean,
     Column,
+    Connection,
     Float,
     ForeignKey,
     Index,
@@ -87,7 +88,6 @@ Index(
     studies.c.id,
     unique=True,
     sqlite_where=studies.c.deleted.is_(None),
-    postgresql_where=studies.c.deleted.is_(None),
 )
 WAITING = and_(text("state IN ('queued', 'running')"), studies.c.deleted.is_(None))
 """Condition for studies that have not ended, which is also the condition of the index `waiting`."""
@@ -97,7 +97,6 @@ Index(
     studies.c.created,
     studies.c.number,
     sqlite_where=WAITING,
-    postgresql_where=WAITING,
 )
 Index("family", studies.c.family)
 Index("digest", studies.c.digest)
@@ -172,5 +171,16 @@ SUMMED = (studies, done_blocks, keys, events, access_keys)
 """The tables whose rows have a checksum."""
 
 for _table in SUMMED:
-    _lacking = _table.c.crc.is_(None)
-    Index(f"unsealed_{_table.name}", _table.c.crc, sqlite_where=_lacking, postgresql_where=_lacking)
+    Index(f"unsealed_{_table.name}", _table.c.crc, sqlite_where=_table.c.crc.is_(None))
+
+
+def create_tables(connection: Connection) -> None:
+    """Create the tables and indexes in an empty database.
+
+    PostgreSQL gets the conditions of SQLite's partial indexes here. If the indexes above named them, a process that
+    needs only SQLite would import SQLAlchemy's dialect of PostgreSQL.
+    """
+    if connection.dialect.name == "postgresql":
+        for index in (index for table in metadata.sorted_tables for index in table.indexes):
+            index.dialect_options["postgresql"]["where"] = index.dialect_options["sqlite"]["where"]
+    metadata.create_all(connection, checkfirst=False)

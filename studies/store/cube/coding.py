@@ -12,7 +12,6 @@ from typing import Any
 
 import google_crc32c
 import numpy as np
-from numcodecs import blosc  # type: ignore[import-untyped]
 
 from damperlab.studies.store.files.shelf import Shelf
 
@@ -65,6 +64,8 @@ class StoredArray:
             whole = np.full(self.chunks, self.fill, self.dtype)
             whole[tuple(map(slice, values.shape))] = values
             values = whole
+        from numcodecs import blosc  # type: ignore[import-untyped]  # a service starts without it
+
         body: bytes = blosc.compress(
             np.ascontiguousarray(values, self.dtype).reshape(-1).view(np.uint8),
             self.compressor.cname.encode(),
@@ -83,6 +84,8 @@ class StoredArray:
         ValueError, RuntimeError
             If the bytes are damaged.
         """
+        from numcodecs import blosc
+
         return np.frombuffer(blosc.decompress(without_checksum(content)), self.dtype).reshape(self.chunks)
 
 
