@@ -9,7 +9,7 @@ from rich.console import RenderableType
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 from rich.text import Text
 
-from damperlab.service.cli.output import NOTES, duration, note
+from damperlab.service.cli.output import duration, note, notes
 from damperlab.service.cli.progress import BAR_WIDTH, LINE_EVERY_SECONDS
 
 
@@ -30,7 +30,7 @@ class DesignProgress:
         self._began = time.monotonic()
         self._last_line = 0.0
         self._last_stage = ""
-        self._bars = _Bars() if NOTES.is_terminal else None
+        self._bars = _Bars() if notes().is_terminal else None
         if self._bars is not None:
             self._task = self._bars.add_task("", total=None, figures="")
 
@@ -107,7 +107,7 @@ class _Bars(Progress):
             SpinnerColumn(),
             BarColumn(bar_width=BAR_WIDTH),
             TextColumn("{task.fields[figures]}", markup=False),
-            console=NOTES,
+            console=notes(),
             transient=True,
         )
 

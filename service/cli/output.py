@@ -7,17 +7,28 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.table import Table
+if TYPE_CHECKING:
+    from rich.console import Console
 
-NOTES = Console(stderr=True, highlight=False)
-"""Console for messages and progress on standard error; standard output has only answers."""
 
-ANSWERS = Console(highlight=False)
-"""Console for the tables and sentences of answers, on standard output."""
+@cache
+def notes() -> "Console":
+    """Return the console for messages and progress on standard error; standard output has only answers."""
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False, emoji=False)
+
+
+@cache
+def answers() -> "Console":
+    """Return the console for the tables and sentences of answers, on standard output."""
+    from rich.console import Console
+
+    return Console(highlight=False, emoji=False)
 
 
 def print_json(document: object) -> None:
@@ -29,12 +40,12 @@ def print_json(document: object) -> None:
 
 def note(text: str) -> None:
     """Print a message on standard error. The console interprets no markup, and inserts no line breaks."""
-    NOTES.print(text, markup=False, soft_wrap=True)
+    notes().print(text, markup=False, soft_wrap=True)
 
 
 def say(text: str) -> None:
     """Print an answer in words on standard output."""
-    ANSWERS.print(text, markup=False, soft_wrap=True)
+    answers().print(text, markup=False, soft_wrap=True)
 
 
 def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool, folder: str = "") -> None:
@@ -54,19 +65,22 @@ def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool, 
         say(sentence)
 
 
-def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print a table with numbers aligned to the right. If the output is piped, no cell is cut to fit a terminal."""
-    table = Table(title=title, title_justify="left", header_style="bold", box=None, pad_edge=False)
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(header_style="bold", box=None, pad_edge=False)
     cells = [tuple(row) for row in rows]
     for index, column in enumerate(columns):
         numeric = all(_is_number(row[index]) for row in cells)
         table.add_column(column, justify="right" if numeric else "left", overflow="fold")
     for row in cells:
         table.add_row(*row)
-    if ANSWERS.is_terminal:
-        ANSWERS.print(table, markup=False)
+    if answers().is_terminal:
+        answers().print(table, markup=False)
     else:
-        Console(width=10_000, highlight=False).print(table, markup=False)
+        Console(width=10_000, highlight=False, emoji=False).print(table, markup=False)
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -109,8 +123,8 @@ def working(what: str | Callable[[], str]) -> Iterator[None]:
     def show() -> None:
         if done.wait(2.0):
             return
-        if NOTES.is_terminal:
-            with NOTES.status("") as status:
+        if notes().is_terminal:
+            with notes().status("") as status:
                 while not done.wait(0.5):
                     status.update(f"{words()} … {duration(time.monotonic() - started)}")
         else:

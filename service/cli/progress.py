@@ -2,16 +2,12 @@
 
 import time
 from types import TracebackType
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from rich.progress import (
-    BarColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-)
+from damperlab.service.cli.output import duration, note, notes
 
-from damperlab.service.cli.output import NOTES, duration, note
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bars
 
 LINE_EVERY_SECONDS = 5.0
 """Time between lines if there is no terminal [s]. A log then stays short but shows progress."""
@@ -60,8 +56,10 @@ class StudyProgress:
         self._name = name
         self._points = points
         self._last_line = time.monotonic()
-        self._bars: Progress | None = None
-        if NOTES.is_terminal:
+        self._bars: Bars | None = None
+        if notes().is_terminal:
+            from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+
             self._bars = Progress(
                 SpinnerColumn(),
                 TextColumn("{task.description}", markup=False),
@@ -69,7 +67,7 @@ class StudyProgress:
                 TextColumn(
                     "{task.completed:.0f}/{task.total:.0f} points, {task.fields[figures]}", markup=False
                 ),
-                console=NOTES,
+                console=notes(),
             )
             self._task = self._bars.add_task(name[:NAME_WIDTH], total=points, figures="starting workers")
 

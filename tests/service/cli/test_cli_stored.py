@@ -16,6 +16,7 @@ from tests.faults.damage import make_store
 from tests.oracles.transmissibility import absolute_amplitude
 from tests.service.cli.commands import run
 
+from damperlab.service.cli.output import note, print_table, say
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
 
@@ -33,6 +34,16 @@ def test_run_prints_the_record_that_the_store_holds_and_computes_it_once(
     again = run("run", linear_study, "--data-dir", data_dir, "--json", "--scheduler", "tcp://127.0.0.1:1")
     # No scheduler answers at that address: had a cluster been wanted, the run would have failed.
     assert json.loads(again.stdout) == record
+
+
+def test_names_are_printed_as_they_were_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Whatever the library that prints them would make of it."""
+    name = "[bold]pump[/bold] :fire: [red]"
+    print_table(["name"], [[name]])
+    say(name)
+    note(name)
+    told = capsys.readouterr()
+    assert [line.strip() for line in (told.out + told.err).splitlines()] == ["name", name, name, name]
 
 
 def test_a_study_is_found_by_the_start_of_its_id_and_by_its_name(stored: Stored) -> None:
