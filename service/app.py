@@ -102,6 +102,7 @@ class Application(FastAPI):
         """Return the OpenAPI document with examples, which is made at the first call."""
         with self._making:
             known = self.openapi_schema is not None
+            self.router.routes = [getattr(route, "analysed", route) for route in self.router.routes]
             document = super().openapi()
             if not known:
                 complete(document)

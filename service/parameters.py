@@ -71,20 +71,32 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
     Depends
         Dependency whose value is a tuple with an instance of each dataclass. Unknown parameters are refused.
     """
-    own = [each for question in questions for each in fields_of(question) if "http" in each.doors]
-    taken = {each.key for each in own}.union(set(EVERY_AXIS).difference(dimensions, COORDINATES))
-    definitions: dict[str, Any] = {}
-    for each in own:
-        definitions |= _named(each, taken) if each.is_named else {each.name: _single(each)}
-    name = "".join(question.__name__ for question in questions) + "Query"
-    model: type[BaseModel] = create_model(name, __config__=ConfigDict(extra="forbid"), **definitions)
+    return Depends(_Reader(questions, dimensions))
 
-    async def read(query: Any) -> tuple[Any, ...]:
-        return tuple(_value(question, query, taken) for question in questions)
 
-    parameter = Parameter("query", Parameter.POSITIONAL_OR_KEYWORD, annotation=Annotated[model, Query()])
-    read.__signature__ = Signature([parameter])  # type: ignore[attr-defined]
-    return Depends(read)
+class _Reader:
+    """Reads the query parameters of a route. FastAPI asks for the signature when it analyses the route."""
+
+    def __init__(self, questions: Sequence[type], dimensions: Sequence[str]) -> None:
+        self._questions = questions
+        self._own = [each for question in questions for each in fields_of(question) if "http" in each.doors]
+        self._taken = {each.key for each in self._own}.union(
+            set(EVERY_AXIS).difference(dimensions, COORDINATES)
+        )
+
+    async def __call__(self, query: Any) -> tuple[Any, ...]:
+        return tuple(_value(question, query, self._taken) for question in self._questions)
+
+    @property
+    def __signature__(self) -> Signature:
+        definitions: dict[str, Any] = {}
+        for each in self._own:
+            definitions |= _named(each, self._taken) if each.is_named else {each.name: _single(each)}
+        name = "".join(question.__name__ for question in self._questions) + "Query"
+        model: type[BaseModel] = create_model(name, __config__=ConfigDict(extra="forbid"), **definitions)
+        return Signature(
+            [Parameter("query", Parameter.POSITIONAL_OR_KEYWORD, annotation=Annotated[model, Query()])]
+        )
 
 
 def _value(question: type, query: BaseModel, taken: Iterable[str]) -> Any:

@@ -1,14 +1,14 @@
 """Routes of the web page and its files. A header tells the browser to load nothing from other hosts."""
 
-from fastapi import APIRouter
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
 from damperlab.service.documentation import PLACE
 from damperlab.service.page.files import PageFile, first_page, page_file, page_version
+from damperlab.service.routes.late import LateRouter
 
-router = APIRouter(include_in_schema=False)
+router = LateRouter(include_in_schema=False)
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; style-src-attr 'unsafe-inline'; "
