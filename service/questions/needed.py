@@ -1,5 +1,9 @@
 """Modules that answer questions. A service imports these modules after its start, before the first question."""
 
+import numcodecs.blosc  # type: ignore[import-untyped]  # noqa: F401
+import scipy.optimize  # noqa: F401
+import xarray as xr
+
 import damperlab.studies.answers.frequency_response
 import damperlab.studies.answers.map_difference
 import damperlab.studies.answers.phrases
@@ -8,3 +12,6 @@ import damperlab.studies.answers.resonance_map
 import damperlab.studies.answers.tmd_comparison
 import damperlab.studies.answers.window
 import damperlab.studies.store.cube.opened  # noqa: F401
+
+# for its first dataset, xarray imports every library of arrays that is installed, such as Dask's
+xr.Dataset(coords={"first": [0.0]})
