@@ -3,7 +3,8 @@
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.excitation.excitation import Phase, add_start_of_base, expand_base
-from damperlab.worker.solver.motion.taylor import change, combine, slope, stick
+from damperlab.worker.solver.linear_motion import LinearMotion
+from damperlab.worker.solver.motion.taylor import TERMS, change, combine, slope, stick
 from damperlab.worker.solver.observe.meter import Meter
 from damperlab.worker.solver.regime import Regime
 from damperlab.worker.solver.scene import Scene
@@ -27,10 +28,23 @@ def expand_motion(
         stick(state.v, relative, absolute)
     else:
         x = state.v + regime.offset
-        combine(x, state.w, phase.first, phase.second, regime.motion.relative_rows, relative)
-        if scene.particle is not None or meter is not None:
-            combine(x, state.w, phase.first, phase.second, regime.motion.absolute_rows, absolute)
+        if scene.particle is None and meter is None:
+            combine(x, state.w, phase.first, phase.second, regime.motion.relative_rows, relative)
+        else:
+            _combine_both(x, state.w, phase, regime.motion, relative, absolute)
             add_start_of_base(base, phase, absolute)
+
+
+@inlined
+def _combine_both(
+    x: float, w: float, phase: Phase, motion: LinearMotion, relative: Floats, absolute: Floats
+) -> None:
+    """Write the coefficients of x and x + s, as `combine` does; the rows of x and w at the start are the same for both."""
+    rows, absolute_rows, first, second = motion.relative_rows, motion.absolute_rows, phase.first, phase.second
+    for n in range(TERMS):
+        free = x * rows[n] + w * rows[TERMS + n]
+        relative[n] = free + (first * rows[2 * TERMS + n] + second * rows[3 * TERMS + n])
+        absolute[n] = free + (first * absolute_rows[2 * TERMS + n] + second * absolute_rows[3 * TERMS + n])
 
 
 @inlined

@@ -115,4 +115,4 @@ def motion_of(riding: float, scene: Scene) -> LinearMotion:
 
 @inlined
 def _choose(free: LinearMotion, loaded: LinearMotion, riding: float) -> LinearMotion:
-    return loaded if riding > 0.0 else free
+    return free if riding < 1.0 else loaded  # the values of the usual case are then loaded alone
