@@ -115,10 +115,9 @@ def find_attractors(design: Design, starts: int, seed: int, settings: Settings) 
         return Attractors(starts, 0, [Attractor(starts, response, from_rest=True, from_next_to_rest=True)])
     for scene in scenes_of(design, settings=settings):
         warm(scene)
-    one = design.excitation
-    drawn = list(drawn_starts(starts, seed, place, z, one, friction, particle))
-    every = drawn + list(_next_to(at_rest(one, friction, particle)))
-    responses = [settle(z, one, friction, particle, settings, start)[0] for start in every]
+    drawn = list(drawn_starts(starts, seed, place, z, r, friction, particle, design.forced))
+    every = drawn + list(_next_to(at_rest(r, friction, particle, design.forced)))
+    responses = [settle(z, r, friction, particle, settings, start, design.forced)[0] for start in every]
     met = []
     for group in attractors(responses):
         members = [index for index in group if index < starts]

@@ -19,7 +19,6 @@ from damperlab.worker.kernel_arguments import (
     wants_energies,
 )
 from damperlab.worker.scenes import scenes
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.ensemble import drawn_starts, ensemble_values
 from damperlab.worker.steady.fixed_steps import settle_stepped
@@ -100,7 +99,8 @@ def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], val
     settings = _settings(study)
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
-        response, _ = settle(zeta, r, friction, particle, settings, at_rest(r, friction, particle))
+        start = at_rest(r, friction, particle, study.forced)
+        response, _ = settle(zeta, r, friction, particle, settings, start, study.forced)
         values["run_time"][i] = thread_time() - began
         for name, number in zip(Response._fields, response, strict=True):
             values[name][i] = number
@@ -116,7 +116,6 @@ def _solve_stepped(
     every = np.arange(points["frequency_ratio"].size)
     chosen = every if known is None else every[~known.reshape(-1)]
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
-        assert not isinstance(r, Forced), "a study by fixed steps has no force"
         began = thread_time()
         response = settle_stepped(zeta, r, friction, particle, solver.steps_per_cycle, settings)
         values["run_time"][i] = thread_time() - began
@@ -134,24 +133,24 @@ def _solve_rows(
     settings = _settings(study)
     if isinstance(study.start, Continuation) and study.start.direction == "down":
         chosen = chosen[np.lexsort((-chosen, chosen // frequencies))]
-    last: tuple[int, float | Forced, State] | None = None  # row, frequency and end of the previous point
+    last: tuple[int, float, State] | None = None  # row, frequency and end of the previous point
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
         row = i // frequencies
-        start = at_rest(r, friction, particle)
+        start = at_rest(r, friction, particle, study.forced)
         if last is not None and last[0] == row:
-            start = carried(last[2], last[1], r, _shrinks(study, last[1], r))
-        response, end = settle(zeta, r, friction, particle, settings, start)
+            start = carried(last[2], last[1], r, _shrinks(study, last[1], r), study.forced)
+        response, end = settle(zeta, r, friction, particle, settings, start, study.forced)
         values["run_time"][i] = thread_time() - began
         for name, number in zip(Response._fields, response, strict=True):
             values[name][i] = number
         last = (row, r, end) if response.status <= Status.MAX_CYCLES else None
 
 
-def _shrinks(study: Study, r_before: float | Forced, r: float | Forced) -> float:
+def _shrinks(study: Study, r_before: float, r: float) -> float:
     """Return the ratio of the base displacements at two frequencies, which is 1 for a constant displacement."""
     constant = study.physical.constant if study.physical is not None else None
-    if constant is None or isinstance(r, Forced) or isinstance(r_before, Forced):
+    if constant is None or study.forced:
         return 1.0
     return float(base_amplitudes(1.0, r_before, constant) / base_amplitudes(1.0, r, constant))
 
@@ -164,8 +163,10 @@ def _solve_ensembles(
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
         began = thread_time()
         place = [float(points[name][i]) for name in DIMENSIONS]
-        starts = drawn_starts(ensemble.n, ensemble.seed, place, zeta, r, friction, particle)
-        responses = [settle(zeta, r, friction, particle, settings, start)[0] for start in starts]
+        starts = drawn_starts(ensemble.n, ensemble.seed, place, zeta, r, friction, particle, study.forced)
+        responses = [
+            settle(zeta, r, friction, particle, settings, start, study.forced)[0] for start in starts
+        ]
         for name, number in ensemble_values(responses).items():
             values[name][i] = number
         values["run_time"][i] = thread_time() - began

@@ -80,8 +80,13 @@ class Kernel:
         return _PartType(self._part)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the kernel, which is compiled first if the types of the arguments are new."""
-        return self.whole(*arguments)
+        """Call the kernel, which is compiled first if the types of the arguments are new.
+
+        Default values are passed as arguments. numba would compile another kernel for an argument that is left out.
+        """
+        defaults = self.py_func.__defaults__ or ()
+        left_out = self.py_func.__code__.co_argcount - len(arguments)
+        return self.whole(*arguments, *defaults[len(defaults) - left_out :])
 
     def __reduce__(self) -> str:
         """Pickle the kernel by name, as Python pickles functions."""

@@ -10,7 +10,6 @@ from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import BEFORE, GRAVITY, PARTICLE_FRICTION, dimensions_of
 from damperlab.worker.physics.compliant_wall import wall_constants
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.response.measures import ACCELERATION, INTEGRATED
 
@@ -31,11 +30,6 @@ def wants_energies(study: Study) -> bool | None:
 def wants_acceleration(study: Study) -> bool | None:
     """Return True if a study stores a measure of u''. Otherwise return None, which removes u'' from the kernels."""
     return True if ACCELERATION & set(study.metrics) else None
-
-
-def excitation_of(frequency_ratio: float, forced: bool) -> float | Forced:
-    """Return the excitation for kernels: a float for a moving base, or `Forced` for a force on the structure."""
-    return Forced(frequency_ratio) if forced else frequency_ratio
 
 
 def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:
@@ -89,8 +83,8 @@ def acting(before: Mapping[str, float]) -> tuple[float | None, float | None]:
 
 def kernel_arguments(
     study: Study, points: dict[str, NDArray[np.float64]], chosen: NDArray[np.intp]
-) -> Iterator[tuple[int, float, float | Forced, float | None, Particle | None]]:
-    """Yield index, ζ, excitation, friction and particle of each chosen point. Friction or particle may be None."""
+) -> Iterator[tuple[int, float, float, float | None, Particle | None]]:
+    """Yield index, ζ, r, friction and particle of each chosen point. Friction or particle may be None."""
     contact = study.contact
     contact_time = contact_time_of(contact)
     rubs = has_friction(points)
@@ -100,7 +94,7 @@ def kernel_arguments(
         yield (
             int(i),
             float(points["damping_ratio"][i]),
-            excitation_of(float(points["frequency_ratio"][i]), study.forced),
+            float(points["frequency_ratio"][i]),
             float(points["friction_ratio"][i]) if rubs[i] else None,
             Particle(
                 float(points["clearance_ratio"][i]),

@@ -9,10 +9,10 @@ from typing import Any, Literal
 import numpy as np
 
 from damperlab.studies.variables import VARIABLES, ResponseClass, Status
-from damperlab.worker.kernel_arguments import excitation_of, rebound_of
+from damperlab.worker.kernel_arguments import rebound_of
 from damperlab.worker.rk4 import march_rk4
 from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, BUDGET, COUNTS, IMPACTS, TURNS
-from damperlab.worker.solver.excitation.sine_base import Forced, base_rate_at_phase_zero
+from damperlab.worker.solver.excitation.sine import base_rate_at_phase_zero
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
@@ -75,9 +75,9 @@ class Design:
             object.__setattr__(self, "particle", particle)
 
     @property
-    def excitation(self) -> float | Forced:
-        """Frequency ratio and kind of excitation, as an argument of kernels."""
-        return excitation_of(self.frequency_ratio, self.forced)
+    def base_rate(self) -> float:
+        """Velocity of the base at phase 0."""
+        return base_rate_at_phase_zero(self.frequency_ratio, self.forced)
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def _steady(
 ) -> tuple[dict[str, Any], Any]:
     """Return the steady response and its state at phase 0. A particle without mass does not act on the structure."""
     z, r, particle = design.damping_ratio, design.frequency_ratio, design.particle
-    rest = at_rest(design.excitation, friction, particle)
+    rest = at_rest(r, friction, particle, design.forced)
     if friction is None and acting is None:
         closed = linear_response(np.array([z]), np.array([r]), design.forced)
         detuning, loss = (1.0 - r) * (1.0 + r), 2.0 * z * r
@@ -189,8 +189,8 @@ def _steady(
         v = -loss * scale
         state = rest._replace(v=v, w=r * detuning * scale, gap=_gap_of_one_at_rest(v, particle))
         return {name: column[0] for name, column in closed.items()}, state
-    one = design.excitation
-    response, end = settle(z, one, friction, acting, settings, at_rest(one, friction, acting))
+    start = at_rest(r, friction, acting, design.forced)
+    response, end = settle(z, r, friction, acting, settings, start, design.forced)
     if acting is None:
         end = rest._replace(v=end.v, w=end.w, slip=end.slip, gap=_gap_of_one_at_rest(end.v, particle))
     return dict(zip(Response._fields, response, strict=True)), end
@@ -220,15 +220,15 @@ def _march(
     start: Any = None,
 ) -> Simulation:
     """Integrate a number of cycles from rest or from a given state, measure the motion, and sample the last cycles."""
-    particle = design.particle
-    scene = make_scene(design.damping_ratio, design.excitation, friction, particle, True)
+    particle, r, forced = design.particle, design.frequency_ratio, design.forced
+    scene = make_scene(design.damping_ratio, r, friction, particle, True, forced)
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
     meter = None if measured else Meter(sums)  # a steady response is measured already
     peaks = np.zeros((2 * cycles + 1, 2))
-    state = at_rest(design.excitation, friction, particle) if start is None else start
-    stored = stored_energy(state, base_rate_at_phase_zero(design.excitation), particle)
+    state = at_rest(r, friction, particle, forced) if start is None else start
+    stored = stored_energy(state, design.base_rate, particle)
     log = empty_log(_LOG_SEGMENTS)
     history = min(history, cycles, _LONGEST_HISTORY)
     samples: list[np.ndarray] = []
@@ -275,7 +275,7 @@ def _absolute(state: Any, design: Design, known: bool) -> dict[str, float | None
     """Return a state at phase 0 in absolute coordinates, NaN if the state is unknown."""
     end: dict[str, float | None] = {
         "u": state.v if known else nan,
-        "u_rate": state.w + base_rate_at_phase_zero(design.excitation) if known else nan,
+        "u_rate": state.w + design.base_rate if known else nan,
         "p": None,
         "p_rate": None,
     }
@@ -304,7 +304,7 @@ def _measures(
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
     sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # over all cycles, not only over the last half
-    end = stored_energy(state, base_rate_at_phase_zero(design.excitation), design.particle)
+    end = stored_energy(state, design.base_rate, design.particle)
     residual = energy_residual(sums, stored, end)
     return {
         **_mean_peaks(peaks),

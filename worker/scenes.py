@@ -63,14 +63,11 @@ class Scene(NamedTuple):
         Whether friction acts.
     contact : str
         Contact model of the particle, `RUBBING` or `FALLING`; empty without a particle.
-    forced : bool
-        Whether the excitation is a force on the structure, and not a moving base.
     """
 
     purpose: Purpose
     friction: bool
     contact: str = ""
-    forced: bool = False
 
     @property
     def name(self) -> str:
@@ -80,8 +77,7 @@ class Scene(NamedTuple):
             "friction" if self.friction else "",
             self.contact and f"particle-{self.contact}",
         ]
-        name = "-".join(filter(None, parts)) if any(parts[1:]) else f"{self.purpose}-linear"
-        return f"{name}-forced" if self.forced else name
+        return "-".join(filter(None, parts)) if any(parts[1:]) else f"{self.purpose}-linear"
 
     @property
     def seconds(self) -> float:
@@ -103,7 +99,6 @@ def every_scene() -> list[Scene]:
     found += [
         Scene(purpose, f, acts) for purpose in rubbing for f in (True, False) for acts in (RUBBING, FALLING)
     ]
-    found += [one._replace(forced=True) for one in found if not one.purpose.startswith("record")]
     stepped = [what for what in (*acting, (False, "")) if what[1] in ("", "instant")]
     found += [Scene(purpose, *what) for purpose in ("stepped", "rk4") for what in stepped]
     found += [Scene("accuracy", *what) for what in (*acting, (False, ""))]
@@ -113,17 +108,13 @@ def every_scene() -> list[Scene]:
 def accuracy_scenes() -> list[Scene]:
     """Return the scenes for the accuracy report in descending order of compile time."""
     needed = ("accuracy", "steady", "transient", "rk4")
-    return [one for one in every_scene() if one.purpose in needed and not one.forced]
+    return [one for one in every_scene() if one.purpose in needed]
 
 
 def usual_scenes() -> list[Scene]:
     """Return the scenes for default studies, points and earthquakes, in descending order of compile time."""
     purposes = ("steady", "orbit", "transient", "record")
-    return [
-        one
-        for one in every_scene()
-        if one.purpose in purposes and one.contact in ("", "instant") and not one.forced
-    ]
+    return [one for one in every_scene() if one.purpose in purposes and one.contact in ("", "instant")]
 
 
 def scene_named(name: str) -> Scene:
@@ -153,7 +144,7 @@ def scenes(study: AnyStudy) -> list[Scene]:
     drags, falls = (_acting(study, name) for name in (PARTICLE_FRICTION, GRAVITY))
     contacts = {FALLING if f else RUBBING if d else study.contact.model for d in drags for f in falls}
     return sorted(
-        Scene(purpose, f, contact, study.forced)
+        Scene(purpose, f, contact)
         for f in rubs
         for p in rattles
         for contact in (contacts if p else ("",))

@@ -75,9 +75,9 @@ def scenes_of(
             purpose: Purpose = "steady" if settings is None or settings.energies else "peaks"
             if settings is not None and settings.acceleration:
                 purpose = "acceleration"
-            found.append(Scene(purpose, friction, acting, design.forced))
+            found.append(Scene(purpose, friction, acting))
         if is_followed(design, 0, followed):
-            found.append(Scene("orbit", friction, contact, design.forced))
+            found.append(Scene("orbit", friction, contact))
     else:
-        found.append(Scene("transient", friction, contact, design.forced))
+        found.append(Scene("transient", friction, contact))
     return found

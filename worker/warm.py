@@ -259,7 +259,6 @@ def _particle(scene: Scene) -> Particle | None:
 
 
 def _steady(scene: Scene) -> None:
-    from damperlab.worker.kernel_arguments import excitation_of
     from damperlab.worker.steady.settle import Settings, settle
     from damperlab.worker.steady.start import at_rest, moving
 
@@ -271,11 +270,9 @@ def _steady(scene: Scene) -> None:
         None if scene.purpose == "peaks" else True,
         True if scene.purpose == "acceleration" else None,
     )
-    one = excitation_of(1.0, scene.forced)
-    rest = at_rest(one, friction, particle)
-    settle(0.1, one, friction, particle, settings, rest)
+    settle(0.1, 1.0, friction, particle, settings, at_rest(1.0, friction, particle))
     # `moving` computes the initial states of an ensemble
-    moving(0.0, 0.0, 0.0, 0.0, one, friction, particle)
+    moving(0.0, 0.0, 0.0, 0.0, 1.0, friction, particle)
 
 
 def _stepped(scene: Scene) -> None:
@@ -306,7 +303,7 @@ def _accuracy(scene: Scene) -> None:
 def _point(scene: Scene) -> None:
     from damperlab.worker.point import Design, show_orbit, simulate_ready
 
-    design = Design(0.1, 1.0, 0.5 if scene.friction else 0.0, _particle(scene), scene.forced)
+    design = Design(0.1, 1.0, 0.5 if scene.friction else 0.0, _particle(scene))
     method: Literal["event", "rk4"] = "rk4" if scene.purpose == "rk4" else "event"
     show_orbit(design) if scene.purpose == "orbit" else simulate_ready(design, 1, 1, method)
 

@@ -22,7 +22,6 @@ from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import LEAST_COMPLIANT
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 from damperlab.worker.kernel_arguments import contact_time_of, rebound_of, wall_of
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.response.closed_form import linear_response
 from damperlab.worker.steady.settle import Settings, at_rest, settle
@@ -118,8 +117,9 @@ def solve(point: dict[str, float]) -> dict[str, Any]:
     if friction is None and particle is None:
         closed = linear_response(np.array([point["damping_ratio"]]), np.array([r]), bool(point["forced"]))
         return {name: column[0] for name, column in closed.items()}
-    r = Forced(r) if point["forced"] else r
-    found, _ = settle(point["damping_ratio"], r, friction, particle, SETTINGS, at_rest(r, friction, particle))
+    forced = bool(point["forced"])
+    rest = at_rest(r, friction, particle, forced)
+    found, _ = settle(point["damping_ratio"], r, friction, particle, SETTINGS, rest, forced)
     return dict(found._asdict())
 
 
@@ -246,9 +246,9 @@ def _warm() -> None:
         Particle(1.0, 0.5, 0.1, 0.1),
         Particle(1.0, 0.5, 0.1, None, Wall(1.0, 0.1)),
     )
-    for r, friction, particle in product((1.0, Forced(1.0)), (None, 0.5), (None, *particles)):
+    for friction, particle in product((None, 0.5), (None, *particles)):
         if friction is not None or particle is not None:
-            settle(0.1, r, friction, particle, Settings(1, 0.5, 1e-2), at_rest(r, friction, particle))
+            settle(0.1, 1.0, friction, particle, Settings(1, 0.5, 1e-2), at_rest(1.0, friction, particle))
 
 
 def run() -> dict[str, Any]:

@@ -21,7 +21,7 @@ from tests.properties.designs import (
 from damperlab.worker.point import Design
 from damperlab.worker.solver.events import ARRIVED, BUDGET, NOTHING
 from damperlab.worker.solver.excitation.excitation import next_half_start
-from damperlab.worker.solver.excitation.sine_base import make_sine_base
+from damperlab.worker.solver.excitation.sine import make_sine
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
 from damperlab.worker.solver.particle import Particle
@@ -48,7 +48,7 @@ class March:
     def __init__(self, design: Design) -> None:
         self.design = design
         self.friction = design.friction_ratio if design.friction_ratio > 0.0 else None
-        self.base = make_sine_base(design.damping_ratio, design.frequency_ratio, True)
+        self.base = make_sine(design.damping_ratio, design.frequency_ratio, True)
         self.half = pi / design.frequency_ratio
         self.log = empty_log(4096)
 

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from damperlab.worker.physics.compliant_wall import wall_constants
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.measures import Response
@@ -21,13 +20,13 @@ class Point(NamedTuple):
     """One design point, as `settle` takes it."""
 
     damping_ratio: float
-    frequency_ratio: float | Forced
+    frequency_ratio: float
     friction: float | None
     particle: Particle
 
-    def rest(self) -> State:
+    def rest(self, forced: bool = False) -> State:
         """Everything at rest."""
-        return at_rest(self.frequency_ratio, self.friction, self.particle)
+        return at_rest(self.frequency_ratio, self.friction, self.particle, forced)
 
     def solve(self) -> tuple[Response, State]:
         """Steady response from rest with a study's default settings, and the state at its end."""

@@ -9,7 +9,6 @@ from tests.worker.designs_drawn import Point
 
 from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.solver.events import ARRIVED, BUDGET
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
@@ -19,14 +18,15 @@ from damperlab.worker.solver.state import State
 
 def marched(
     damping_ratio: float,
-    excitation: float | Forced,
+    frequency_ratio: float,
     friction: float | None,
     particle: Particle | None,
     state: State,
     halves: int,
+    forced: bool = False,
 ) -> State:
     """March on by half cycles, with everything made anew that a march needs, and with the kernel of an orbit."""
-    scene = make_scene(damping_ratio, excitation, friction, particle, True)
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, True, forced)
     scene.counts[BUDGET] = 100_000 * halves
     log = empty_log(1000)
     for _ in range(halves):

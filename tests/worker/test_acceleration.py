@@ -15,11 +15,10 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.kernel_arguments import excitation_of
 from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.events import BUDGET
-from damperlab.worker.solver.excitation.sine_base import base_rate_at_phase_zero
+from damperlab.worker.solver.excitation.sine import base_rate_at_phase_zero
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATION_SQUARE, make_meter
 from damperlab.worker.solver.particle import Particle, Wall
@@ -52,14 +51,15 @@ class Orbit(NamedTuple):
 
 
 def orbit_of(r: float, gamma: float, particle: Particle | None, forced: bool) -> Orbit:
-    one, friction = excitation_of(r, forced), gamma or None
-    found, end = settle(0.03, one, friction, particle, METERED, at_rest(one, friction, particle))
+    friction = gamma or None
+    rest = at_rest(r, friction, particle, forced)
+    found, end = settle(0.03, r, friction, particle, METERED, rest, forced)
     assert (found.status, found.period) == (Status.CONVERGED, 1)
     place, p_rate = end.v, 0.0
     if particle is not None:
         assert end.riding == 0.0
         place, p_rate = end.v - end.wall * (particle.clearance_ratio - end.gap), end.p_rate
-    start = [end.v, end.w + base_rate_at_phase_zero(one), place, p_rate]
+    start = [end.v, end.w + base_rate_at_phase_zero(r, forced), place, p_rate]
     square = 0.5 * found.acceleration_ratio_rms**2
     return Orbit(found.acceleration_ratio, square, found.impacts_per_cycle, end, start)
 
@@ -72,7 +72,7 @@ def test_a_linear_response_accelerates_by_its_frequency_squared(r: float, forced
     receptance = 1.0 / (1.0 - r * r + 2j * zeta * r)
     relative = receptance if forced else r * r * receptance
     absolute = relative if forced else 1.0 + relative
-    scene = make_scene(zeta, excitation_of(r, forced), None, None, True)
+    scene = make_scene(zeta, r, None, None, True, forced)
     scene.counts[BUDGET] = 10
     meter = make_meter(True, True)
     half_cycle(

@@ -4,7 +4,6 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import ARRIVED, BUDGET, IDLE, IMPACTS
-from damperlab.worker.solver.excitation.sine_base import base_rate_at_phase_zero
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.scene import make_scene
@@ -43,12 +42,11 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     energies = None
     if meter is not None:
         energies = meter.energies
-    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, energies)
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, energies, False)
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
-    state = at_rest(frequency_ratio, friction, particle)
-    base_rate = base_rate_at_phase_zero(frequency_ratio)
-    stored = stored_energy(state, base_rate, particle)
+    state = at_rest(frequency_ratio, friction, particle, False)
+    stored = stored_energy(state, frequency_ratio, particle)
     outcome = ARRIVED
     largest = 0.0
     total = 0.0
@@ -70,18 +68,18 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
                 meter.sums[RELATIVE_PEAK] = 0.0
     residual = 0.0
     if meter is not None:
-        residual = energy_residual(meter.sums, stored, stored_energy(state, base_rate, particle))
+        residual = energy_residual(meter.sums, stored, stored_energy(state, frequency_ratio, particle))
     p = 0.0
     p_rate = 0.0
     if particle is not None:
         p = state.v - state.wall * (particle.clearance_ratio - state.gap)
         p_rate = state.p_rate
-    end = (state.v, state.w + base_rate, p, p_rate)
+    end = (state.v, state.w + frequency_ratio, p, p_rate)
     return end, outcome, counts, (residual, largest, total / cycles)
 
 
 @kernel
-def march_halves(damping_ratio, frequency_ratio, friction, particle, state, silent, halves):
+def march_halves(damping_ratio, frequency_ratio, friction, particle, state, silent, halves, forced=False):
     """Integrate `silent` half cycles from a state at phase 0, then record one half cycle for each row of `halves`.
 
     Parameters
@@ -92,6 +90,8 @@ def march_halves(damping_ratio, frequency_ratio, friction, particle, state, sile
         Number of half cycles before the recorded half cycles.
     halves : array, shape (half cycles, 3)
         Output array for the largest |u|, the largest |v| and the number of impacts of each recorded half cycle.
+    forced : bool
+        Whether a force on the structure replaces the shaken base.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def march_halves(damping_ratio, frequency_ratio, friction, particle, state, sile
     outcome : int
         ARRIVED, or the reason why the integration ended early, such as too many events.
     """
-    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, None)
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, None, forced)
     counts = scene.counts
     sums = np.zeros(METERS)
     meter = Meter(sums, None, None)

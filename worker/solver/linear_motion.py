@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.array_loops import filled
-from damperlab.worker.solver.excitation.sine_base import SineForce
+from damperlab.worker.solver.excitation.excitation import amplitudes
 from damperlab.worker.solver.motion.quadratic_forms import motion_forms
 from damperlab.worker.solver.motion.taylor import TERMS, motion_rows, slope, value
 
@@ -45,25 +44,11 @@ class LinearMotion(NamedTuple):
 def make_linear_motion(base: Any, inertia: float, energies: bool | None) -> LinearMotion:
     """Make the linear motion with a given inertia; `forms` is None if `energies` is None."""
     h, two_zeta = base.window, base.two_zeta
-    at_rest = filled(2 * TERMS, 0.0)
-    position, force = base.rows, at_rest
-    if isinstance(base, SineForce):
-        position, force = at_rest, base.rows
-    relative, absolute = motion_rows(two_zeta, 1.0 / inertia, position, force)
-    if energies is None:
-        return _linear_motion(relative, absolute, None, inertia, h)
-    forms = motion_forms(two_zeta, position, force, relative, absolute, h)
-    return _linear_motion(relative, absolute, forms, inertia, h)
-
-
-@kernel
-def _linear_motion(
-    relative: NDArray[np.float64],
-    absolute: NDArray[np.float64],
-    forms: NDArray[np.float64] | None,
-    inertia: float,
-    h: float,
-) -> LinearMotion:
+    displacement, force = amplitudes(base)
+    relative, absolute = motion_rows(two_zeta, 1.0 / inertia, base.rows, displacement, force)
+    forms = None
+    if energies is not None:
+        forms = motion_forms(two_zeta, base.rows, displacement, force, relative, absolute, h)
     return LinearMotion(
         1.0 / inertia,
         value(relative[0 * TERMS : 1 * TERMS], h),

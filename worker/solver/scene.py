@@ -10,7 +10,7 @@ from damperlab.worker.solver.addresses import Floats, address
 from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.events import COUNTS
 from damperlab.worker.solver.excitation.excitation import contact_forcing
-from damperlab.worker.solver.excitation.sine_base import Forced, make_sine
+from damperlab.worker.solver.excitation.sine import make_sine
 from damperlab.worker.solver.linear_motion import LinearMotion, make_linear_motion
 from damperlab.worker.solver.motion.compliant_equations import make_contact
 from damperlab.worker.solver.motion.taylor import TERMS
@@ -24,7 +24,7 @@ class Scene(NamedTuple):
 
     Attributes
     ----------
-    base : SineBase, RecordBase or SineForce
+    base : Sine or RecordBase
         The excitation.
     free : LinearMotion
         The motion of the primary mass alone.
@@ -73,27 +73,28 @@ def curves_of(scene: Scene) -> Curves:
 @kernel
 def make_scene(
     damping_ratio: float,
-    frequency_ratio: float | Forced,
+    frequency_ratio: float,
     friction: float | None,
     particle: Particle | None,
     energies: bool | None,
+    forced: bool = False,
 ) -> Scene:
     """Make the scene of one design point under a harmonic excitation.
 
     Parameters
     ----------
-    damping_ratio : float
-        ζ.
-    frequency_ratio : float or Forced
-        r of a shaken base, or `Forced` for a force on the structure.
+    damping_ratio, frequency_ratio : float
+        ζ and r.
     friction : float or None
         γ_F; None without friction.
     particle : Particle or None
         The particle.
     energies : True or None
         Whether a meter needs integrals (`observe.meter.Meter`).
+    forced : bool
+        Whether a force on the structure replaces the shaken base. Lengths are then divided by F₀/k.
     """
-    base = make_sine(damping_ratio, frequency_ratio, energies)
+    base = make_sine(damping_ratio, frequency_ratio, energies, forced)
     return scene_on(base, friction, particle, energies)
 
 

@@ -1,13 +1,13 @@
 """The motion of the structure alone, which has no events, as one map over half a cycle."""
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
+from damperlab.worker.solver.excitation.sine import Sine
 from damperlab.worker.solver.linear_motion import LinearMotion
 from damperlab.worker.solver.state import State
 
 
 @kernel
-def march_alone(state: State, halves: int, base: SineBase | SineForce, free: LinearMotion) -> State:
+def march_alone(state: State, halves: int, base: Sine, free: LinearMotion) -> State:
     """Integrate the structure alone through half cycles, mirrored as in `integrate.half_cycle`.
 
     The maps of all panels are composed once. Each half cycle is then one map (v, w) → −(P (v, w) + g).
@@ -18,7 +18,7 @@ def march_alone(state: State, halves: int, base: SineBase | SineForce, free: Lin
         State at phase 0.
     halves : int
         Number of half cycles.
-    base, free : SineBase or SineForce, LinearMotion
+    base, free : Sine, LinearMotion
         The excitation and the motion of the primary mass.
 
     Returns

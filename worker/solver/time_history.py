@@ -60,7 +60,7 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     for logged in log.rows[: log.cursor[0]]:
         start, duration = logged[START], logged[DURATION]
         sine, cosine = sin(r * start), cos(r * start)
-        expand_base(base, phase_of_sine(sine, cosine, r), of_base)
+        expand_base(base, phase_of_sine(base, sine, cosine), of_base)
         held = friction is not None and logged[SLIP] == 0.0
         offset = 0.0 if friction is None else logged[SLIP] * friction
         riding = logged[RIDING] > 0.0

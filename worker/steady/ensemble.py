@@ -7,7 +7,6 @@ from math import cos, exp, hypot, log, pi, sin
 import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.measures import Response
@@ -26,9 +25,10 @@ def drawn_starts(
     seed: int,
     coordinates: Sequence[float],
     damping_ratio: float,
-    excitation: float | Forced,
+    frequency_ratio: float,
     friction: float | None,
     particle: Particle | None,
+    forced: bool = False,
 ) -> Iterator[State]:
     """Draw the start states of one design point; the first start is at rest.
 
@@ -39,8 +39,8 @@ def drawn_starts(
     coordinates : sequence of float
         The six coordinates of the point. The draw depends only on these coordinates and the seed, not on the division
         into blocks. A longer ensemble begins with the starts of a shorter ensemble.
-    damping_ratio, excitation, friction, particle
-        Parameters of `settle`, with `excitation` for `frequency_ratio`.
+    damping_ratio, frequency_ratio, friction, particle, forced
+        Parameters of `settle`.
 
     Yields
     ------
@@ -50,9 +50,7 @@ def drawn_starts(
         amplitude of the structure alone (at least 2 Z, at most `HIGHEST`). The position of the particle in its cavity
         and the velocity of the particle relative to the mass, within ± a r, are uniformly distributed.
     """
-    yield at_rest(excitation, friction, particle)
-    forced = isinstance(excitation, Forced)
-    frequency_ratio = excitation.frequency_ratio if isinstance(excitation, Forced) else excitation
+    yield at_rest(frequency_ratio, friction, particle, forced)
     bits = np.asarray(coordinates, dtype="<f8").view("<u8")
     random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, *map(int, bits)])))
     loss = 2.0 * damping_ratio * frequency_ratio
@@ -66,7 +64,8 @@ def drawn_starts(
         phase = 2.0 * pi * turn
         u_rate = a * frequency_ratio * cos(phase)
         p_rate = u_rate + (2.0 * speed - 1.0) * a * frequency_ratio if particle is not None else 0.0
-        yield moving(a * sin(phase), u_rate, 2.0 * place - 1.0, p_rate, excitation, friction, particle)
+        position = 2.0 * place - 1.0
+        yield moving(a * sin(phase), u_rate, position, p_rate, frequency_ratio, friction, particle, forced)
 
 
 def attractors(responses: Sequence[Response]) -> list[list[int]]:

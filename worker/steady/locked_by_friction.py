@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.excitation.excitation import largest_forcing
-from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
@@ -63,8 +62,8 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
         clear = True
         if scene.particle is not None:
             gap = state.gap - state.wall * (v - state.v)
-            swing = 0.0 if isinstance(scene.base, SineForce) else 1.0  # amplitude of the base
-            clear = abs(gap - scene.particle.clearance_ratio) + swing <= scene.particle.clearance_ratio
+            farthest = abs(gap - scene.particle.clearance_ratio) + scene.base.displacement
+            clear = farthest <= scene.particle.clearance_ratio
         if clear:
             return State(v, 0.0, 0.0, state.wall, gap, 0.0, 0.0, 0, 0, state.dwell, state.slide), True
     return state, False

@@ -9,8 +9,7 @@ from typing import NamedTuple
 from damperlab.studies.variables import Status
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
-from damperlab.worker.solver.excitation.excitation import largest_forcing
-from damperlab.worker.solver.excitation.sine_base import SineForce
+from damperlab.worker.solver.excitation.excitation import has_force, largest_forcing
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.solver.state import State
@@ -172,7 +171,7 @@ def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: No
     The period of the state is 0 if no such state exists.
     """
     if scene.particle is not None and scene.particle.friction is not None:
-        if scene.friction is not None and not isinstance(scene.base, SineForce):
+        if scene.friction is not None and not has_force(scene.base):
             limit, apart = dragging_limit(state, scene.friction, scene, probe)
             if apart < inf:
                 return Orbit(limit, _LOCKED_LAG, apart), 0.0
@@ -183,7 +182,7 @@ def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: No
             limit, creeps = creep_limit(state, scene.friction, scene)
             if creeps or is_locked(state, scene.friction, forcing, notes.ring, half):
                 return Orbit(limit, _LOCKED_LAG, 0.0), 0.0
-        if scene.particle is not None and isinstance(scene.base, SineForce):
+        if scene.particle is not None and has_force(scene.base):
             limit, way_left = slowing_limit(state, scene.friction, scene.particle, scene)
             if way_left < inf:
                 return Orbit(limit, _LOCKED_LAG, 0.0), way_left
@@ -209,7 +208,7 @@ def _slows_down(scene: Scene) -> bool:
     If so, the mean peak does not describe a steady response, even if the error of the mean is small.
     """
     if scene.friction is not None:
-        if scene.particle is not None and isinstance(scene.base, SineForce) and not rubs(scene.particle):
+        if scene.particle is not None and has_force(scene.base) and not rubs(scene.particle):
             slows: bool = slows_down(scene.friction, scene.particle, scene)
             return slows
     return False

@@ -9,7 +9,6 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.addresses import on_addresses
 from damperlab.worker.solver.events import ARRIVED
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.sliding import down_of, rubs
@@ -63,20 +62,19 @@ _ROUNDING = 1e-12  # Rounding error of displacements, over the amplitude of the 
 @kernel
 def settle(
     damping_ratio: float,
-    frequency_ratio: float | Forced,
+    frequency_ratio: float,
     friction: float | None,
     particle: Particle | None,
     settings: Settings,
     start: State,
+    forced: bool = False,
 ) -> tuple[Response, State]:
     """Compute the steady response of one design point.
 
     Parameters
     ----------
-    damping_ratio : float
-        ζ.
-    frequency_ratio : float or Forced
-        r of a shaken base, or `Forced` for a force on the structure. Lengths are then divided by F₀/k.
+    damping_ratio, frequency_ratio : float
+        ζ and r.
     friction : float or None
         γ_F > 0; None for a kernel without friction.
     particle : Particle or None
@@ -85,6 +83,8 @@ def settle(
         Rules for stopping the run.
     start : State
         State at phase 0, for example `start.at_rest`.
+    forced : bool
+        Whether a force on the structure replaces the shaken base. Lengths are then divided by F₀/k.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def settle(
     burn-in, the standard error of the mean peak is below `tolerance`, a moving particle has met a wall, and the run
     does not tend to rest. Last, `max_cycles` or the limit on events is reached.
     """
-    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
+    scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies, forced)
     notes = make_notes(settings.max_cycles, settings.energies, settings.acceleration)
     return _settled(start, scene, probe_of(scene), notes, settings)
 

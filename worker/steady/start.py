@@ -2,21 +2,23 @@
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
-from damperlab.worker.solver.excitation.sine_base import Forced, base_rate_at_phase_zero
+from damperlab.worker.solver.excitation.sine import base_rate_at_phase_zero
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.sliding import moving_slide, slide_at_rest
 from damperlab.worker.solver.state import State
 
 
 @kernel
-def at_rest(frequency_ratio: float | Forced, friction: float | None, particle: Particle | None) -> State:
+def at_rest(
+    frequency_ratio: float, friction: float | None, particle: Particle | None, forced: bool = False
+) -> State:
     """Make a state with mass and particle at rest in the absolute frame: v' = −r, or v' = 0 under a force.
 
     The particle is in the middle of its cavity or, under gravity, on the lower wall.
     """
     slip = 0.0
     if friction is not None:
-        slip = 0.0 if isinstance(frequency_ratio, Forced) else -1.0
+        slip = 0.0 if forced else -1.0
     gap = 0.0
     riding = 0.0
     if particle is not None:
@@ -27,7 +29,7 @@ def at_rest(frequency_ratio: float | Forced, friction: float | None, particle: P
             gap = 0.0
     return State(
         0.0,
-        0.0 - base_rate_at_phase_zero(frequency_ratio),
+        0.0 - base_rate_at_phase_zero(frequency_ratio, forced),
         slip,
         1.0,
         gap,
@@ -40,9 +42,7 @@ def at_rest(frequency_ratio: float | Forced, friction: float | None, particle: P
     )
 
 
-def carried(
-    state: State, excitation_before: float | Forced, excitation: float | Forced, shrinks: float = 1.0
-) -> State:
+def carried(state: State, r_before: float, r: float, shrinks: float = 1.0, forced: bool = False) -> State:
     """Return the same motion under another frequency of excitation: the change causes no slip and no impact.
 
     The structure keeps its motion relative to the base, and so does a particle on its wall. A particle in flight or at
@@ -52,15 +52,17 @@ def carried(
     ----------
     state : State
         State at phase 0.
-    excitation_before, excitation : float or Forced
-        Frequency of the excitation for the given state, and the new frequency.
+    r_before, r : float
+        Frequency ratio of the given state, and the new frequency ratio.
     shrinks : float
         Ratio of the previous to the present reference length.
+    forced : bool
+        Whether a force on the structure replaces the shaken base.
     """
     p_rate = shrinks * state.p_rate
     if state.riding > 0.0 or state.gap < 0.0:
-        before = base_rate_at_phase_zero(excitation_before)
-        p_rate = base_rate_at_phase_zero(excitation) + shrinks * (state.p_rate - before)
+        before = base_rate_at_phase_zero(r_before, forced)
+        p_rate = base_rate_at_phase_zero(r, forced) + shrinks * (state.p_rate - before)
     dwell = state.dwell
     if dwell is not None:
         dwell = dwell._replace(speed=shrinks * dwell.speed)
@@ -81,9 +83,10 @@ def moving(
     u_rate: float,
     position: float,
     p_rate: float,
-    frequency_ratio: float | Forced,
+    frequency_ratio: float,
     friction: float | None,
     particle: Particle | None,
+    forced: bool = False,
 ) -> State:
     """Make a state from values in the absolute frame, with the particle in flight.
 
@@ -96,7 +99,7 @@ def moving(
     p_rate : float
         Velocity of the particle.
     """
-    w = u_rate - base_rate_at_phase_zero(frequency_ratio)
+    w = u_rate - base_rate_at_phase_zero(frequency_ratio, forced)
     slip = 0.0
     if friction is not None:
         slip = 1.0 if w > 0.0 else -1.0

@@ -11,7 +11,6 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.kernel_arguments import wall_of
 from damperlab.worker.solver.events import ARRIVED
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import Dwell, State
@@ -22,16 +21,17 @@ from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.stopping_rules import next_estimate
 
 SETTINGS = Settings(4000, 0.02, 1e-9)
+FORCED = True
 HALVES = 32_000
 """Of the march that tells where a mass ends: four times as long as the longest run of `SETTINGS`."""
 
 
 def marched(
-    damping: float, r: Forced, friction: float, particle: Particle, start: State, halves: int = HALVES
+    damping: float, r: float, friction: float, particle: Particle, start: State, halves: int = HALVES
 ) -> tuple[State, float]:
     """State after half cycles without measuring and two more, and the largest |u| of those two."""
     rows = np.zeros((2, 3))
-    end, outcome = march_halves(damping, r, friction, particle, start, halves, rows)
+    end, outcome = march_halves(damping, r, friction, particle, start, halves, rows, FORCED)
     assert outcome == ARRIVED
     return end, float(rows[:, 0].max())
 
@@ -67,7 +67,7 @@ def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str, points: int) -> 
     random = np.random.default_rng(5)
     told = 0
     for _ in range(points):
-        damping, r = random.uniform(0.002, 0.3), Forced(np.exp(random.uniform(np.log(0.3), np.log(3.0))))
+        damping, r = random.uniform(0.002, 0.3), float(np.exp(random.uniform(np.log(0.3), np.log(3.0))))
         friction = float(random.choice([1.0, 1.002, 1.02, 1.2, 1.5, 3.0]))
         particle = particle_of(
             kind,
@@ -75,9 +75,9 @@ def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str, points: int) -> 
             float(random.choice([0.1, 0.3, 0.6, 0.9])),
             float(random.choice([0.02, 0.1, 0.3])),
         )
-        coordinates = (damping, r.frequency_ratio, friction, *particle[:3])
-        for start in drawn_starts(3, 7, coordinates, damping, r, friction, particle):
-            response, _ = settle(damping, r, friction, particle, SETTINGS, start)
+        coordinates = (damping, r, friction, *particle[:3])
+        for start in drawn_starts(3, 7, coordinates, damping, r, friction, particle, FORCED):
+            response, _ = settle(damping, r, friction, particle, SETTINGS, start, FORCED)
             if response.response_class != ResponseClass.LOCKED:
                 continue
             known = response.status == Status.CONVERGED
@@ -94,11 +94,9 @@ def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str, points: int) -> 
 
 def test_all_starts_lead_to_one_response() -> None:
     """The particle slows down for ever: no run comes to where it rests."""
-    r, friction, particle = Forced(0.98), 2.0, Particle(0.5, 0.3, 0.1)
-    starts = drawn_starts(
-        12, 0, (0.09, r.frequency_ratio, friction, *particle[:3]), 0.09, r, friction, particle
-    )
-    found = [settle(0.09, r, friction, particle, SETTINGS, start)[0] for start in starts]
+    r, friction, particle = 0.98, 2.0, Particle(0.5, 0.3, 0.1)
+    starts = drawn_starts(12, 0, (0.09, r, friction, *particle[:3]), 0.09, r, friction, particle, FORCED)
+    found = [settle(0.09, r, friction, particle, SETTINGS, start, FORCED)[0] for start in starts]
     assert {response.status for response in found} == {Status.CONVERGED}
     assert len(attractors(found)) == 1
 
@@ -107,9 +105,9 @@ def test_all_starts_lead_to_one_response() -> None:
 @pytest.mark.parametrize("speed", [0.3, 0.1, 0.03, 0.01])
 def test_walls_that_push_less_than_friction_holds_do_not_move_the_mass(speed: float) -> None:
     """Up to the speed at which the wall pushes with the margin of 0.4, 0.46 here: one outcome, known at once."""
-    r, particle = Forced(1.0), particle_of("compliant", 5.0, 0.9, 0.3, 1.0)
+    r, particle = 1.0, particle_of("compliant", 5.0, 0.9, 0.3, 1.0)
     start = State(0.1, 0.0, 0.0, 1.0, 5.0, speed, 0.0, 0, 0, Dwell(0.0, 0.0))
-    response, _ = settle(0.05, r, 1.5, particle, SETTINGS, start)
+    response, _ = settle(0.05, r, 1.5, particle, SETTINGS, start, FORCED)
     assert (response.response_class, response.status) == (ResponseClass.LOCKED, Status.CONVERGED)
     assert (response.amplitude_ratio, response.amplitude_error) == (0.1, 0.0)
     assert response.cycles <= 32, "a look or two"
@@ -120,13 +118,13 @@ def test_walls_that_push_less_than_friction_holds_do_not_move_the_mass(speed: fl
 
 def test_a_mean_that_is_known_ends_the_run_before_the_bound_does() -> None:
     """Impacts with e = 0.97 may move the mass far in all, and hardly have when its mean is known."""
-    r, particle = Forced(1.1), Particle(2.0, 0.97, 0.3)
+    r, particle = 1.1, Particle(2.0, 0.97, 0.3)
     coordinates = (0.1, 1.1, 1.3, *particle[:3])
     ended = 0
-    for start in drawn_starts(12, 1, coordinates, 0.1, r, 1.3, particle):
-        response, end = settle(0.1, r, 1.3, particle, SETTINGS, start)
+    for start in drawn_starts(12, 1, coordinates, 0.1, r, 1.3, particle, FORCED):
+        response, end = settle(0.1, r, 1.3, particle, SETTINGS, start, FORCED)
         assert (response.response_class, response.period) == (ResponseClass.LOCKED, 1)
-        scene = make_scene(0.1, r, 1.3, particle, True)
+        scene = make_scene(0.1, r, 1.3, particle, True, FORCED)
         _, way_left = slowing_limit(end, 1.3, particle, scene)
         if response.status == Status.CONVERGED and allowed(response.amplitude_ratio) < way_left < inf:
             ended += 1
@@ -137,9 +135,9 @@ def test_a_mean_that_is_known_ends_the_run_before_the_bound_does() -> None:
 
 def test_a_run_that_stops_before_the_way_left_is_small_says_so() -> None:
     """A mass of γ_F = 1 ends at zero; with e = 0.9 the particle still has speed enough to move it when the run has to stop."""
-    r, particle = Forced(1.46), Particle(2.6, 0.9, 0.3)
+    r, particle = 1.46, Particle(2.6, 0.9, 0.3)
     start = State(0.005, 0.0, 0.0, 1.0, 1.0, 0.01, 0.0, 0, 0, None)
-    response, end = settle(0.19, r, 1.0, particle, SETTINGS, start)
+    response, end = settle(0.19, r, 1.0, particle, SETTINGS, start, FORCED)
     assert response.status == Status.MAX_CYCLES
     assert response.response_class == ResponseClass.LOCKED
     assert response.amplitude_ratio == 0.0
@@ -156,9 +154,9 @@ def test_a_mean_of_zero_is_looked_at_again_soon(form: str) -> None:
 
 @pytest.mark.night
 def test_a_mass_at_zero_stays_there_beside_a_particle_that_is_hardly_slowed() -> None:
-    r, particle = Forced(1.0), particle_of("compliant", 0.5, 0.999, 0.1, 0.3)
+    r, particle = 1.0, particle_of("compliant", 0.5, 0.999, 0.1, 0.3)
     start = State(0.0, 0.0, 0.0, 1.0, 0.5, 1.0, 0.0, 0, 0, Dwell(0.0, 0.0))
-    response, _ = settle(0.05, r, 20.0, particle, SETTINGS, start)
+    response, _ = settle(0.05, r, 20.0, particle, SETTINGS, start, FORCED)
     assert response.response_class == ResponseClass.LOCKED
     assert response.amplitude_ratio == 0.0
 
@@ -176,7 +174,7 @@ def test_a_mass_at_zero_stays_there_beside_a_particle_that_is_hardly_slowed() ->
 def test_no_limit_is_told_where(
     why: str, friction: float, particle: Particle, change: dict[str, float]
 ) -> None:
-    scene = make_scene(0.05, Forced(1.1), friction, particle, True)
+    scene = make_scene(0.05, 1.1, friction, particle, True, FORCED)
     at_ease = State(0.2, 0.0, 0.0, 1.0, 1.0, 0.001, 0.0, 0, 0, None)
     _, way_left = slowing_limit(at_ease._replace(**change), friction, particle, scene)
     assert way_left == inf, why
@@ -184,7 +182,7 @@ def test_no_limit_is_told_where(
 
 def test_the_limit_is_where_the_mass_is_or_the_edge() -> None:
     particle = Particle(2.0, 0.5, 0.1)
-    scene = make_scene(0.05, Forced(1.1), 1.5, particle, True)
+    scene = make_scene(0.05, 1.1, 1.5, particle, True, FORCED)
     for v, ends in ((0.2, 0.2), (-0.5, -0.5), (0.505, 0.5), (-0.505, -0.5)):
         limit, way_left = slowing_limit(
             State(v, 0.0, 0.0, 1.0, 1.0, 0.001, 0.0, 0, 0, None), 1.5, particle, scene

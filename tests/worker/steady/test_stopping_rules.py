@@ -9,7 +9,6 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.kernel_arguments import wall_of
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import State
@@ -154,40 +153,42 @@ def test_a_response_is_not_known_while_a_particle_is_on_its_way_to_a_wall(
 
 
 @pytest.mark.parametrize(
-    ("damping", "excitation", "friction", "particle"),
+    ("damping", "r", "friction", "particle", "forced"),
     [
-        (0.0199, 1.02, None, Particle(6.4, 0.8, 0.033)),
-        (0.0205, 1.02, None, Particle(6.4, 0.5, 0.033)),
-        (0.021, 1.02, None, Particle(6.4, 0.6, 0.033)),
+        (0.0199, 1.02, None, Particle(6.4, 0.8, 0.033), False),
+        (0.0205, 1.02, None, Particle(6.4, 0.5, 0.033), False),
+        (0.021, 1.02, None, Particle(6.4, 0.6, 0.033), False),
         # a particle that loses little at impacts, or a mass with friction: both settle more slowly than the structure alone
-        (0.25, 1.13, None, Particle(0.27, 0.95, 0.3)),
+        (0.25, 1.13, None, Particle(0.27, 0.95, 0.3), False),
         pytest.param(
             0.17939655362911683,
-            Forced(1.104856423799005),
+            1.104856423799005,
             None,
             Particle(1.3947412260790426, 0.8, 0.3),
+            True,
             marks=pytest.mark.night,
         ),
         (
             0.09433787661340863,
-            Forced(0.7225422151208001),
+            0.7225422151208001,
             0.8337759220476842,
             Particle(0.32817401200478274, 0.6, 0.1),
+            True,
         ),
     ],
 )
 def test_what_is_largest_is_none_of_the_way_there(
-    damping: float, excitation: float | Forced, friction: float | None, particle: Particle
+    damping: float, r: float, friction: float | None, particle: Particle, forced: bool
 ) -> None:
     """A run that goes on from where the first one ended finds peaks and impacts as large, but for what is chance.
 
     The largest peaks and speeds of two runs of this length differ by chance: 1 in 80 points has peaks further than 2 % apart.
     """
     settings = Settings(3000, 0.02, 1e-9)
-    start = at_rest(excitation, friction, particle)
-    response, end = settle(damping, excitation, friction, particle, settings, start)
+    start = at_rest(r, friction, particle, forced)
+    response, end = settle(damping, r, friction, particle, settings, start, forced)
     assert response.period == 0
-    onwards, _ = settle(damping, excitation, friction, particle, settings, end)
+    onwards, _ = settle(damping, r, friction, particle, settings, end, forced)
     assert response.amplitude_ratio_max <= 1.02 * onwards.amplitude_ratio_max
     assert response.impact_speed_max <= 1.05 * onwards.impact_speed_max
 

@@ -25,7 +25,6 @@ from damperlab.worker.solver.events import (
     SLIP_ONSET,
     TURN,
 )
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.state import State
@@ -138,11 +137,9 @@ def halves(model: str, has_friction: bool, forced: bool = False) -> list[Half]:
     drawn = (p for p in drawn_points(4711) if (p.friction is not None) == has_friction)
     for i, drawn_point in enumerate(islice(drawn, FORCED if forced else POINTS)):
         point = with_contact(drawn_point, model, float(times[i % 5]))
-        if forced:
-            point = point._replace(frequency_ratio=Forced(drawn_point.frequency_ratio))
-        scene = make_scene(*point, None)
+        scene = make_scene(*point, None, forced)
         scene.counts[BUDGET] = 300_000
-        state = point.rest()
+        state = point.rest(forced)
         for half in range(WARM_UP + LOOKED_AT):
             if half >= WARM_UP:
                 one = compared(state, point, scene)

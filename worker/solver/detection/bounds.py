@@ -25,13 +25,12 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) ->
     if regime.sticks:
         return MotionBounds(0.0, base_most)
     two_zeta, compliance, time = base.two_zeta, regime.motion.compliance, span.remaining
-    x = abs(state.v + regime.offset)
-    pulled = with_force_bound(x, base, 0)
+    pulled = with_force_bound(abs(state.v + regime.offset), base, 0)
     w_most = (abs(state.w) + time * (compliance * pulled + base_most)) / (
         1.0 - compliance * time * (two_zeta + time)
     )
-    x_most = x + time * w_most
-    return MotionBounds(w_most, compliance * (two_zeta * w_most + with_force_bound(x_most, base, 0)))
+    pulled_most = pulled + time * w_most
+    return MotionBounds(w_most, compliance * (two_zeta * w_most + pulled_most))
 
 
 @inlined

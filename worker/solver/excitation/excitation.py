@@ -1,7 +1,8 @@
 """The excitation of the structure: a base shaken by a sine or a record, or a sinusoidal force on the structure.
 
-The integrator accesses the excitation only through the functions of this module. The compiler keeps only the branch of
-the given kind of excitation. Under a force the base is at rest.
+The integrator accesses the excitation only through the functions of this module. The compiler keeps only the branch of a
+record or of a sine. A shaken base and a force are both a `Sine`, which two amplitudes distinguish: products with 1 and
+sums with 0 are exact, so the force does not change the bits of a motion on a shaken base.
 """
 
 from typing import NamedTuple
@@ -10,15 +11,12 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import hold_force
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.excitation.record_base import RecordBase
-from damperlab.worker.solver.excitation.sine_base import (
-    SineBase,
-    SineForce,
-)
+from damperlab.worker.solver.excitation.sine import Sine
 from damperlab.worker.solver.motion.compliant_motion import CompliantForcing
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.state import State, mirrored
 
-Excitation = SineBase | RecordBase | SineForce
+Excitation = Sine | RecordBase
 
 
 class Phase(NamedTuple):
@@ -48,15 +46,10 @@ class Phase(NamedTuple):
 
 
 @inlined
-def phase_of_sine(sine: float, cosine: float, r: float) -> Phase:
-    """Phase of a base s = sin φ with given sine and cosine."""
-    return Phase(sine, cosine, sine, r * cosine, r * r * sine, 0.0, r * r)
-
-
-@inlined
-def phase_of_force(sine: float, cosine: float) -> Phase:
-    """Phase of a force sin φ with given sine and cosine."""
-    return Phase(sine, cosine, 0.0, 0.0, 0.0, sine, 0.0)
+def phase_of_sine(base: Sine, sine: float, cosine: float) -> Phase:
+    """Phase of a harmonic excitation with given sine and cosine."""
+    position, rate, most = base.displacement * sine, base.velocity * cosine, base.acceleration
+    return Phase(sine, cosine, position, rate, most * sine, base.force * sine, most)
 
 
 @inlined
@@ -66,7 +59,7 @@ def phase_at(base: Excitation, k: int) -> Phase:
         return _phase_of_record(
             base.acceleration[k], base.jerk[k], base.position[k], base.rate[k], base.most[k]
         )
-    return _phase_of_sine_or_force(base, base.sine[k], base.cosine[k])
+    return phase_of_sine(base, base.sine[k], base.cosine[k])
 
 
 @inlined
@@ -77,7 +70,7 @@ def phase_until(base: Excitation, k: int) -> Phase:
         return _phase_of_record(
             acceleration, base.jerk[k], base.position[k + 1], base.rate[k + 1], base.most[k]
         )
-    return _phase_of_sine_or_force(base, base.sine[k + 1], base.cosine[k + 1])
+    return phase_of_sine(base, base.sine[k + 1], base.cosine[k + 1])
 
 
 @inlined
@@ -86,7 +79,7 @@ def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) ->
     at, rate = value(excitation, t), slope(excitation, t)
     if isinstance(base, RecordBase):
         return _phase_of_record(phase.first + phase.second * t, phase.second, at, rate, phase.most)
-    return _phase_of_sine_or_force(base, at, rate / base.frequency_ratio)
+    return phase_of_sine(base, at, rate / base.frequency_ratio)
 
 
 @inlined
@@ -95,36 +88,28 @@ def _phase_of_record(acceleration: float, jerk: float, position: float, rate: fl
 
 
 @inlined
-def _phase_of_sine_or_force(base: SineBase | SineForce, sine: float, cosine: float) -> Phase:
-    if isinstance(base, SineForce):
-        return phase_of_force(sine, cosine)
-    return phase_of_sine(sine, cosine, base.frequency_ratio)
-
-
-@inlined
 def base_displacement(base: Excitation, excitation: Floats, t: float) -> float:
     """Displacement s of the base, from the polynomial of `expand_excitation`; 0 under a force."""
-    if isinstance(base, SineForce):
-        return 0.0
-    return value(excitation, t)
+    if isinstance(base, RecordBase):
+        return value(excitation, t)
+    return base.displacement * value(excitation, t)
 
 
 @inlined
 def base_velocity(base: Excitation, excitation: Floats, t: float) -> float:
     """Velocity s' of the base, from the polynomial of `expand_excitation`; 0 under a force."""
-    if isinstance(base, SineForce):
-        return 0.0
-    return slope(excitation, t)
+    if isinstance(base, RecordBase):
+        return slope(excitation, t)
+    return base.displacement * slope(excitation, t)
 
 
 @inlined
 def expand_base(base: Excitation, phase: Phase, out: Floats) -> None:
     """Write the Taylor coefficients of the base displacement s after a phase."""
-    if isinstance(base, SineForce):
+    expand_excitation(base, phase, out)
+    if isinstance(base, Sine):
         for n in range(TERMS):
-            out[n] = 0.0
-    else:
-        expand_excitation(base, phase, out)
+            out[n] = base.displacement * out[n]
 
 
 @inlined
@@ -151,8 +136,6 @@ def travel(base: Excitation, phase: Phase, end: Phase) -> float:
     if isinstance(base, RecordBase):
         t = base.window  # a difference of positions would lose digits if the base is far from its start
         return (phase.rate + (phase.first / 2.0 + phase.second * t / 6.0) * t) * t
-    if isinstance(base, SineForce):
-        return 0.0
     return end.position - phase.position
 
 
@@ -163,18 +146,14 @@ def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, 
     The part that balances the spring is left out. The rest is the inertial force on a shaken base, or the exciting
     force.
     """
-    factor = sign * inertia
     if isinstance(base, RecordBase):
+        factor = sign * inertia
         for n in range(TERMS):
             out[n] = 0.0
         out[0] = -factor * phase.first
         out[1] = -factor * phase.second
-    elif isinstance(base, SineForce):
-        for n in range(TERMS):
-            out[n] = sign * (phase.first * base.rows[n] + phase.second * base.rows[TERMS + n])
     else:
-        r = base.frequency_ratio
-        scale = factor * (r * r)
+        scale = sign * largest_to_hold(base, inertia)
         for n in range(TERMS):
             out[n] = scale * (phase.first * base.rows[n] + phase.second * base.rows[TERMS + n])
 
@@ -188,33 +167,28 @@ def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
         if order == 3:
             return abs(phase.second)
         return 0.0
-    if isinstance(base, SineForce):
-        return 0.0
-    return _power(base.frequency_ratio, order)
+    return _times_power(base.acceleration, base.frequency_ratio, order - 2)
 
 
 @inlined
 def with_force_bound(bound: float, base: Excitation, order: int) -> float:
-    """Return `bound` plus a bound on the derivative of the force of order 0 to 3; without a force, return `bound`."""
-    if isinstance(base, SineForce):
-        return bound + _power(base.frequency_ratio, order)
-    return bound
+    """Return `bound` plus a bound on the derivative of the force of order 0 to 3."""
+    if isinstance(base, RecordBase):
+        return bound
+    return bound + _times_power(base.force, base.frequency_ratio, order)
 
 
 @inlined
-def _power(r: float, order: int) -> float:
-    power = 1.0
+def _times_power(a: float, r: float, order: int) -> float:
     for _ in range(order):
-        power *= r
-    return power
+        a *= r
+    return a
 
 
 @inlined
 def forcing_derivative_bound(base: Excitation, phase: Phase, order: int, inertia: float) -> float:
     """Bound on the derivative, of order 1 or 2, of the friction force required to hold the mass."""
-    if isinstance(base, SineForce):
-        return with_force_bound(0.0, base, order)
-    return inertia * base_derivative_bound(base, phase, order + 2)
+    return with_force_bound(inertia * base_derivative_bound(base, phase, order + 2), base, order)
 
 
 @inlined
@@ -226,19 +200,31 @@ def force_to_hold(phase: Phase, v: float, inertia: float) -> float:
 @inlined
 def largest_forcing(base: Excitation) -> float:
     """Largest |s''|, or largest exciting force, of the complete motion; the scale of the rounding errors of forces."""
-    if isinstance(base, RecordBase):
-        return base.largest
-    if isinstance(base, SineForce):
-        return 1.0
-    return base.frequency_ratio * base.frequency_ratio
+    return largest_to_hold(base, 1.0)
 
 
 @inlined
 def largest_to_hold(base: Excitation, inertia: float) -> float:
     """Largest inertial force, or largest exciting force, that friction balances while it holds the mass."""
-    if isinstance(base, SineForce):
-        return 1.0
-    return inertia * largest_forcing(base)
+    if isinstance(base, RecordBase):
+        return inertia * base.largest
+    return inertia * base.acceleration + base.force
+
+
+@inlined
+def has_force(base: Excitation) -> bool:
+    """Whether a force excites the structure and the base is at rest."""
+    if isinstance(base, RecordBase):
+        return False
+    return base.force > 0.0
+
+
+@inlined
+def amplitudes(base: Excitation) -> tuple[float, float]:
+    """Ratios of s, and of the force on the structure, to the displacement whose coefficients are `base.rows`."""
+    if isinstance(base, RecordBase):
+        return 1.0, 0.0
+    return base.displacement, base.force
 
 
 @inlined
@@ -247,9 +233,10 @@ def contact_forcing(base: Excitation) -> CompliantForcing:
     if isinstance(base, RecordBase):
         return CompliantForcing(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
     r = base.frequency_ratio
-    if isinstance(base, SineForce):
-        return CompliantForcing(base.two_zeta, base.window, max(1.0, r), r, -r, 0.0, 1.0, 0.0, 0.0)
-    return CompliantForcing(base.two_zeta, base.window, max(1.0, r), r, -r, r * r, 0.0, 1.0, r)
+    inertia, force, position, velocity = base.acceleration, base.force, base.displacement, base.velocity
+    return CompliantForcing(
+        base.two_zeta, base.window, max(1.0, r), r, -r, inertia, force, position, velocity
+    )
 
 
 @inlined

@@ -69,8 +69,9 @@ def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
 @kernel
 def motion_forms(
     two_zeta: float,
-    base: NDArray[np.float64],
-    force: NDArray[np.float64],
+    excitation: NDArray[np.float64],
+    displacement: float,
+    force: float,
     relative: NDArray[np.float64],
     absolute: NDArray[np.float64],
     window: float,
@@ -81,8 +82,8 @@ def motion_forms(
     ----------
     two_zeta : float
         2ζ.
-    base, force : array, shape (2 · TERMS,)
-        Taylor coefficients of s, and of the force g on the structure.
+    excitation, displacement, force
+        Taylor coefficients of the excitation, and the ratios of s and of the force g to it, as in `taylor.motion_rows`.
     relative, absolute : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s.
     window : float
@@ -101,8 +102,10 @@ def motion_forms(
     for n in range(TERMS):
         of_absolute[0, n] = absolute[n]
         of_absolute[1, n] = absolute[TERMS + n]
-        of_absolute[2, n] = absolute[2 * TERMS + n] - base[0] * absolute[n]
-        of_absolute[3, n] = absolute[3 * TERMS + n] - base[TERMS + 1] * absolute[TERMS + n]
+        of_absolute[2, n] = absolute[2 * TERMS + n] - displacement * excitation[0] * absolute[n]
+        of_absolute[3, n] = (
+            absolute[3 * TERMS + n] - displacement * excitation[TERMS + 1] * absolute[TERMS + n]
+        )
     x = np.empty(4)
     w = np.empty(4)
     u = np.empty(4)
@@ -116,8 +119,9 @@ def motion_forms(
             w[j] = slope(relative[j * TERMS : (j + 1) * TERMS], at)
             u[j] = value(of_absolute[j], at)
             if j >= 2:
-                base_rate[j] = slope(base[(j - 2) * TERMS : (j - 1) * TERMS], at)
-                given[j] = value(force[(j - 2) * TERMS : (j - 1) * TERMS], at)
+                rows = excitation[(j - 2) * TERMS : (j - 1) * TERMS]
+                base_rate[j] = displacement * slope(rows, at)
+                given[j] = force * value(rows, at)
             forms[MEAN + j] += weight * u[j]
         pair = 0
         for j in range(4):

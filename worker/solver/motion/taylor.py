@@ -43,7 +43,7 @@ def base_rows(frequency_ratio: float) -> NDArray[np.float64]:
 
 @kernel
 def motion_rows(
-    two_zeta: float, compliance: float, base: Floats, force: Floats
+    two_zeta: float, compliance: float, excitation: Floats, displacement: float, force: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Coefficients of the slipping motion for a unit value of each of x, w, sin φ and cos φ at the start.
 
@@ -53,8 +53,10 @@ def motion_rows(
         2ζ.
     compliance : float
         κ, 1 over the inertia: 1 for the primary mass alone, 1/(1 + β) with the particle attached.
-    base, force : array, shape (2 · TERMS,)
-        Taylor coefficients of s, and of the force g on the structure.
+    excitation : array, shape (2 · TERMS,)
+        Taylor coefficients of the excitation.
+    displacement, force : float
+        Ratios of s, and of the force g on the structure, to the excitation.
 
     Returns
     -------
@@ -71,11 +73,11 @@ def motion_rows(
         absolute[row, 0] = relative[row, 0]
         absolute[row, 1] = relative[row, 1]
         for n in range(TERMS):
-            of_base = base[(row - 2) * TERMS + n] if row >= 2 else 0.0
+            of_base = displacement * excitation[(row - 2) * TERMS + n] if row >= 2 else 0.0
             if n < 2:
                 absolute[row, n] += of_base
             else:
-                of_force = force[(row - 2) * TERMS + n - 2] if row >= 2 else 0.0
+                of_force = force * excitation[(row - 2) * TERMS + n - 2] if row >= 2 else 0.0
                 absolute[row, n] = -compliance * (
                     two_zeta * relative[row, n - 1] / n + (relative[row, n - 2] - of_force) / (n * (n - 1))
                 )

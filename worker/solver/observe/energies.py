@@ -3,8 +3,8 @@
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.compliant_regime import AnyRegime
+from damperlab.worker.solver.excitation.excitation import has_force
 from damperlab.worker.solver.excitation.record_base import RecordBase
-from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.motion.taylor import curvature, slope, value
 from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
@@ -59,7 +59,7 @@ def measure_energies(
         else:
             w = slope(relative, at)
             transmitted = -(base.two_zeta * w + value(relative, at))
-        if isinstance(base, SineForce):
+        if has_force(base):
             work += GAUSS_WEIGHTS[i] * value(excitation, at) * w
         else:
             work += GAUSS_WEIGHTS[i] * transmitted * slope(excitation, at)

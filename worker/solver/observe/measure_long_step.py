@@ -8,9 +8,8 @@ from typing import NamedTuple
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.compliant_regime import CompliantRegime, buffers_of, wall_of
-from damperlab.worker.solver.excitation.excitation import base_displacement
+from damperlab.worker.solver.excitation.excitation import base_displacement, has_force
 from damperlab.worker.solver.excitation.record_base import RecordBase
-from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.motion.slow_subspace import Y_RATE
 from damperlab.worker.solver.motion.taylor import (
     ORDER,
@@ -103,7 +102,7 @@ def measure_vibration(
     if regime.sticks:
         w = LinearForm(0.0, 0.0)
         transmitted = form_of_wall_force(motion, wall_of(scene))
-    if isinstance(base, SineForce):  # the force does work as the mass moves
+    if has_force(base):  # the force does work as the mass moves
         sums[WORK_IN] += _by_parts(buffers.excitation, 0.0, w, t, before, after, regime, scene)
     else:
         rate_into(buffers.excitation, 0, rate)

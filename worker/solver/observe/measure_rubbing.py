@@ -1,7 +1,6 @@
 """Observables of a particle with friction in its cavity, on one segment."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.observe.meter import PARTICLE_LOSS, SLIDING, WORK_IN, Meter
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Scene
@@ -26,5 +25,4 @@ def measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
                 if start.riding == 0.0:
                     meter.sums[PARTICLE_LOSS] += rubs * abs(end.gap - start.gap)
                 pull = with_pull(0.0, start, scene.particle)
-                if not isinstance(scene.base, SineForce):
-                    meter.sums[WORK_IN] += pull * (segment.phase_end.position - segment.phase.position)
+                meter.sums[WORK_IN] += pull * (segment.phase_end.position - segment.phase.position)

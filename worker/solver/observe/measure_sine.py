@@ -5,7 +5,7 @@ from math import sqrt
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
-from damperlab.worker.solver.excitation.sine_base import SineForce
+from damperlab.worker.solver.excitation.excitation import has_force
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
@@ -72,11 +72,10 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
         cosine = segment.phase.second
         if regime.sticks:
             v = start.v
-            if isinstance(base, SineForce):  # the base is at rest, so no work is done
-                sums[SQUARE] += v * v * base.window
-                return
             f = base.forms
             sums[WORK_IN] += _work_at_rest(segment, base.frequency_ratio)
+            sine = base.displacement * sine
+            cosine = base.displacement * cosine
             moved = f[0] * sine + f[1] * cosine
             square = f[2] * (sine * sine) + (2.0 * f[3] * (sine * cosine) + f[4] * (cosine * cosine))
             sums[SQUARE] += v * (v * base.window + 2.0 * moved) + square
@@ -138,8 +137,7 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
             outer * (u0 * u0 + u1 * u1) + middle * (ua * ua + ud * ud) + inner * (ub * ub + uc * uc)
         )
         if regime.sticks:
-            if not isinstance(base, SineForce):
-                sums[WORK_IN] += _work_at_rest(segment, base.frequency_ratio)
+            sums[WORK_IN] += _work_at_rest(segment, base.frequency_ratio)
             return
         xa, xb, xc, xd = values(curves.relative, a, b, c, d)
         wa, wb, wc, wd = slopes(curves.relative, a, b, c, d)
@@ -149,7 +147,7 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
         sums[VISCOUS_LOSS] += two_zeta * (
             outer * (w0 * w0 + w1 * w1) + middle * (wa * wa + wd * wd) + inner * (wb * wb + wc * wc)
         )
-        if isinstance(base, SineForce):
+        if has_force(base):
             fa, fb, fc, fd = values(curves.excitation, a, b, c, d)
             ends = segment.phase.force * w0 + segment.phase_end.force * w1
             sums[WORK_IN] += outer * ends + middle * (fa * wa + fd * wd) + inner * (fb * wb + fc * wc)

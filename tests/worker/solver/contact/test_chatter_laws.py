@@ -3,7 +3,6 @@
 import pytest
 
 from damperlab.worker.solver.contact.chatter import is_chatter_over
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
 
@@ -13,7 +12,7 @@ def test_the_rate_of_a_force_changes_the_push(forced: bool, over: bool) -> None:
     """At rest and without damping only a force changes the acceleration: by r a unit of time, here a hundredth of it."""
     r = 1.0
     particle = Particle(1.0, 0.5, 0.1)
-    scene = make_scene(0.0, Forced(r) if forced else r, None, particle, True)
+    scene = make_scene(0.0, r, None, particle, True, forced)
     left = (
         4e-6 * scene.base.window
     )  # more than is ended whatever happens, less than is ended under a steady push

@@ -7,7 +7,7 @@ from tests.worker.forms import EPS, FIXED, both, in_form
 
 from damperlab.worker.solver.detection.bounds import motion_bounds, u_derivative_bound, w_curvature_bound
 from damperlab.worker.solver.excitation.excitation import base_derivative_bound, expand_base, phase_of_sine
-from damperlab.worker.solver.excitation.sine_base import make_sine_base
+from damperlab.worker.solver.excitation.sine import make_sine
 from damperlab.worker.solver.linear_motion import make_linear_motion
 from damperlab.worker.solver.motion.taylor import TERMS, combine
 from damperlab.worker.solver.regime import MotionBounds, Regime, Segment, Span
@@ -31,10 +31,10 @@ PLACES = np.linspace(0.0, 1.0, 33)
 def test_no_motion_leaves_its_bounds(
     form: str, damping: float, r: float, inertia: float, x: float, w: float, angle: float, share: float
 ) -> None:
-    base = make_sine_base(damping, r, None)
+    base = make_sine(damping, r, None)
     motion = make_linear_motion(base, inertia, None)
     span = share * base.window
-    phase = phase_of_sine(np.sin(angle), np.cos(angle), r)
+    phase = phase_of_sine(base, np.sin(angle), np.cos(angle))
     state, regime = at_rest(r, None, None)._replace(v=x, w=w), Regime(False, 0.0, motion)
     bounds = in_form(motion_bounds, form)(state, regime, Span(phase, phase, span, False), base)
     slips = Segment(state, state, phase, phase, regime, span, bounds)

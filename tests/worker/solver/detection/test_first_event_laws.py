@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from tests.worker.plain_march import marched
 
-from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.state import State
 
 
@@ -23,7 +22,7 @@ def test_a_slip_of_next_to_no_excess_goes_next_to_nowhere(forced: bool) -> None:
         excess = largest * 10.0 ** random.uniform(-13.0, -3.0)
         v = random.choice([-1.0, 1.0]) * (edge + excess)
         held = State(v, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0, 0, None)
-        end = marched(0.01, Forced(r) if forced else r, largest + edge, None, held, 2)
+        end = marched(0.01, r, largest + edge, None, held, 2, forced)
         inwards = abs(v) - abs(end.v)
         # the excess is known to the rounding of forces; the spring takes its share, damping and higher orders a tenth
         known = 4e-15 * (largest + edge)

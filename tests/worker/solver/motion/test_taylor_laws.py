@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.solver.excitation.sine_base import make_sine_base
+from damperlab.worker.solver.excitation.sine import make_sine
 from damperlab.worker.solver.linear_motion import make_linear_motion
 from damperlab.worker.solver.motion.taylor import (
     LARGEST_WINDOW,
@@ -65,7 +65,7 @@ def test_values_and_derivatives_to_rounding(form: str, p: NDArray[np.float64], t
 def test_the_motion_of_a_panel_is_that_of_the_matrix_exponential(
     damping: float, r: float, inertia: float, x: float, w: float, phase: float
 ) -> None:
-    base = make_sine_base(damping, r, None)
+    base = make_sine(damping, r, None)
     motion = make_linear_motion(base, inertia, None)
     assert base.window * (1 + damping) * max(1.0, r) <= LARGEST_WINDOW * (1 + EPS)
     sine, cosine = np.sin(phase), np.cos(phase)

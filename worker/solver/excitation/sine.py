@@ -15,25 +15,20 @@ from damperlab.worker.solver.motion.quadratic_forms import base_forms
 from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, base_rows
 
 
-class Forced(NamedTuple):
-    """Frequency of a force on the structure; the frequency of a shaken base is a plain number.
+class Sine(NamedTuple):
+    """A harmonic excitation over half a cycle: a base displacement s or a force, equal to sin φ.
 
-    Attributes
-    ----------
-    frequency_ratio : float
-        r.
-    """
-
-    frequency_ratio: float
-
-
-class SineBase(NamedTuple):
-    """The shaken base over half a cycle.
+    Lengths are divided by the amplitude Z of the base or, under a force of amplitude F₀, by F₀/k. One kernel serves
+    both, because only two amplitudes distinguish a force from a shaken base.
 
     Attributes
     ----------
     frequency_ratio, two_zeta : float
         r and 2ζ.
+    displacement, velocity, acceleration : float
+        Amplitudes of s, s' and s'': 1, r and r², or 0 under a force.
+    force : float
+        Amplitude of the force: 1, or 0 on a shaken base.
     window : float
         Length of a panel [1/ω_n].
     windows : int
@@ -41,30 +36,17 @@ class SineBase(NamedTuple):
     sine, cosine : array, shape (windows + 1,)
         sin φ and cos φ at the panel ends.
     rows : array, shape (2 · TERMS,)
-        Taylor coefficients of the factors of sin φ and cos φ in s.
+        Taylor coefficients of the factors of sin φ and cos φ in sin(φ + r t).
     forms : array, shape (5,), or None
-        Integrals over a panel (`quadratic_forms.base_forms`); None if no meter needs energies.
+        Integrals of the sine over a panel (`quadratic_forms.base_forms`); None if no meter needs energies.
     """
 
     frequency_ratio: float
     two_zeta: float
-    window: float
-    windows: int
-    sine: NDArray[np.float64]
-    cosine: NDArray[np.float64]
-    rows: NDArray[np.float64]
-    forms: NDArray[np.float64] | None
-
-
-class SineForce(NamedTuple):
-    """A force sin φ on the structure over half a cycle, divided by the amplitude F₀.
-
-    The base is at rest, and lengths are divided by F₀/k. The attributes are those of `SineBase`, with the force instead
-    of s.
-    """
-
-    frequency_ratio: float
-    two_zeta: float
+    displacement: float
+    velocity: float
+    acceleration: float
+    force: float
     window: float
     windows: int
     sine: NDArray[np.float64]
@@ -74,25 +56,15 @@ class SineForce(NamedTuple):
 
 
 @inlined
-def base_rate_at_phase_zero(frequency_ratio: float | Forced) -> float:
+def base_rate_at_phase_zero(frequency_ratio: float, forced: bool) -> float:
     """s' at phase 0; 0 under a force, because the base is at rest."""
-    if isinstance(frequency_ratio, Forced):
-        return 0.0
-    return frequency_ratio
+    return 0.0 if forced else frequency_ratio
 
 
 @kernel
 def make_sine(
-    damping_ratio: float, frequency_ratio: float | Forced, energies: bool | None
-) -> SineBase | SineForce:
-    """Make a shaken base, or a force if the frequency is `Forced`, from the parameters of `make_sine_base`."""
-    if isinstance(frequency_ratio, Forced):
-        return SineForce(*make_sine_base(damping_ratio, frequency_ratio.frequency_ratio, energies))
-    return make_sine_base(damping_ratio, frequency_ratio, energies)
-
-
-@kernel
-def make_sine_base(damping_ratio: float, frequency_ratio: float, energies: bool | None) -> SineBase:
+    damping_ratio: float, frequency_ratio: float, energies: bool | None, forced: bool = False
+) -> Sine:
     """Divide half a cycle into the fewest panels of a length h with h · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW.
 
     Parameters
@@ -101,6 +73,8 @@ def make_sine_base(damping_ratio: float, frequency_ratio: float, energies: bool 
         ζ and r.
     energies : True or None
         True if the meter needs integrals (`observe.meter.Meter`), else None.
+    forced : bool
+        Whether a force on the structure replaces the shaken base.
     """
     half = pi / frequency_ratio
     count = ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW)
@@ -113,7 +87,13 @@ def make_sine_base(damping_ratio: float, frequency_ratio: float, energies: bool 
     cosine[count] = -1.0
     window = half / count
     rows = base_rows(frequency_ratio)
-    if energies is None:
-        return SineBase(frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, None)
-    forms = base_forms(rows, window)
-    return SineBase(frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, forms)
+    forms = None
+    if energies is not None:
+        forms = base_forms(rows, window)
+    displacement, force = (0.0, 1.0) if forced else (1.0, 0.0)
+    r, two_zeta = frequency_ratio, 2.0 * damping_ratio
+    velocity = displacement * r
+    acceleration = velocity * r
+    return Sine(
+        r, two_zeta, displacement, velocity, acceleration, force, window, count, sine, cosine, rows, forms
+    )
