@@ -1,7 +1,6 @@
 """A tuned mass damper with the mass of the designed particle, for comparison on the same structure.
 
-The response to ground-motion records is integrated in steps, which is exact for a linear structure. The tuned mass
-damper is not tuned for records; see `tuned_beside`.
+The response to ground-motion records is exact. The tuned mass damper is not tuned for records; see `tuned_beside`.
 """
 
 import math
@@ -23,11 +22,11 @@ from damperlab.studies.design.absorber_structure import (
 )
 from damperlab.studies.design.absorber_tuning import tuned_for
 from damperlab.studies.specification.excitation import Amplitude
-from damperlab.studies.specification.measure import LIMITS
+from damperlab.studies.specification.measure import LIMITS, RECORD_MEASURES
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.minimax import minimax
-from damperlab.studies.tmd.under_record import STROKE, measures_under
+from damperlab.studies.tmd.under_record import STROKE, response_under
 
 LIMITED = {
     "displacement_m": Judged(),
@@ -89,16 +88,31 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
     records, the absorber with the smallest peak over all frequencies is judged too. Of the two absorbers, the one with
     the smaller worst case under all excitations is returned.
     """
+    judged = [_judged(asked, one, for_bands) for one, for_bands in _tuned(asked, mass_ratio)]
+    return min(judged, key=lambda each: each.value, default=None)
+
+
+def least_beside(asked: Specification, mass_ratio: float) -> float | None:
+    """Return the worst case on the nominal structure with the absorber that is tuned for this structure alone.
+
+    The result is None under the conditions of `tuned_beside`.
+    """
+    exact = replace(asked, tolerances={})
+    values = [_worst(exact, _shaken(exact, one, {})) for one, _ in _tuned(exact, mass_ratio)]
+    return min(values, default=None)
+
+
+def _tuned(asked: Specification, mass_ratio: float) -> list[tuple[Absorber, bool]]:
+    """Return the tuned absorbers, each with `for_bands` of `Beside`; none if there is no mass, or a record is missing."""
     if mass_ratio <= 0.0 or any(
         source.id not in records.motions for records in asked.records for source in records.sources
     ):
-        return None
+        return []
     # a ground-motion record moves the base
     forced = not asked.records and all(each.motion.force for each in asked.excitations)
     usual = minimax(mass_ratio, asked.structure.damping_ratio, "force" if forced else "base")
-    tuned = [tuned_for(asked, usual)] if asked.excitations else []
-    absorbers = [*tuned, *([usual] if asked.records else [])]
-    return min((_judged(asked, one, one in tuned) for one in absorbers), key=lambda each: each.value)
+    tuned = [(tuned_for(asked, usual), True)] if asked.excitations else []
+    return tuned + ([(usual, False)] if asked.records else [])
 
 
 def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside:
@@ -166,13 +180,17 @@ def _shaken(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> 
 def _under_records(
     asked: Specification, absorber: Absorber, damping: float, omega: float
 ) -> Iterator[tuple[str, dict[str, float]]]:
+    measured = RECORD_MEASURES[asked.measure.name].variable
+    limited = (LIMITS[name].under_record for name in asked.limits if name in LIMITED)
+    names = {measured, STROKE, *limited}
     for records in asked.records:
         for source, cases in groupby(records.cases, key=lambda case: case.source):
-            # the response of a linear structure is proportional to the record
-            once = measures_under(absorber, damping, omega, records.motions[source.id], 1.0, records.tail_s)
+            motion = records.motions[source.id]
+            found = response_under(absorber, damping, omega, motion, 1.0, records.tail_s)
+            once = {name: found.measure(name) for name in names}
             for case in cases:
-                results = {name: case.scale * value for name, value in once.items()}
-                yield asked.measured(case).variable, results
+                # the response of a linear structure is proportional to the record
+                yield measured, {name: case.scale * value for name, value in once.items()}
 
 
 def _limited(asked: Specification, absorber: Absorber, every: list[Built], name: str) -> Iterator[float]:

@@ -60,27 +60,29 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
 
     nominal, worst = partial(among, known[:1]), partial(among, known)
 
+    def refined(tunings: Floats, dampings: Floats) -> tuple[float, Absorber]:
+        values, *found = _least(worst, tunings, dampings)
+        least = int(values.argmin())
+        best = Absorber(start.mass_ratio, *(float(each[least]) for each in found))
+        return _followed(worst, float(values[least]), best)
+
     tunings, dampings = _tunings(asked, start), start.damping_ratio * DAMPINGS
     heights = worst(*(side.ravel() for side in np.meshgrid(tunings, dampings, indexing="ij")))
-    begin = _lows(heights.reshape(tunings.size, dampings.size))
-    starts = [
-        start,
-        *(Absorber(start.mass_ratio, float(tunings[i]), float(dampings[j])) for i, j in sorted(begin)),
-    ]
+    places = np.array(sorted(_lows(heights.reshape(tunings.size, dampings.size)))).T
+    starts = np.append(start.tuning, tunings[places[0]]), np.append(start.damping_ratio, dampings[places[1]])
     # local minima are found on the nominal structure, and compared on all structures together
-    lowest = sorted((_least(nominal, one, FEW) for one in starts), key=lambda found: found[0])[:LOWS]
-    expected, absorber = _followed(
-        worst, *min((_least(worst, one) for _, one in lowest), key=lambda found: found[0])
-    )
-    found = []
+    values, *found = _least(nominal, *starts, FEW)
+    lowest = np.argsort(values, kind="stable")[:LOWS]
+    expected, absorber = refined(*(each[lowest] for each in found))
+    tuned = []
     for _ in range(EXCHANGES):
         value, shares = hardest(asked, absorber, judged)
-        found.append((value, absorber))
+        tuned.append((value, absorber))
         if value <= ENOUGH * expected:
             break
         known.append(shares)
-        expected, absorber = _followed(worst, *_least(worst, absorber))
-    return min(found, key=lambda each: each[0])[1]
+        expected, absorber = refined(np.array([absorber.tuning]), np.array([absorber.damping_ratio]))
+    return min(tuned, key=lambda each: each[0])[1]
 
 
 def _tunings(asked: Specification, start: Absorber) -> Floats:
@@ -106,20 +108,23 @@ def _lows(heights: Floats) -> set[tuple[int, int]]:
 
 
 def _least(
-    worst: Callable[[Floats, Floats], Floats], best: Absorber, rounds: int = ROUNDS
-) -> tuple[float, Absorber]:
-    """Refine an absorber by ever finer grids of `SIDE` × `SIDE` points. Return the least value and the absorber."""
-    width = np.array(WIDE)
-    p, q = (side.ravel() for side in np.meshgrid(SIDE, SIDE, indexing="ij"))
-    value = math.inf
+    worst: Callable[[Floats, Floats], Floats], tunings: Floats, dampings: Floats, rounds: int = ROUNDS
+) -> tuple[Floats, Floats, Floats]:
+    """Refine n absorbers by ever finer grids of `SIDE` × `SIDE` points around each.
+
+    Return the least value, the tuning and the damping ratio of each, all of shape (n,).
+    """
+    (wide, high), (p, q) = WIDE, (side.ravel() for side in np.meshgrid(SIDE, SIDE, indexing="ij"))
+    values = np.full(tunings.size, math.inf)
     for _ in range(rounds):
-        tunings, dampings = best.tuning * np.exp(width[0] * p), best.damping_ratio * np.exp(width[1] * q)
-        values = worst(tunings, dampings)
-        least = int(values.argmin())
-        value = float(values[least])
-        best = Absorber(best.mass_ratio, float(tunings[least]), float(dampings[least]))
-        width = width * CLOSER
-    return value, best
+        tried = tunings[:, None] * np.exp(wide * p), dampings[:, None] * np.exp(high * q)
+        heights = worst(*(side.ravel() for side in tried)).reshape(tunings.size, p.size)
+        least = heights.argmin(axis=1)[:, None]
+        values, tunings, dampings = (
+            np.take_along_axis(each, least, axis=1)[:, 0] for each in (heights, *tried)
+        )
+        wide, high = CLOSER * wide, CLOSER * high
+    return values, tunings, dampings
 
 
 def _followed(

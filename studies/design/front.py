@@ -9,7 +9,7 @@ damper of the same mass is tuned under the same conditions.
 from dataclasses import dataclass, replace
 from itertools import product
 
-from damperlab.studies.design.absorber import tuned_beside
+from damperlab.studies.design.absorber import least_beside
 from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.book import BudgetSpent
 from damperlab.studies.design.build import Build
@@ -183,10 +183,8 @@ def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tu
     finally:
         looking.search.cap = search.book.budget
     build = looking.space.build(looking.best())
-    as_drawn = replace(search.asked, tolerances={})
-    tuned = tuned_beside(as_drawn, mass / search.asked.structure.mass_kg)
-    nominal = None if tuned is None else tuned.nominal
-    return OfMass(build, looking.search.score(build), len(looking.known), nominal, None), looking.best()
+    absorber = least_beside(search.asked, mass / search.asked.structure.mass_kg)
+    return OfMass(build, looking.search.score(build), len(looking.known), absorber, None), looking.best()
 
 
 def _looker(search: Search, asked: Specification) -> Search:

@@ -14,7 +14,7 @@ from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.found import Found
 from damperlab.studies.specification.records import Case as RecordCase
 from damperlab.studies.tmd.transfer import highest
-from damperlab.studies.tmd.under_record import measures_under
+from damperlab.studies.tmd.under_record import response_under
 
 MACHINE = {"name": "machine", "base_amplitude_m": 0.003, "frequency_hz": {"start": 2.2, "stop": 2.8}}
 QUAKE = {
@@ -105,7 +105,7 @@ def test_the_tuned_mass_damper_is_judged_under_both(both) -> None:
     (case,) = records.cases
     one, motion = found.absorber.absorber, records.motions[case.source.id]
     band = 0.003 * highest(one, 0.02, "base", (2.2 / 2.5, 2.8 / 2.5)).value
-    under = measures_under(one, 0.02, 5.0 * np.pi, motion, case.scale, records.tail_s)
+    under = response_under(one, 0.02, 5.0 * np.pi, motion, case.scale, records.tail_s)
     assert found.absorber.value == pytest.approx(
-        max(band, under[found.asked.measured(case).variable]), rel=1e-12
+        max(band, under.measure(found.asked.measured(case).variable)), rel=1e-12
     )
