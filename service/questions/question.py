@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.field import Field, fields_of
+from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kinds import HARMONIC, KINDS, SUITE, Kind
 from damperlab.studies.questions import EVERY_AXIS
 from damperlab.studies.variables import BEFORE, DIMENSIONS
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from damperlab.service.questions.forms import Form
     from damperlab.studies.definition import Study
+    from damperlab.studies.ground.motion import GroundMotion
     from damperlab.studies.store.record import Record
     from damperlab.studies.store.store import Store
 
@@ -55,6 +57,18 @@ class Subject:
     def cube(self) -> "xr.Dataset":
         """The cube with the present results of the study."""
         return self.store.cube(self.record.id)
+
+    def motions(self) -> "Mapping[str, GroundMotion]":
+        """Read the records of a ground-motion suite, by their ids; none if the file of a record is lost or damaged."""
+        from damperlab.studies.store.cube.definition import parse_stored, with_attachments
+
+        stored = parse_stored(self.record.definition, self.record.digest)
+        shelf, _ = self.store.snapshot(self.record.id)
+        try:
+            suite = with_attachments(stored, shelf)
+        except (OSError, ValueError):
+            return {}
+        return suite.motions if isinstance(suite, Suite) else {}
 
     def beside(self, name: str) -> "Subject":
         """Find another study in the store, by its name or id."""

@@ -10,7 +10,8 @@ from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.faults import describe
 from damperlab.studies.field import given
-from damperlab.studies.kinds import HARMONIC, KINDS, Kind, kind_of
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.kinds import HARMONIC, KINDS, SUITE, Kind, kind_of
 from damperlab.studies.questions import Judging, Ranking
 
 if TYPE_CHECKING:
@@ -20,7 +21,13 @@ Opened = Callable[[Iterable[str]], "Mapping[str, xr.Dataset]"]
 """Function that returns the cubes of the study and of the given follow-ups. The keys are ids; the study comes first."""
 
 
-def ranked_designs(cube: "xr.Dataset", judging: Judging, ranking: Ranking, opened: Opened) -> "xr.Dataset":
+def ranked_designs(
+    cube: "xr.Dataset",
+    judging: Judging,
+    ranking: Ranking,
+    opened: Opened,
+    motions: Callable[[], Mapping[str, GroundMotion]] = dict,
+) -> "xr.Dataset":
     """Rank the designs of a study, the best first.
 
     The designs of a ground-motion suite, or of a study over base amplitudes, are ranked by their worst case.
@@ -33,6 +40,8 @@ def ranked_designs(cube: "xr.Dataset", judging: Judging, ranking: Ranking, opene
         The criteria, and how many designs are ranked with which follow-ups.
     opened : callable
         Function that returns the cubes of the study and of the follow-ups in the ranking.
+    motions : callable
+        Function that returns the records of a ground-motion suite, by their ids.
 
     Returns
     -------
@@ -60,7 +69,13 @@ def ranked_designs(cube: "xr.Dataset", judging: Judging, ranking: Ranking, opene
             allowed = "studies of the best damper with friction of its particle"
             raise refused("with", describe(",".join(ranking.with_)), allowed, kind.instead, told)
         ranked = worst_case_designs(
-            cube, ranking.metric, ranking.top, ranking.records, judging.ranges, judging.exclude_locked
+            cube,
+            ranking.metric,
+            ranking.top,
+            ranking.records,
+            judging.ranges,
+            judging.exclude_locked,
+            motions() if kind is SUITE else {},
         )
     elif len(merged) > 1:
         ranked = merged_designs(merged, judging, ranking.top)

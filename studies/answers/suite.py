@@ -1,7 +1,7 @@
 """Rank the dampers of a ground-motion suite, or of a study over base amplitudes, by the worst case."""
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
+from math import isfinite, tau
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,9 +40,13 @@ from damperlab.studies.brief import (
 from damperlab.studies.cavity import left_open
 from damperlab.studies.faults import counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
+from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.questions import Listed
+from damperlab.studies.tmd.absorber import NO_DAMPER, Absorber
+from damperlab.studies.tmd.tunings import tuned
+from damperlab.studies.tmd.under_record import MEASURES, response_under
 from damperlab.studies.variables import ResponseClass, Status
 
 if TYPE_CHECKING:
@@ -193,8 +197,16 @@ def worst_case_designs(
     records: Sequence[str] | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     exclude_locked: bool = False,
+    motions: Mapping[str, GroundMotion] | None = None,
 ) -> "xr.Dataset":
     """Rank dampers as `worst_cases` does, and describe the best damper.
+
+    Parameters
+    ----------
+    cube, metric, top, records, ranges, exclude_locked
+        As in `worst_cases`.
+    motions : mapping of GroundMotion, optional
+        The records of a suite, by their ids. Without them, no tuned mass damper is computed.
 
     Returns
     -------
@@ -215,6 +227,8 @@ def worst_case_designs(
             most = acceleration_g(cube, {**counting, **place})
             answer.attrs |= {"acceleration_g": most} if isfinite(most) else {}
             linear = _linear_peaks(cube.isel(counting), answer)
+        elif motions:
+            linear = _linear_under_records(cube.isel(counting), answer, motions)
         notes += [Note("end_of_range", "hint", ends)] if ends else []
         notes += [linear.note()] if linear.beats(float(answer["value"].values[0])) else []
     answer.attrs["notes"] = notes_document(notes)
@@ -264,6 +278,35 @@ def _linear_peaks(met: "xr.Dataset", answer: "xr.Dataset") -> LinearPeaks:
     return LinearPeaks.over(r, met["damping_ratio"].values.tolist(), mass, excitation_of(met), scale)
 
 
+def _linear_under_records(
+    met: "xr.Dataset", answer: "xr.Dataset", motions: Mapping[str, GroundMotion]
+) -> LinearPeaks:
+    """Compute the worst cases without a damper, and with a tuned mass damper that has the mass of the best damper.
+
+    The tuned mass damper is tuned for a harmonic base. Nothing is computed for several natural frequencies, because the
+    structure for which to tune the damper is then unknown.
+    """
+    metric, suite = answer.attrs["metric"], definition_of(met)
+    if metric not in MEASURES or met.sizes["natural_frequency_hz"] > 1:
+        return LinearPeaks()
+    omega = tau * float(met["natural_frequency_hz"][0])
+    dampings = met["damping_ratio"].values.tolist()
+    scale = float(np.abs(met["scale"].values).max())
+
+    def worst(absorber: Absorber) -> float:
+        return max(
+            response_under(absorber, zeta, omega, motions[record], scale, suite["tail_s"]).measure(metric)
+            for record in met[RECORD].values
+            for zeta in dampings
+        )
+
+    bare = worst(NO_DAMPER)
+    mass_ratio = float(answer["particle_mass_kg"].values[0]) / suite["mass_kg"]
+    if not 0.0 < mass_ratio < 1.0:
+        return LinearPeaks(bare=bare)
+    return LinearPeaks(worst(tuned("minimax", mass_ratio, min(dampings))), bare, mass_ratio)
+
+
 def _brief(
     cube: "xr.Dataset",
     answer: "xr.Dataset",
@@ -289,6 +332,8 @@ def _brief(
         return f"{text} {answer['value'].attrs.get('units', '1')}".removesuffix(" 1")
 
     def mass_of(ratio: float) -> str:
+        if kind_of(cube.sizes) is SUITE:
+            return phrases.equal("particle_mass_kg", float(answer["particle_mass_kg"].values[0]), ".3g")
         return phrases.equal("mass_ratio", ratio, ".3g")
 
     def spelled(rank: int) -> tuple[str, str, str]:

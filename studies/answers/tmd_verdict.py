@@ -14,10 +14,10 @@ from damperlab.studies.answers.judging import may_strike
 from damperlab.studies.answers.linear_peaks import UNBOUNDED
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
-from damperlab.studies.answers.verdict import say_next
+from damperlab.studies.answers.verdict import is_clamped, say_next
 from damperlab.studies.brief import Brief, Damper, Note, command, damper_of
 from damperlab.studies.cavity import left_open
-from damperlab.studies.variables import Status
+from damperlab.studies.variables import ResponseClass, Status
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 if TYPE_CHECKING:
@@ -55,6 +55,8 @@ def notes_of(cube: "xr.Dataset", answer: "xr.Dataset") -> list[Note]:
         notes.append(Note("one_frequency", "danger", only))
     if np.isinf(found["hybrid_peak"]):
         notes.append(Note("unbounded", "danger", {FREQUENCY: found["hybrid_peak_at"]}))
+    if _is_clamped(answer):
+        notes.append(Note("clamped", "danger", {"value": found["hybrid_peak"]}))
     unknown = ~np.isfinite(answer["hybrid"].values)
     if unknown.any():
         waiting = int((answer["status"].values[unknown] == Status.NOT_COMPUTED).sum())
@@ -118,6 +120,11 @@ def brief_of(
         better, other = (ours, theirs) if found["ratio"] < 1 else (theirs, ours)
         least = "at least " if missing else ""
         told = f"The study's damper does better than a tuned one: {better} against {other}, {apart}."
+        if "clamped" in notes:
+            told = (
+                f"Friction of the study's damper clamps the structure to its base, {ours}: nothing is damped there. "
+                f"A tuned mass damper reaches {theirs}."
+            )
         if damper == "tuned_mass_damper":
             told = f"Use a tuned mass damper, {_tuned(found, phrases)}: {better} against {least}{other}, {apart}."
     hides = ""
@@ -129,6 +136,15 @@ def brief_of(
     if _strikes(answer) and (cavity := left_open(definition_of(cube))):
         rows += (("assumed", "", f"{', '.join(cavity)} cavity of the study's damper"),)
     return Brief(damper, (so_far, told, hides), rows, following)
+
+
+def _is_clamped(answer: "xr.Dataset") -> bool:
+    """Whether friction of the study's damper locks the structure to its base."""
+    if "response_class" not in answer:
+        return False
+    locked = float((answer["response_class"].values == ResponseClass.LOCKED).mean())
+    value = answer.attrs["hybrid_peak"]
+    return is_clamped({"value": value, "locked_share": locked, "impact_share": float(_strikes(answer))})
 
 
 def _strikes(answer: "xr.Dataset") -> bool:

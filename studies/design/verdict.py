@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from damperlab.studies.answers.comparing import clearly_less
 from damperlab.studies.answers.largest_acceleration import LARGEST, Acting, acceleration_row, accelerations
 from damperlab.studies.answers.verdict import CLAMPED, HELD
-from damperlab.studies.brief import Brief, Damper, Note, damper_of
+from damperlab.studies.brief import Brief, Damper, Note, damper_of, listed
 from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.absorber_structure import hardest, judged_of
 from damperlab.studies.design.alternatives import Alternative
@@ -452,7 +452,7 @@ def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[st
         what = damper_words(asked, found.build)
         ends = [NAMES[name] for name in at_ends(found)]
         at_end = (
-            f"; {' and '.join(ends)} at the end of {'its range' if len(ends) == 1 else 'their ranges'}"
+            f"; {listed(ends)} at the end of {'its range' if len(ends) == 1 else 'their ranges'}"
             if ends
             else ""
         )

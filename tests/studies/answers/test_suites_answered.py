@@ -1,5 +1,6 @@
 """Answers about ground-motion suites: quantities by their terms, lengths in mm, and whether the best lies where axes end."""
 
+import json
 import re
 
 import numpy as np
@@ -10,9 +11,13 @@ from damperlab.service.cli.words import map_table, rows_table
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.suite import worst_case_designs
+from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.ground.variables import DIMENSIONS, RECORD
 from damperlab.studies.kinds import KINDS
 from damperlab.studies.questions import Selection
+from damperlab.studies.tmd.minimax import minimax
+from damperlab.worker.ground.absorber import absorber_response
+from damperlab.worker.ground.design import Structure
 
 PEAK = "peak_relative_displacement_m"
 RAW = re.compile(r"\b[a-z]{2,}(?:_[a-z0-9]+)+\b")
@@ -63,6 +68,33 @@ def test_tables_are_in_mm() -> None:
     table = dict(zip(head, rows[0], strict=True))
     assert table["clearance d [mm]"] == "20"
     assert table["value [mm]"] == "14"
+
+
+@pytest.mark.parametrize("height", [1e-6, 10.0])
+def test_a_tuned_mass_damper_is_named_under_records_too(height: float) -> None:
+    """Its worst case is the larger of those of comparisons under the two records, at the suite's scale."""
+    motions = {name: builtin_record(name) for name in ("el-centro-180", "loma-prieta-000")}
+    cube = made(np.full((3, 3), height)).assign_coords({RECORD: (RECORD, list(motions))})
+    cube.attrs["study"] = json.dumps({"mass_kg": 5.0, "tail_s": 2.0})
+    structure, tuned = Structure(5.0, 0.5, 0.5), minimax(0.1, 0.5)
+    worst, bare = (
+        max(
+            absorber_response(structure, each, motion, 0.5, 2.0).peak_relative_displacement_m
+            for motion in motions.values()
+        )
+        for each in (tuned, None)
+    )
+    answer = worst_case_designs(cube, motions=motions)
+    brief = answer.attrs["brief"]
+    rows = {row[0]: row[1] for row in brief["rows"]}
+    assert rows["without damper"] == f"{1e3 * bare:.3g} mm"
+    if height < worst:
+        assert (brief["damper"], rows["tuned mass damper"]) == ("particle_alone", f"{1e3 * worst:.3g} mm")
+    else:
+        assert brief["damper"] == "tuned_mass_damper"
+        said = f"A tuned mass damper of m = 0.5 kg does better: at worst {1e3 * worst:.3g} mm."
+        assert brief["sentences"][0].startswith(said)
+        assert answer.attrs["notes"][0]["values"]["value"] == pytest.approx(worst, rel=1e-12)
 
 
 def test_every_dimension_of_every_kind_has_a_term() -> None:

@@ -44,6 +44,19 @@ def test_curves_peaks_and_ratio_are_those_of_the_oracle(cube, whole):
     np.testing.assert_array_equal(inside, better)
 
 
+def test_a_damper_that_clamps_the_structure_is_said_to_do_so_first() -> None:
+    """Far above γ_F = r² the mass hardly slips: it moves with its base, at every frequency but little more than Z."""
+    axes = {"frequency_ratio": [0.9, 1.0, 1.1], "friction_ratio": [3.0], "mass_ratio": [0.1]}
+    cube = solved(parse_study({"damping_ratio": 0.02, "axes": axes | {"clearance_ratio": [3.0]}}))
+    answer = tmd_comparison(cube)
+    assert answer.attrs["ratio"] < 1.0
+    assert answer.attrs["verdict"][0].startswith(
+        "Friction of the study's damper clamps the structure to its base"
+    )
+    note = next(each for each in answer.attrs["notes"] if each["kind"] == "clamped")
+    assert note["severity"] == "danger"
+
+
 def test_the_peak_without_a_damper_is_that_of_the_band_and_not_of_the_grid(cube):
     between = cube.isel(frequency_ratio=np.abs(cube["frequency_ratio"].values - 1.0) > 1e-3)
     peak = transmissibility.absolute_amplitude(0.0038, 1.0)
