@@ -188,10 +188,11 @@ def _brief(
     inside = "."
     if ends:
         which = "each" if len(ends) == len(steps) > 1 else listed(map(phrases.symbol, ends))
-        inside = f": {which} at the end of its range, so no optimum inside it."
+        ranges = "their ranges" if 1 < len(ends) < len(steps) else "its range"
+        inside = f": {which} at the end of {ranges}, so no optimum inside."
     value = phrases.measured(found["value"], found["error"], ".3g")
     known = ", ".join(
-        f"{phrases.symbol(name)} ± {phrases.value(name, step, '.2g')}" for name, step in steps.items()
+        f"{phrases.symbol(name)} ± {phrases.value(name, step, '.3g')}" for name, step in steps.items()
     )
     danger = "Friction clamps the structure to its base at this optimum." if clamped else ""
     if cube.sizes[FREQUENCY] == 1:

@@ -34,7 +34,13 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     scale = float(answer["design"]["scale"])
     under = answer["record"]["name"] + ("" if scale == 1.0 else f" × {scale:g}")
     moves = _mm(cases[best][PEAK])
-    if best == "none":
+    if cases[best].get("stick_fraction", 0.0) >= 1.0:
+        most = f"{float(cases[best]['peak_absolute_acceleration_m_s2']):.3g} m/s²"
+        held = f"Under {under} {cases[best]['label']} holds the structure to its base throughout"
+        told = f"{held}: it moves with the ground, at up to {most}, and nothing is damped"
+    elif len(cases) == 1:
+        told = f"Under {under} the structure moves {moves} against the base ({cases[best]['label']})"
+    elif best == "none":
         told = f"Under {under} no damper is worth building: without one the structure moves {moves} against the base"
     else:
         least_of_all = float(cases[best][PEAK]) == least

@@ -291,3 +291,23 @@ def test_the_damper_with_fewer_parts_is_named_as_good_and_not_as_least(tuned: fl
     record = {"name": "quake", "peak_displacement_m": 0.01}
     answer = {"cases": cases, "record": record, "design": {"scale": 1.0}}
     assert told in brief_of(answer).sentences[0]
+
+
+def test_friction_that_holds_the_structure_is_said_to_do_so() -> None:
+    """A structure that moves with the ground is not damped, however little it moves against its base."""
+    moved = {PEAK: 0.0, "peak_absolute_acceleration_m_s2": 2.5, "stick_fraction": 1.0}
+    bare = {PEAK: 0.05, "peak_absolute_acceleration_m_s2": 12.0, "stick_fraction": 0.0}
+    cases = {"none": {"label": "no damper", **bare}, "fd": {"label": "friction", **moved}}
+    record = {"name": "quake", "peak_displacement_m": 0.01}
+    first = brief_of({"cases": cases, "record": record, "design": {"scale": 1.0}}).sentences[0]
+    assert first == (
+        "Under quake friction holds the structure to its base throughout: it moves with the ground, at up to 2.5 m/s², "
+        "and nothing is damped."
+    )
+
+
+def test_a_single_case_is_compared_with_none() -> None:
+    cases = {"tmd": {"label": "tuned mass damper", PEAK: 5e-3, "peak_absolute_acceleration_m_s2": 1.0}}
+    record = {"name": "quake", "peak_displacement_m": 0.01}
+    first = brief_of({"cases": cases, "record": record, "design": {"scale": 1.0}}).sentences[0]
+    assert first == "Under quake the structure moves 5 mm against the base (tuned mass damper)."
