@@ -52,13 +52,18 @@ def understood(study: AnyStudy) -> list[str]:
         found.append(taken)
     if made:
         found.append(f"In ratios: {', '.join(_spelled(name, ends) for name, ends in made.items())}.")
-    found += _unusual(made, float(study.coordinates["damping_ratio"][0]), study.forced, "the physical block")
+    return [*found, *unusual_study(study), *_two_frequencies(study)]
+
+
+def unusual_study(study: AnyStudy) -> list[str]:
+    """Return sentences about implausible values in the physical block of a study."""
+    if not isinstance(study, Study) or study.physical is None:
+        return []
+    zeta = float(study.coordinates["damping_ratio"][0])
+    found = _unusual(ratios(study), zeta, study.forced, "the physical block")
     found += _violent(_base_acceleration(study), "`base_amplitude_m`")
-    if study.physical is not None:
-        given = study.physical.values().get("particle_friction_coefficient")
-        found += _rough(0.0 if given is None else float(given.min()))
-    found += _two_frequencies(study)
-    return found
+    given = study.physical.values().get("particle_friction_coefficient")
+    return found + _rough(0.0 if given is None else float(given.min()))
 
 
 def unusual_specification(asked: Specification) -> list[str]:

@@ -86,9 +86,10 @@ def answer(study: Subject, judging: Judging, ranking: Ranking) -> "xr.Dataset":
     """
     from damperlab.studies.answers.ranking import ranked_designs
 
-    return ranked_designs(
-        study.cube, judging, ranking, lambda others: with_follow_ups(study, others), study.motions
-    )
+    def opened(others: Iterable[str]) -> "dict[str, xr.Dataset]":
+        return with_follow_ups(study, others)
+
+    return study.warned(ranked_designs(study.cube, judging, ranking, opened, study.motions))
 
 
 def _missing(study: Subject, found: "xr.Dataset", judging: Judging, _: Ranking) -> "tuple[Study, ...]":

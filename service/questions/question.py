@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.field import Field, fields_of
-from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kinds import HARMONIC, KINDS, SUITE, Kind
 from damperlab.studies.questions import EVERY_AXIS
 from damperlab.studies.variables import BEFORE, DIMENSIONS
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from damperlab.service.questions.forms import Form
     from damperlab.studies.definition import Study
     from damperlab.studies.ground.motion import GroundMotion
+    from damperlab.studies.ground.suite import Suite
     from damperlab.studies.store.record import Record
     from damperlab.studies.store.store import Store
 
@@ -60,15 +60,34 @@ class Subject:
 
     def motions(self) -> "Mapping[str, GroundMotion]":
         """Read the records of a ground-motion suite, by their ids; none if the file of a record is lost or damaged."""
-        from damperlab.studies.store.cube.definition import parse_stored, with_attachments
+        from damperlab.studies.store.cube.definition import with_attachments
 
-        stored = parse_stored(self.record.definition, self.record.digest)
+        if self._stored is None:
+            return {}
         shelf, _ = self.store.snapshot(self.record.id)
         try:
-            suite = with_attachments(stored, shelf)
+            suite = with_attachments(self._stored, shelf)
         except (OSError, ValueError):
             return {}
-        return suite.motions if isinstance(suite, Suite) else {}
+        return getattr(suite, "motions", {})
+
+    def warned(self, answer: "xr.Dataset") -> "xr.Dataset":
+        """Return an answer that begins with the implausible values of the study, if there are any."""
+        from damperlab.studies.answers.phrases import first_said
+        from damperlab.studies.understood import unusual_study
+
+        unusual = [] if self._stored is None else unusual_study(self._stored)
+        return answer.assign_attrs(first_said(answer.attrs, unusual))
+
+    @cached_property
+    def _stored(self) -> "Study | Suite | None":
+        """The study by its definition; None if the definition is damaged, because the cube can be read without it."""
+        from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
+
+        try:
+            return parse_stored(self.record.definition, self.record.digest)
+        except DefinitionDamaged:
+            return None
 
     def beside(self, name: str) -> "Subject":
         """Find another study in the store, by its name or id."""

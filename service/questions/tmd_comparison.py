@@ -71,7 +71,7 @@ def answer(study: Subject, tuning: Tuning, design: Design) -> "xr.Dataset":
     from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
     cube, at = at_one_amplitude(study.cube, design.at)
-    return said_of_it(tmd_comparison(cube, tuning, at), cube, study.cube)
+    return study.warned(said_of_it(tmd_comparison(cube, tuning, at), cube, study.cube))
 
 
 def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":

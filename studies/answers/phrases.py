@@ -265,3 +265,14 @@ def noted(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]
     if "in_units" in second:
         words["in_units"] = noted(first.get("in_units", first), second["in_units"])
     return words
+
+
+def first_said(answer: Mapping[str, Any], sentences: list[str]) -> dict[str, Any]:
+    """Return the attributes of an answer with sentences in front of its short answer, in ratios and in units."""
+    words = dict(answer)
+    if sentences and "brief" in words:
+        words["verdict"] = [*sentences, *words["verdict"]]
+        words["brief"] = {**words["brief"], "sentences": [*sentences, *words["brief"]["sentences"]]}
+    if "in_units" in words:
+        words["in_units"] = first_said(words["in_units"], sentences)
+    return words

@@ -11,7 +11,7 @@ import xarray as xr
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
-from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.answers.phrases import Phrases, first_said
 from damperlab.studies.answers.quantities import with_quantities
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
@@ -243,3 +243,13 @@ def test_the_tilt_of_a_study_is_named_in_degrees(cube: xr.Dataset, tilt: float) 
     study["physical"]["tilt_deg"] = [0.0, tilt]
     several = tilted.assign_attrs(study=json.dumps(study))
     assert "tilt_deg" not in frequency_response(several, Selection("amplitude_m")).coords
+
+
+def test_a_doubt_about_the_units_of_a_study_is_said_first_everywhere() -> None:
+    words = {"verdict": ["Best."], "brief": {"sentences": ["Best."], "rows": []}}
+    said = first_said({**words, "complete": 1.0, "in_units": words}, ["Check the units."])
+    for each in (said, said["in_units"]):
+        assert each["verdict"] == each["brief"]["sentences"] == ["Check the units.", "Best."]
+        assert each["brief"]["rows"] == []
+    assert said["complete"] == 1.0
+    assert first_said({"note": ""}, ["Check the units."]) == {"note": ""}
