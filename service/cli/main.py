@@ -2,10 +2,12 @@
 
 import atexit
 import sys
+from functools import cache
 from gc import freeze
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.main import get_command
 
 from damperlab.service.cli.accuracy import accuracy
 from damperlab.service.cli.asked import Command
@@ -116,6 +118,12 @@ def main() -> None:
     sys.exit(_run(sys.argv[1:]))
 
 
+@cache
+def _commands() -> Any:
+    """Build the tree of commands, once for all commands that run in this process."""
+    return get_command(app)
+
+
 def _run(arguments: list[str]) -> int:
     if arguments and arguments[0] in GONE:
         note(f"damperlab: there is no `{arguments[0]}` any more. {GONE[arguments[0]]}")
@@ -125,8 +133,8 @@ def _run(arguments: list[str]) -> int:
         note(f"damperlab: `{arguments[0]}` is now `{name}`; the old name works until version 0.3.")
         arguments = [*name.split(), *arguments[1:]]
     try:
-        # If a command raises typer.Exit, `app` returns the status of this exception; otherwise `app` returns None.
-        status = app(args=arguments, prog_name="damperlab", standalone_mode=False) or DONE
+        # If a command raises typer.Exit, the status of this exception is returned; otherwise None.
+        status = _commands()(args=arguments, prog_name="damperlab", standalone_mode=False) or DONE
     except typer.Abort:
         note("damperlab: stopped; nothing was changed.")
         return FAILED
