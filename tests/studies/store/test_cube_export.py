@@ -179,7 +179,7 @@ def test_exports_hold_a_piece_of_the_cube_at_a_time(store, tmp_path, monkeypatch
     monkeypatch.setattr(damperlab.studies.store.export.table, "BUDGET", 4000)
     monkeypatch.setattr(damperlab.studies.store.export.table, "ROWS_AT_ONCE", 500)
     axes = {
-        "clearance_ratio": {"start": 1, "stop": 25, "num": 60},
+        "clearance_ratio": {"start": 1, "stop": 25, "num": 40},
         "friction_ratio": {"start": 0, "stop": 1, "num": 20},
         "restitution": 0.5,
         "mass_ratio": 0.1,
