@@ -11,6 +11,7 @@ import yaml
 from tests.service.cli.commands import run
 
 from damperlab.service.client import Client, Refused
+from damperlab.service.client.fit import question
 from damperlab.service.fit_report import parameter_rows
 from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.tmd.transfer import without_absorber
@@ -55,22 +56,30 @@ def test_every_door_gives_the_same_fit_and_it_holds_the_truth(
     # twice an interval of 95 % is four standard errors to either side
     assert abs(damping["value"] - ZETA) < damping["high"] - damping["low"]
     (tmp_path / "bench.csv").write_text(table)
-    (tmp_path / "known.json").write_text(json.dumps(STRUCTURE))
-    study, report, figure = (tmp_path / name for name in ("fitted.yaml", "fit.html", "fit.png"))
-    sought = ("fit", tmp_path / "bench.csv", "--fit", "damping_ratio=0.01,0.2", "--deviation", "1%")
-    of_a_file = ("--structure", tmp_path / "known.json", "--study", study, "-o", report, "--json")
-    assert json.loads(run(*sought, *of_a_file).stdout) == found
+    study, report = tmp_path / "fitted.yaml", tmp_path / "fit.html"
+    sought = (
+        "--fit",
+        "damping_ratio=0.01,0.2",
+        "--deviation",
+        "1%",
+        "--no-particle",
+        "--friction-ratio",
+        "0",
+    )
+    known = ("--natural-frequency-hz", "2.5", "--base-amplitude-m", "0.0015")
+    written = ("--study", study, "-o", report, "--json")
+    assert json.loads(run("fit", tmp_path / "bench.csv", *sought, *known, *written).stdout) == found
     assert "<h1>bench, fitted</h1>" in report.read_text()
     assert yaml.safe_load(study.read_text()) == found["study"]
     computed = run("run", study, "--data-dir", tmp_path / "data", "--json").stdout
     assert json.loads(computed)["state"] == "done"
-    of_options = ("--natural-frequency-hz", "2.5", "--base-amplitude-m", "0.0015", "--friction-ratio", "0")
-    assert "damping_ratio" in run(*sought, "--no-particle", *of_options, "-o", figure).stdout
-    assert figure.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
     with Client(service.url) as mine:
         ranges = {"damping_ratio": (0.01, 0.2)}
         assert mine.fit(tmp_path / "bench.csv", ranges, STRUCTURE, deviation=0.01) == found
-        assert mine.fit(table, ranges, STRUCTURE, deviation=0.01)["parameters"] == found["parameters"]
+        in_file, in_text = (
+            question(each, ranges, STRUCTURE, deviation=0.01) for each in (tmp_path / "bench.csv", table)
+        )
+        assert in_text | {"name": "bench"} == in_file
         with pytest.raises(Refused, match=r"missing\.csv"):
             mine.fit("missing.csv", ["damping_ratio"])
         with pytest.raises(Refused) as swapped:
@@ -85,9 +94,11 @@ def test_an_axis_in_the_file_of_what_is_known_is_sought(table: str, tmp_path: Pa
     (tmp_path / "bench.csv").write_text(table)
     known = STRUCTURE | {"damping_ratio": {"start": 0.01, "stop": 0.2, "num": 5}}
     (tmp_path / "known.json").write_text(json.dumps(known))
-    sought = ("--structure", tmp_path / "known.json", "--deviation", "1%", "--json")
+    figure = tmp_path / "fit.png"
+    sought = ("--structure", tmp_path / "known.json", "--deviation", "1%", "-o", figure, "--json")
     document = json.loads(run("fit", tmp_path / "bench.csv", *sought).stdout)
     assert document["parameters"]["damping_ratio"]["range"] == [0.01, 0.2]
+    assert figure.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
 
 
 def test_a_dry_run_says_whether_kernels_are_there(client: httpx.Client, table: str) -> None:
