@@ -59,10 +59,13 @@ class Watched:
 
     def go(self, fragment: str = "") -> Page:
         """Open a view, as from an address that somebody sent."""
-        again = self.page.url.startswith(self.root)
-        self.page.goto(f"{self.root}/{fragment}")
-        if again:  # the same page with another fragment is not loaded anew, and a link of last week is
+        if self.page.url.startswith(
+            self.root
+        ):  # a link of last week loads the page; another fragment alone does not
+            self.page.evaluate("(address) => history.pushState(null, '', address)", f"/{fragment}")
             self.page.reload()
+        else:
+            self.page.goto(f"{self.root}/{fragment}")
         self.page.wait_for_selector("h1")
         return self.page
 

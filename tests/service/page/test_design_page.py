@@ -8,6 +8,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import expect
+from tests.service.page.looking import serious
 
 
 def test_a_design_is_asked_for_in_the_form_followed_and_answered(
@@ -55,6 +56,7 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     for title, of in (("Response over the amplitude", "amplitudes"), ("The best response found", "masses")):
         figure = page.get_by_role("img", name=re.compile(f"^{title}"))
         expect(figure).to_have_count(int(len(answer[of]) > 1))
+    assert serious(page, ("dark",)) == []
     report = page.get_by_role("link", name="Report").get_attribute("href")
     assert "asked on the page" in httpx.get(report, timeout=300).text
     page.go_back()
@@ -98,6 +100,17 @@ def form_of(open_page: Callable[..., Any], document: dict[str, Any]) -> tuple[An
     text = page.get_by_label("The specification as JSON")
     text.fill(json.dumps(document))
     return page, lambda: json.loads(text.input_value())
+
+
+@pytest.mark.night
+@pytest.mark.parametrize(("width", "schemes"), [(390, ("dark",)), (1440, ("light", "dark"))])
+def test_an_answered_design_has_no_serious_fault_of_accessibility_and_nothing_wider_than_the_screen(
+    open_page: Callable[..., Any], design: dict[str, Any], width: int, schemes: tuple[str, ...]
+) -> None:
+    page = open_page(viewport={"width": width, "height": 900}).go(f"#/designs/{design['id']}")
+    page.wait_for_selector(".plot .main-svg", state="attached")
+    assert serious(page, schemes) == []
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 @pytest.mark.night
