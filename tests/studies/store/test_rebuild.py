@@ -48,9 +48,10 @@ def begun(store: Store, study, blocks, generation: str = "g") -> str:
     return record.id
 
 
-@pytest.fixture
-def filled(store):
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
     """Studies that are done, cancelled half-way, queued, and running with blocks that only their files tell of."""
+    store = Store.open(tmp_path_factory.mktemp("made") / "data")
     states = (("done", 12), ("cancelled", 5), (None, 0), ("running", 4))
     for number, (state, blocks) in enumerate(states):
         study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
@@ -61,7 +62,16 @@ def filled(store):
             store.set_state(study_id, state, "stopped" if state == "cancelled" else None)
         if state == "cancelled":  # and after it has ended
             store.remark(study_id, Remarks(("paused",), "why"))
-    return store
+    store.close()
+    return store.data_dir
+
+
+@pytest.fixture
+def filled(made, tmp_path):
+    """A copy of these studies, which a test may damage."""
+    store = Store.open(shutil.copytree(made, tmp_path / "data"))
+    yield store
+    store.close()
 
 
 def told(store: Store) -> dict:
