@@ -3,7 +3,8 @@
 import ast
 import gc
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ PARTS = {"advice", "allowed", "found", "told", "instead", "detail", "message", "
 OF_OTHERS = ("worker/solver/", "worker/steady/")
 
 
+@cache
 def retired() -> list[str]:
     """Give the first column of the glossary's last table."""
     table = (ROOT / "docs/glossary.md").read_text().split("## Retired words")[1]
@@ -45,7 +47,12 @@ def command_texts() -> Iterator[tuple[str, str]]:
                 yield f"{name} {'/'.join(parameter.opts)}", getattr(parameter, "help", None) or ""
 
 
-def message_texts() -> Iterator[tuple[str, str]]:
+@cache
+def message_texts() -> tuple[tuple[str, str], ...]:
+    return tuple(_messages())
+
+
+def _messages() -> Iterator[tuple[str, str]]:
     for part in ("service", "studies", "worker"):
         for file in sorted((ROOT / part).rglob("*.py")):
             place = file.relative_to(ROOT).as_posix()
@@ -126,7 +133,7 @@ def http_texts() -> Iterator[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("texts", [command_texts, message_texts, page_texts, http_texts])
-def test_nothing_that_is_said_uses_a_retired_word(texts: Callable[[], Iterator[tuple[str, str]]]) -> None:
+def test_nothing_that_is_said_uses_a_retired_word(texts: Callable[[], Iterable[tuple[str, str]]]) -> None:
     assert [(place, words) for place, text in texts() if (words := refused_in(text))] == []
 
 
