@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from tests.service.cli.commands import run
-from tests.service.contract import document_now
-from tests.service.test_contract import check
+from tests.service.contract import check
 
 from damperlab.service.client import Client, Study
 from damperlab.service.documents import plain
@@ -300,7 +299,7 @@ def test_refinement_leads_to_a_ranking_of_both_studies(
     assert (again.status_code, again.json()["follow_up"]["id"]) == (200, step.follow_up.id)
     planning = client.post(f"{address}/refine", params={"tolerance": "1", "dry_run": "true"})
     for answer in (again, planning):
-        check(document_now(), "post", "/api/v1/studies/{study_id}/refine", answer)
+        check("post", "/api/v1/studies/{study_id}/refine", answer)
     together = hybrid.optimal_designs(with_=[step.follow_up])
     cubes = {study.id: store.cube(study.id) for study in (hybrid, step.follow_up)}
     assert_same(together, merged_designs(cubes))
@@ -333,7 +332,7 @@ def test_every_door_finds_up_to_which_friction_of_its_particle_the_best_damper_h
     assert printed("optimum", study.id, "--friction") == document
     asked = {"dry_run": "true", "with": follow_up.id}
     planned = client.post(f"/api/v1/studies/{study.id}/particle-friction", params=asked)
-    check(document_now(), "post", "/api/v1/studies/{study_id}/particle-friction", planned)
+    check("post", "/api/v1/studies/{study_id}/particle-friction", planned)
 
 
 def test_cube_is_lazy_and_bit_for_bit_the_stored_one(hybrid: Study, store: Store) -> None:

@@ -1,8 +1,13 @@
 """What clients of the HTTP interface rely on: the promises of the OpenAPI document as last released, and what breaks them."""
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
+
+import httpx
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import best_match
 
 COPY = Path(__file__).with_name("promised.json")
 NOTES = Path(__file__).with_name("breaks.md")
@@ -14,13 +19,43 @@ SCHEMA_KEYS = (
 WIDTH = 160
 
 
+@cache
 def document_now() -> dict[str, Any]:
-    """Give the document that the service has now."""
+    """Give the document that the service has now; nobody changes it."""
     from damperlab.service.app import create_app
     from damperlab.service.settings import Settings
 
     document: dict[str, Any] = json.loads(json.dumps(create_app(Settings()).openapi()))
     return document
+
+
+def check(method: str, path: str, answer: httpx.Response) -> None:
+    """Hold an answer to the schema that the document states for it."""
+    document = document_now()
+    assert answer.status_code < 300, (path, answer.text)
+    responses = document["paths"][path][method]["responses"]
+    assert str(answer.status_code) in responses
+    schema = responses[str(answer.status_code)]["content"]["application/json"]["schema"]
+    # beside it the document's parts, which it refers to from the root
+    whole = _closed(schema | {"components": document["components"]})
+    wrong = [best_match([each]) for each in Draft202012Validator(whole).iter_errors(answer.json())]
+    assert [(path, each.json_path, each.message[:300]) for each in wrong] == []
+
+
+def _closed(schema: Any) -> Any:
+    """Allow no field that is not described: a client of a later service may meet one, these tests may not.
+
+    An answer that is read from a cube, with its columns, has whatever attributes that has.
+    """
+    if isinstance(schema, list):
+        return [_closed(each) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    found = {key: _closed(each) for key, each in schema.items()}
+    described = found.get("properties", {})
+    if described and "columns" not in described and isinstance(found.get("type"), str):
+        found.setdefault("additionalProperties", False)
+    return found
 
 
 def promised(document: dict[str, Any]) -> dict[str, Any]:
