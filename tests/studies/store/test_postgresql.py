@@ -1,9 +1,7 @@
 """The catalogue in a real PostgreSQL, and catalogues of older versions brought up to date."""
 
+import multiprocessing
 import socket
-import subprocess
-import sys
-import textwrap
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +12,7 @@ import pytest
 from sqlalchemy import create_engine, text
 from tests.faults.processes import Database
 from tests.filling import make_plan_of, make_study, values_of
+from tests.studies.store.racing import race
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
@@ -183,66 +182,23 @@ def test_a_study_lives_and_dies(store):
     assert store.events(record.id)[-1][1] == "deleted"
 
 
-_RACE = """
-import sys
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
-from pathlib import Path
-import numpy as np
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.care.rebuild import rebuild
-from damperlab.studies.store.record import BlockOutcome
-from damperlab.studies.store.store import Store
-axes = dict(friction_ratio={"start": 0, "stop": 0.8, "num": 20}, frequency_ratio=[0.9, 1.0, 1.1])
-study = parse_study({"damping_ratio": 0.0038, "particle": False, "axes": axes})
-plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 1), lambda _, at: np.ones(len(at["mass_ratio"])))
-print("ready", flush=True); sys.stdin.readline()
-store = Store.open(Path(sys.argv[1]), sys.argv[2] or None)   # the database is empty: they race for its tables too
-record, created = store.submit(study, plan, {})
-won = store.claim(record.id, sys.argv[3])
-mark = lambda index: store.mark(record.id, BlockOutcome(index, 1, 0, 0.1, 0.1, generation=sys.argv[3]))
-with ThreadPoolExecutor(3) as threads:
-    list(threads.map(mark, range(plan.count)))
-print(record.id, created, won)
-store.close()
-"""
-
-
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_processes_race_and_each_block_is_marked_once(tmp_path, request, kind):
-    address = request.getfixturevalue("address") if kind == "postgresql" else ""
+    address = request.getfixturevalue("address") if kind == "postgresql" else None
+    start = multiprocessing.get_context("spawn")
+    begin, told = start.Barrier(3), start.SimpleQueue()
     processes = [
-        subprocess.Popen(
-            [
-                sys.executable,
-                "-W",
-                "error",
-                "-c",
-                textwrap.dedent(_RACE),
-                str(tmp_path),
-                address,
-                str(number),
-            ],
-            cwd=Path(__file__).parents[3],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        for number in range(3)
+        start.Process(target=race, args=(tmp_path, address, str(number), begin, told)) for number in range(3)
     ]
     for process in processes:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n", process.communicate(timeout=SECONDS)[1]
-    answers = []
-    with ThreadPoolExecutor(3) as threads:
-        for out, err in threads.map(lambda process: process.communicate("go\n", timeout=SECONDS), processes):
-            assert err == ""
-            answers.append(out.split())
-    assert sorted(created for _, created, _ in answers) == ["False", "False", "True"]
-    assert sorted(won for _, _, won in answers) == ["False", "False", "True"]
-    store = Store.open(tmp_path, address or None)
+        process.start()
+    for process in processes:
+        process.join(SECONDS)
+        assert process.exitcode == 0
+    answers = [told.get() for _ in processes]
+    assert sorted(created for _, created, _ in answers) == [False, False, True]
+    assert sorted(won for _, _, won in answers) == [False, False, True]
+    store = Store.open(tmp_path, address)
     (record,) = store.page().records
     assert {study_id for study_id, _, _ in answers} == {record.id}
     assert len(list((tmp_path / "cubes").glob("*.zarr"))) == 1
