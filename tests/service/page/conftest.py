@@ -59,9 +59,8 @@ class Watched:
 
     def go(self, fragment: str = "") -> Page:
         """Open a view, as from an address that somebody sent."""
-        if self.page.url.startswith(
-            self.root
-        ):  # a link of last week loads the page; another fragment alone does not
+        # a link of last week loads the page; another fragment alone does not
+        if self.page.url.startswith(self.root):
             self.page.evaluate("(address) => history.pushState(null, '', address)", f"/{fragment}")
             self.page.reload()
         else:
