@@ -59,12 +59,13 @@ class Watched:
 
     def go(self, fragment: str = "") -> Page:
         """Open a view, as from an address that somebody sent."""
-        # a link of last week loads the page; another fragment alone does not
+        address = f"{self.root}/{fragment}"
         if self.page.url.startswith(self.root):
-            self.page.evaluate("(address) => history.pushState(null, '', address)", f"/{fragment}")
+            # as a link of last week, which loads the page; a new fragment alone does not
+            self.page.evaluate("(address) => history.pushState(null, '', address)", address)
             self.page.reload()
         else:
-            self.page.goto(f"{self.root}/{fragment}")
+            self.page.goto(address)
         self.page.wait_for_selector("h1")
         return self.page
 
