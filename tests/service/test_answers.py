@@ -28,6 +28,7 @@ from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.definition import parse_study
+from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.questions import (
     EVERY_AXIS,
     Fragile,
@@ -149,7 +150,8 @@ SUITES: dict[str, Asked] = {
     "dampers by their worst case": Asked(
         RANKING, {"top": 2, "records": ["northridge-360"], "clearance_m": (0.002, 1)},
         lambda cube: ranked_designs(
-            cube, Judging(ranges={"clearance_m": (0.002, 1)}), Ranking(top=2, records=("northridge-360",)), dict
+            cube, Judging(ranges={"clearance_m": (0.002, 1)}), Ranking(top=2, records=("northridge-360",)), dict,
+            lambda: {"northridge-360": builtin_record("northridge-360")},
         ),
     ),
     "fragility": Asked("fragility", {"threshold": 0.02}, lambda cube: fragility(cube, Fragile(0.02))),
