@@ -137,7 +137,7 @@ def _violent(acceleration: float, key: str) -> list[str]:
 
 
 def _loose(limits: Mapping[str, float], base_m: float, damping: float) -> list[str]:
-    """Report limits on a displacement that the structure keeps at every frequency without a damper.
+    """Report each limit on a displacement that the structure satisfies at every frequency even without a damper.
 
     Near resonance the structure moves ``Z/(2ζ)`` against its base, and at most Z more in space.
     """

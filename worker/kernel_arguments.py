@@ -23,7 +23,7 @@ def rebound_of(restitution: float) -> float:
 
 
 def wants_energies(study: Study) -> bool | None:
-    """Return True if a study needs integrals over the motion. Otherwise return None, which removes the integrals."""
+    """Return True if a study needs integrals over the motion; otherwise None, for kernels without the integrals."""
     return True if (INTEGRATED | ACCELERATION) & set(study.metrics) else None
 
 

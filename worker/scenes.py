@@ -1,4 +1,4 @@
-"""Scenes, for each of which kernels are compiled: combinations of forces and a requested result."""
+"""Scenes: the combinations of forces and a requested result for which kernels are compiled."""
 
 from typing import Literal, NamedTuple
 

@@ -65,7 +65,7 @@ _IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_p
 """Names in SI units of the results that can be given in SI units."""
 
 _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
-"""Units of results in SI units that are not lengths."""
+"""Unit of each result in SI units that is not a length."""
 
 _KINDS = {"harmonic": HARMONIC, "suite": SUITE, "amplitudes": AMPLITUDES_KIND}
 """Kinds of study, by name on the page."""

@@ -17,7 +17,7 @@ HARD: dict[str, dict[str, object]] = {
     PRINTED: {"model": "dwell", "contact_time": "paper_hard_printed"},
     REAL: {"model": "dwell", "contact_time": "paper_hard_real"},
 }
-"""Contact models of the aluminium wall, by the same names as the contact models of the foam cushion."""
+"""Contact models of the aluminium wall, with the same names as in `SOFT`."""
 
 LABELS = "labels of Figure 12"
 FRICTION_RATIOS = (0.6, 0.69, 0.8)

@@ -35,14 +35,14 @@ def flatness(
     -------
     list of dict
         One entry for each dimension with more than one value. `dimension` is the name of the dimension, and `value` is
-        the value of the design along this dimension. `low` and `high` are the farthest grid points on either side up to
-        which every result is known and at most `LOSS` larger. `below` is the grid point below `low`, and `above` is the
-        grid point above `high`; each is None at the end of the axis. The borders of the range lie between `below` and
-        `low`, and between `high` and `above`; they are not interpolated. `resolved` says whether the neighbouring
-        designs on both sides are known to be equally good. `worse` says whether a neighbour is known to be worse. The
-        response then changes by more than `LOSS` from one grid point to the next, and a much better design may lie
-        between the two. `unknown` says whether a neighbour has no value because it was not computed, failed, or is left
-        out.
+        the value of the design along this dimension. `low` and `high` are the ends of a range of grid points around the
+        design. Within this range every result is known, and exceeds the result of the design by at most the share
+        `LOSS`. `below` is the grid point below `low`, and `above` is the grid point above `high`; each is None at the
+        end of the axis. The borders of the range lie between `below` and `low`, and between `high` and `above`; they
+        are not interpolated. `resolved` says whether the neighbouring designs on both sides are known to be equally
+        good. `worse` says whether a neighbour is known to be worse. The response then changes by more than `LOSS` from
+        one grid point to the next, and a much better design may lie between the two. `unknown` says whether a neighbour
+        has no value because it was not computed, failed, or is left out.
     """
     found = []
     for name in question.design:

@@ -73,7 +73,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     Each record gives one observation, since runs under the same record are not independent. The observation is the
     scale at which the result reaches the limit, interpolated as in incremental dynamic analysis [2]_. The observation
     is an interval if a run is missing or the limit is never exceeded. All observations are intervals if at least one
-    failed run counts as exceeding. A lognormal distribution is fitted by maximum likelihood [1]_.
+    failed run counts as exceeding the limit. A lognormal distribution is fitted by maximum likelihood [1]_.
 
     Parameters
     ----------

@@ -66,8 +66,8 @@ def hidden(
     * A resonance raises the response at both ends, as in `may_hide`. The height of the resonance is at most 1/(2ζ), the
       height without a damper. The interval overlaps the range of natural frequencies, from 1/√(1 + β), where the
       particle moves with the structure, to 1.
-    * The particle strikes at one end only. The response then jumps within the interval, and the flank of a resonance
-      through one end may extend as far as the other end. For an unlimited height, `may_hide` has
+    * The particle strikes at one end only. The response then jumps within the interval. One end may lie on the flank
+      of a resonance, and the flank may extend as far as the other end. For an unlimited height, `may_hide` has
       X = 1/((1 + β)|r² − r₀²|). So a flank with the value X at one end reaches at most 1/(1/X − (1 + β) Δ(r²)) within
       the interval. The flank is unbounded if that difference is not positive. A flank rises towards the range of
       natural frequencies.

@@ -211,7 +211,7 @@ def _parts(cube: xr.Dataset) -> dict[str, Any]:
 
 
 def _phrases(cube: xr.Dataset, other: xr.Dataset) -> Phrases:
-    """Return the phrases in units. If the structures differ, only quantities that the question names are in units."""
+    """Return the phrases in units for two studies. If the structures differ, only names in `LONG_NAMES` have units."""
     found, others = Phrases.of(cube), Phrases.of(other)
     keys = found.quantities.keys()
     if keys == others.quantities.keys() and all(

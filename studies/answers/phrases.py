@@ -164,7 +164,7 @@ class Phrases:
     def column(self, name: str, quantity: str = "") -> str:
         """Name a column of a table, with the unit in brackets.
 
-        If only answers use `name`, `quantity` is the corresponding quantity of the cube.
+        If `name` occurs only in answers, and not in cubes, `quantity` is the corresponding quantity of the cube.
         """
         quantity = quantity or name
         if not self._has(quantity):

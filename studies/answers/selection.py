@@ -245,7 +245,10 @@ def in_ratios(cube: "xr.Dataset", at: At) -> At:
 
 
 def companions(cube: "xr.Dataset", metric: str) -> list[str]:
-    """Return the names of `COMPANIONS` that the cube has, with the name of the error in the unit of the metric."""
+    """Return the names of `COMPANIONS` that the cube has.
+
+    For an amplitude in metres, `amplitude_error_m` replaces `amplitude_error` if the cube has that variable.
+    """
     in_units = metric in AMPLITUDES.values() and "amplitude_error_m" in cube.data_vars
     names = ("amplitude_error_m" if name == "amplitude_error" and in_units else name for name in COMPANIONS)
     return [name for name in names if name in cube.data_vars and name != metric]

@@ -1,4 +1,4 @@
-"""Slabs of a cube that fit in memory. A slab contains some designs with all cases."""
+"""Slabs of a cube that fit in memory. A slab contains some of the designs, each with all its cases."""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,4 @@
-"""A damper on a structure, both with nominal values or with deviations within the tolerances."""
+"""A damper on a structure, with nominal values or with deviations within the tolerances."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -48,9 +48,10 @@ class Survey:
     low, high : float
         Ends of the band.
     step : float
-        Step between the resonances.
+        Step of the samples between the resonances.
     fine, coarse : tuple of float
-        All sampled frequencies, and the frequencies of the first look. Neither list includes the ends of the band.
+        All sampled frequencies, and the fewer frequencies at which a candidate is computed first. Neither list includes
+        the ends of the band.
     """
 
     low: float

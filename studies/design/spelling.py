@@ -124,7 +124,7 @@ def level(asked: Specification, amplitude: Amplitude) -> str:
 
 
 def plural(motion: Motion) -> str:
-    """Return the plural of the word for an amplitude of the constant quantity."""
+    """Return the plural of the name of an excitation in sentences, for example "base velocities"."""
     return f"{motion.words.removesuffix('y')}ies" if motion.words.endswith("y") else f"{motion.words}s"
 
 

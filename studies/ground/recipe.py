@@ -100,7 +100,7 @@ def read_seed(document: Mapping[Any, Any], place: str, faults: list[Fault]) -> i
 
 
 def too_many_samples(field: str, samples: int, why: str, advice: str) -> list[Fault]:
-    """Return a fault if a record has too many samples. `why` explains the number of samples in the message."""
+    """Return a fault if a record has too many samples. In the message, `why` explains the number of samples."""
     if samples <= MOST_SAMPLES:
         return []
     found, allowed = f"{samples:,} samples", f"at most {MOST_SAMPLES:,} samples"

@@ -72,7 +72,7 @@ class Suite:
 
     @property
     def identities(self) -> dict[str, NDArray[Any]]:
-        """The coordinates, in which each record has the hash of its samples besides its id."""
+        """The coordinates, in which the id of each record is followed by the hash of its samples."""
         told = np.array([f"{record.id} {record.sha256}" for record in self.records])
         return self.coordinates | {RECORD: told}
 

@@ -157,11 +157,12 @@ def _grazing() -> list[Extreme]:
 
 
 def _chatter_until_release() -> list[Extreme]:
-    """Return two cases of a locked mass, in which a chatter ends just before and just after the particle is released.
+    """Return two cases of a locked mass, in which a chatter and the release of the particle nearly coincide.
 
-    The locked mass moves with its base. The larger e, the longer the chatter. From a certain e on, the particle is
-    released before the chatter ends, which changes the number of attachments in the first half cycle. Bisection finds
-    the neighbouring values of e on either side of this change.
+    In the first case the chatter ends just before the release, in the second case just after it. The locked mass moves
+    with its base. The larger e, the longer the chatter. From a certain e on, the particle is released before the
+    chatter ends, which changes the number of attachments in the first half cycle. Bisection finds the neighbouring
+    values of e on either side of this change.
     """
 
     def attachments(restitution: float) -> int:

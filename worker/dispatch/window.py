@@ -62,7 +62,7 @@ class Window:
 
     @property
     def empty(self) -> bool:
-        """Whether no block is at a worker or waits for a worker."""
+        """Whether no block is at a worker and no block waits for a worker."""
         return not self._flying and not self.workers.waiting
 
     @property

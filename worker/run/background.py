@@ -89,7 +89,7 @@ class Background:
             self._thread.join(seconds)
 
     def _keep_going(self) -> None:
-        # no exception may end this thread, which ends only if it is closed or no longer wanted
+        # exceptions do not end this thread. It ends after `tell_to_close`, or when `wanted` returns False
         while not self._closing.is_set():
             with suppress(BaseException):
                 well = self._failed is None

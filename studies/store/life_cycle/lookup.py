@@ -1,4 +1,4 @@
-"""Lookup of studies: by name, or page by page under conditions; and of the events of a study."""
+"""Finds a study by its name, lists studies page by page under conditions, and lists the events of a study."""
 
 import json
 import math

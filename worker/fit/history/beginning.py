@@ -9,7 +9,7 @@ from damperlab.worker.fit.history.spread import Spread
 from damperlab.worker.fit.history.trials import Place, Trials
 
 SURPRISE = 1e-3
-"""Probability of rejecting correct parameters of a longer beginning."""
+"""Probability that the parameters fitted to a longer beginning are rejected although they are correct."""
 DEVIATIONS = 3.0
 """Largest difference of two variances, in standard deviations, that is attributed to chance."""
 
