@@ -165,8 +165,8 @@ MUTANTS = (
     ),
     Mutant(
         "worker/dispatch/workers.py",
-        ' or worker.standing == "leaving"',
-        "",
+        "if not leaves and self._is_alone(worker):",
+        "if self._is_alone(worker):",
         "tests/worker/dispatch/test_workers.py",
     ),
     Mutant(

@@ -80,11 +80,10 @@ class Workers(Standings):
         return lost
 
     def take_away(self, now: float) -> list[str]:
-        """Take blocks back from workers at which a block runs far too long, and exclude these workers.
+        """Take blocks back from workers at which a block runs far too long. A worker that does not leave is excluded.
 
-        A worker that leaves may never end, so its block is taken back even if no other worker is present. Otherwise, a
-        block stays at the only worker. A worker is tested again after `AGAIN_SECONDS`. A block is taken back only once
-        for running too long.
+        A block stays at the only worker, and at the second worker at which it runs too long. A worker that leaves may
+        never end, so it keeps neither. An excluded worker is tested again after `AGAIN_SECONDS`.
 
         Parameters
         ----------
@@ -101,16 +100,20 @@ class Workers(Standings):
         self._since = {key: self._since.get(key, now) for key in running}
         for key, worker in running.items():
             attempt = worker.held.get(key)
-            if attempt is None or attempt.moved:
+            leaves = worker.standing == "leaving"
+            if attempt is None or (attempt.moved and not leaves):
                 continue
             seconds = now - self._since[key]
             if seconds <= max(STUCK_SECONDS, STUCK_TIMES * self._backlog.expected(attempt.index)):
                 continue
-            # asked last, because the answer takes a look at all workers; a worker that leaves gets no more blocks anyway
-            if worker.standing != "leaving" and self._is_alone(worker):
+            # asked last, because the answer takes a look at all workers
+            if not leaves and self._is_alone(worker):
                 continue
             reason = f"block {attempt.index} has been there for {seconds:.0f} s and does not end"
-            self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
+            if leaves:
+                self.incidents.append(f"worker {worker.address} leaves, and {reason}")
+            else:
+                self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
             for each in list(worker.held):
                 taken = self._take(each)
                 self._again.append(replace(taken.begun(), moved=True) if each == key else taken)

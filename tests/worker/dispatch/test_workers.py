@@ -47,6 +47,13 @@ def test_a_block_stays_at_the_only_worker_but_not_at_one_that_leaves_and_never_e
     assert workers.able
     assert len(workers.take_away(STUCK_SECONDS + 2.0)) == 1
     assert not workers.able  # so that the study says so instead of waiting for ever
+    assert "w0 leaves, and block 0 has been there for" in workers.incidents[-1]
+    workers.see({"w0": 1, "w1": 1}, ["w1"])
+    workers.admit("w1")
+    fill(workers)
+    workers.see({"w0": 1, "w1": 1}, ())
+    workers.take_away(0.0)
+    assert len(workers.take_away(STUCK_SECONDS + 1.0)) == 1  # though it was moved before
 
 
 def test_all_blocks_of_a_worker_go_to_others_if_two_of_them_run_for_too_long() -> None:
