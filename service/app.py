@@ -142,7 +142,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.settings = settings
     problems.install(app)
-    # `include_router` would analyse every route a second time
+    # `include_router` would take a late route for one that FastAPI does not analyse
     for route in (
         home,
         catalog,

@@ -1,4 +1,9 @@
-"""Routes that FastAPI analyses at their first request. The service then starts without this work."""
+"""Routes that FastAPI analyses at their first request. The service then starts without this work.
+
+An application takes the routes of a `LateRouter` as they are. `FastAPI.include_router` would call their functions
+without their parameters. A declaration that FastAPI refuses raises an exception at the first request, and in
+`Application.openapi`.
+"""
 
 from collections.abc import Callable, Collection
 from functools import cached_property

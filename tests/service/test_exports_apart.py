@@ -36,7 +36,7 @@ def _ask(data_dir: Path, run: Callable[[Path], Any], question: str = "export") -
     app = FastAPI()
     install(app)
     for routes in (export, questions):
-        app.include_router(routes.router)
+        app.router.routes.extend(routes.router.routes)
     parts: dict[str, Any] = dict.fromkeys(each.name for each in fields(Service)) | turns
     parts["settings"] = SimpleNamespace(data_dir=data_dir, question_points_apart=0)
     parts["store"] = SimpleNamespace(find=lambda name: record)
