@@ -124,9 +124,11 @@ def working(what: str | Callable[[], str]) -> Iterator[None]:
         if done.wait(2.0):
             return
         if notes().is_terminal:
+            from rich.text import Text
+
             with notes().status("") as status:
                 while not done.wait(0.5):
-                    status.update(f"{words()} … {duration(time.monotonic() - started)}")
+                    status.update(Text(f"{words()} … {duration(time.monotonic() - started)}"))
         else:
             note(f"{words()} …")
             while not done.wait(10.0):
