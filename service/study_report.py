@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damperlab.service.html import drawing, page, said, table
+from damperlab.service.questions.question import Subject
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.phrases import Phrases
@@ -34,24 +35,23 @@ MAPS = 3
 """Largest number of maps. Three axes give three maps, one for each pair of axes."""
 
 
-def study_report(record: Record, cube: "xr.Dataset") -> str:
+def study_report(study: Subject) -> str:
     """Return the report of a study as a self-contained page of HTML.
 
     Parameters
     ----------
-    record : Record
-        Record of the study.
-    cube : Dataset
-        Present results of the study.
+    study : Subject
+        The study.
 
     Returns
     -------
     str
         HTML with embedded SVG figures. If the study is given in SI units, the report uses SI units.
     """
+    record, cube = study.record, study.cube
     title = escape(record.name or record.id)
     worst_case = kind_of(cube.sizes) is not HARMONIC
-    ranked = ranked_designs(cube, Judging(), Ranking(top=TOP), lambda _: {})
+    ranked = study.warned(ranked_designs(cube, Judging(), Ranking(top=TOP), lambda _: {}, study.motions))
     parts = [
         f"<h1>{title}</h1>",
         said(

@@ -8,6 +8,7 @@ from damperlab.service.cli.options import DataDir, StudyId
 from damperlab.service.cli.output import note, working
 from damperlab.service.cli.places import file_option
 from damperlab.service.cli.store import label, open_store
+from damperlab.service.questions.question import Subject
 
 
 def report(
@@ -28,5 +29,5 @@ def report(
     with working(f"Writing {output}"):
         from damperlab.service.study_report import study_report
 
-        write_document(study_report(record, store.cube(record.id)), output)
+        write_document(study_report(Subject(record, store, "report")), output)
     note(f"Wrote the report of {label(record)} to {output}.")

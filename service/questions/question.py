@@ -59,14 +59,23 @@ class Subject:
         return self.store.cube(self.record.id)
 
     def motions(self) -> "Mapping[str, GroundMotion]":
-        """Read the records of a ground-motion suite, by their ids; none if the file of a record is lost or damaged."""
+        """Read the records of a ground-motion suite, by their ids; none if the file of a record is lost or damaged.
+
+        Raises
+        ------
+        ShelfAway
+            If the store does not answer.
+        """
         from damperlab.studies.store.cube.definition import with_attachments
+        from damperlab.studies.store.files.shelf import ShelfAway
 
         if self._stored is None:
             return {}
         shelf, _ = self.store.snapshot(self.record.id)
         try:
             suite = with_attachments(self._stored, shelf)
+        except ShelfAway:
+            raise
         except (OSError, ValueError):
             return {}
         return getattr(suite, "motions", {})

@@ -10,6 +10,7 @@ from starlette.responses import HTMLResponse, Response
 
 from damperlab.service.printing import printed
 from damperlab.service.problems import documented
+from damperlab.service.questions.question import Subject
 from damperlab.service.routes.questions import router as questions
 from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import Service, TheService, TheStudy
@@ -80,4 +81,4 @@ async def ask_report(
 def _report(store: Store, study: Record) -> str:
     from damperlab.service.study_report import study_report
 
-    return study_report(study, store.cube(study.id))
+    return study_report(Subject(study, store, "report"))

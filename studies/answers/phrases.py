@@ -271,8 +271,8 @@ def first_said(answer: Mapping[str, Any], sentences: list[str]) -> dict[str, Any
     """Return the attributes of an answer with sentences in front of its short answer, in ratios and in units."""
     words = dict(answer)
     if sentences and "brief" in words:
-        words["verdict"] = [*sentences, *words["verdict"]]
-        words["brief"] = {**words["brief"], "sentences": [*sentences, *words["brief"]["sentences"]]}
+        words["verdict"] = [*sentences, *words["brief"]["sentences"]]
+        words["brief"] = {**words["brief"], "sentences": words["verdict"]}
     if "in_units" in words:
         words["in_units"] = first_said(words["in_units"], sentences)
     return words

@@ -7,11 +7,10 @@ from damperlab.studies.answers.optimal_designs import merged_designs, optimal_de
 from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.particle_friction import has_friction_added, with_friction
 from damperlab.studies.answers.query_fault import refused
-from damperlab.studies.answers.suite import worst_case_designs
+from damperlab.studies.answers.suite import Motions, worst_case_designs
 from damperlab.studies.faults import describe
 from damperlab.studies.field import given
-from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.kinds import HARMONIC, KINDS, SUITE, Kind, kind_of
+from damperlab.studies.kinds import HARMONIC, KINDS, Kind, kind_of
 from damperlab.studies.questions import Judging, Ranking
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ def ranked_designs(
     judging: Judging,
     ranking: Ranking,
     opened: Opened,
-    motions: Callable[[], Mapping[str, GroundMotion]] = dict,
+    motions: Motions | None = None,
 ) -> "xr.Dataset":
     """Rank the designs of a study, the best first.
 
@@ -40,8 +39,9 @@ def ranked_designs(
         The criteria, and how many designs are ranked with which follow-ups.
     opened : callable
         Function that returns the cubes of the study and of the follow-ups in the ranking.
-    motions : callable
-        Function that returns the records of a ground-motion suite, by their ids.
+    motions : callable, optional
+        Function that returns the records of a ground-motion suite, by their ids. Without it, no tuned mass damper is
+        computed for a suite.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def ranked_designs(
             ranking.records,
             judging.ranges,
             judging.exclude_locked,
-            motions() if kind is SUITE else {},
+            motions,
         )
     elif len(merged) > 1:
         ranked = merged_designs(merged, judging, ranking.top)

@@ -1,6 +1,6 @@
 """Rank the dampers of a ground-motion suite, or of a study over base amplitudes, by the worst case."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import isfinite, tau
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +52,8 @@ from damperlab.studies.variables import ResponseClass, Status
 if TYPE_CHECKING:
     import xarray as xr
 
+Motions = Callable[[], Mapping[str, GroundMotion]]
+"""Function that returns the records of a ground-motion suite, by their ids; none if they cannot be read."""
 _MET = {"frequency_ratio": "frequencies", "damping_ratio": "damping ratios of the structure"}
 _LEFT_OUT = {
     "failed": "with a case that failed",
@@ -197,7 +199,7 @@ def worst_case_designs(
     records: Sequence[str] | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     exclude_locked: bool = False,
-    motions: Mapping[str, GroundMotion] | None = None,
+    motions: Motions | None = None,
 ) -> "xr.Dataset":
     """Rank dampers as `worst_cases` does, and describe the best damper.
 
@@ -205,8 +207,8 @@ def worst_case_designs(
     ----------
     cube, metric, top, records, ranges, exclude_locked
         As in `worst_cases`.
-    motions : mapping of GroundMotion, optional
-        The records of a suite, by their ids. Without them, no tuned mass damper is computed.
+    motions : callable, optional
+        As in `ranking.ranked_designs`.
 
     Returns
     -------
@@ -227,7 +229,7 @@ def worst_case_designs(
             most = acceleration_g(cube, {**counting, **place})
             answer.attrs |= {"acceleration_g": most} if isfinite(most) else {}
             linear = _linear_peaks(cube.isel(counting), answer)
-        elif motions:
+        elif motions is not None:
             linear = _linear_under_records(cube.isel(counting), answer, motions)
         notes += [Note("end_of_range", "hint", ends)] if ends else []
         notes += [linear.note()] if linear.beats(float(answer["value"].values[0])) else []
@@ -278,9 +280,7 @@ def _linear_peaks(met: "xr.Dataset", answer: "xr.Dataset") -> LinearPeaks:
     return LinearPeaks.over(r, met["damping_ratio"].values.tolist(), mass, excitation_of(met), scale)
 
 
-def _linear_under_records(
-    met: "xr.Dataset", answer: "xr.Dataset", motions: Mapping[str, GroundMotion]
-) -> LinearPeaks:
+def _linear_under_records(met: "xr.Dataset", answer: "xr.Dataset", motions: Motions) -> LinearPeaks:
     """Compute the worst cases without a damper, and with a tuned mass damper that has the mass of the best damper.
 
     The tuned mass damper is tuned for a harmonic base. Nothing is computed for several natural frequencies, because the
@@ -292,10 +292,13 @@ def _linear_under_records(
     omega = tau * float(met["natural_frequency_hz"][0])
     dampings = met["damping_ratio"].values.tolist()
     scale = float(np.abs(met["scale"].values).max())
+    records = motions()
+    if not records:
+        return LinearPeaks()
 
     def worst(absorber: Absorber) -> float:
         return max(
-            response_under(absorber, zeta, omega, motions[record], scale, suite["tail_s"]).measure(metric)
+            response_under(absorber, zeta, omega, records[record], scale, suite["tail_s"]).measure(metric)
             for record in met[RECORD].values
             for zeta in dampings
         )

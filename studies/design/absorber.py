@@ -180,10 +180,9 @@ def _shaken(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> 
 def _under_records(
     asked: Specification, absorber: Absorber, damping: float, omega: float
 ) -> Iterator[tuple[str, dict[str, float]]]:
-    measured = RECORD_MEASURES[asked.measure.name].variable
-    limited = (LIMITS[name].under_record for name in asked.limits if name in LIMITED)
-    names = {measured, STROKE, *limited}
     for records in asked.records:
+        measured = RECORD_MEASURES[asked.measure.name].variable
+        names = {measured, STROKE, *(LIMITS[name].under_record for name in asked.limits if name in LIMITED)}
         for source, cases in groupby(records.cases, key=lambda case: case.source):
             motion = records.motions[source.id]
             found = response_under(absorber, damping, omega, motion, 1.0, records.tail_s)

@@ -7,6 +7,7 @@ needed. Peaks are extrema of the power series of each panel. Integrals of quadra
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,9 +158,28 @@ def response_under(
     states[: starts.size, J] = np.repeat(change / step, parts)
     states[-1, A] = states[-2, A] + states[-2, J] * window
     free, pushes = advance[:, :A], states[:-1, A:] @ advance[:, A:].T
-    for k, push in enumerate(pushes):
-        states[k + 1, :A] = free @ states[k, :A] + push
+    states[1:, :A] = _followed(free, pushes)
     return LinearResponse(matrix, acceleration, window, omega, states)
+
+
+def _followed(free: Floats, pushes: Floats) -> Floats:
+    """Return x₁ … xₙ of the recurrence xₖ₊₁ = F xₖ + pₖ from x₀ = 0, shape (n, 6).
+
+    The recurrence is followed in about √n blocks at the same time, each from zero. Then F, F², … carry the state at the
+    start of each block through the block.
+    """
+    count, size = pushes.shape
+    length = math.isqrt(count) + 1
+    blocks = np.zeros((-(-count // length), length, size))
+    blocks.reshape(-1, size)[:count] = pushes
+    powers = [free]
+    for k in range(1, length):
+        blocks[:, k] += blocks[:, k - 1] @ free.T
+        powers.append(powers[-1] @ free)
+    carried = np.array(powers)
+    for before, block in pairwise(blocks):
+        block += carried @ before[-1]
+    return blocks.reshape(-1, size)[:count]
 
 
 def _linear_system(absorber: Absorber, damping_ratio: float) -> tuple[Floats, Floats]:
