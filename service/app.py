@@ -101,12 +101,10 @@ class Application(FastAPI):
     def openapi(self) -> dict[str, Any]:
         """Return the OpenAPI document with examples, which is made at the first call."""
         with self._making:
-            known = self.openapi_schema is not None
-            self.router.routes = [getattr(route, "analysed", route) for route in self.router.routes]
-            document = super().openapi()
-            if not known:
-                complete(document)
-            return document
+            if self.openapi_schema is None:
+                self.router.routes = [getattr(route, "analysed", route) for route in self.router.routes]
+                complete(super().openapi())
+            return super().openapi()
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -142,7 +140,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.settings = settings
     problems.install(app)
-    # `include_router` would take a late route for one that FastAPI does not analyse
+    # `include_router` would call the functions of late routes without their parameters
     for route in (
         home,
         catalog,

@@ -1,6 +1,7 @@
 """The question for the best designs of a study, optionally ranked together with the designs of follow-ups."""
 
 from collections.abc import Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, NotRequired
 
 from typing_extensions import TypedDict
@@ -86,9 +87,7 @@ def answer(study: Subject, judging: Judging, ranking: Ranking) -> "xr.Dataset":
     """
     from damperlab.studies.answers.ranking import ranked_designs
 
-    def opened(others: Iterable[str]) -> "dict[str, xr.Dataset]":
-        return with_follow_ups(study, others)
-
+    opened = partial(with_follow_ups, study)
     return study.warned(ranked_designs(study.cube, judging, ranking, opened, study.motions))
 
 

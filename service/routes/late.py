@@ -55,7 +55,7 @@ class LateRoute(Route):
 
 
 class LateRouter(APIRouter):
-    """A router of such routes; the options are those of FastAPI's router."""
+    """A router whose routes FastAPI analyses at their first request. The options are those of FastAPI's router."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)

@@ -82,8 +82,9 @@ class Workers(Standings):
     def take_away(self, now: float) -> list[str]:
         """Take blocks back from workers at which a block runs far too long. A worker that does not leave is excluded.
 
-        A block stays at the only worker, and at the second worker at which it runs too long. A worker that leaves may
-        never end, so it keeps neither. An excluded worker is tested again after `AGAIN_SECONDS`.
+        A block stays where it is if no other worker is present, or if it was moved before. From a worker that leaves,
+        it is taken back all the same, because such a worker may never end. An excluded worker is tested again after
+        `AGAIN_SECONDS`.
 
         Parameters
         ----------

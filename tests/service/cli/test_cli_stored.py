@@ -37,7 +37,7 @@ def test_run_prints_the_record_that_the_store_holds_and_computes_it_once(
 
 
 def test_names_are_printed_as_they_were_typed(capsys: pytest.CaptureFixture[str]) -> None:
-    """Whatever the library that prints them would make of it."""
+    """The library that prints them interprets markup and names of emojis. A name may look like either."""
     name = "[bold]pump[/bold] :fire: [red]"
     print_table(["name"], [[name]])
     say(name)

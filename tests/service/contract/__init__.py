@@ -45,7 +45,7 @@ def check(method: str, path: str, answer: httpx.Response) -> None:
 def _closed(schema: Any) -> Any:
     """Allow no field that is not described: a client of a later service may meet one, these tests may not.
 
-    An answer that is read from a cube, with its columns, has whatever attributes that has.
+    A schema with `columns` is left open: it describes an answer that has the attributes of a cube.
     """
     if isinstance(schema, list):
         return [_closed(each) for each in schema]
