@@ -83,7 +83,8 @@ def motion_forms(
     two_zeta : float
         2ζ.
     excitation, displacement, force
-        Taylor coefficients of the excitation, and the ratios of s and of the force g to it, as in `taylor.motion_rows`.
+        Taylor coefficients of the excitation, and the ratios of s and of the force g to the excitation
+        (`taylor.motion_rows`).
     relative, absolute : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s.
     window : float

@@ -1,4 +1,4 @@
-"""Observables on one segment under a harmonic excitation: peaks, sticking time; on request, energies, mean square."""
+"""Observables on one segment under a harmonic excitation: peaks, sticking time, energies and squares."""
 
 from math import sqrt
 
@@ -27,7 +27,7 @@ from damperlab.worker.solver.scene import Curves, Scene
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
 _LOBATTO_NODES = (0.5 - 0.5 * _OUTER, 0.5 - 0.5 * _INNER, 0.5 + 0.5 * _INNER, 0.5 + 0.5 * _OUTER)
 _LOBATTO_WEIGHTS = (1.0 / 30.0, (14.0 - sqrt(7.0)) / 60.0, (14.0 + sqrt(7.0)) / 60.0)
-# Order of the last term used; the next term, 0.4^12/12! = 4e-14, is less than the error of the rule.
+# Order of the last Taylor term used; the next term, 0.4^12/12! = 4e-14, is below the error of the quadrature.
 _TOP = 11
 
 
@@ -99,7 +99,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
 
 @inlined
 def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
-    """Work of the base on a mass that friction holds: the increase in kinetic energy at the velocity of the base."""
+    """Work of the base on a sticking mass: the increase of the kinetic energy of the mass."""
     r2 = frequency_ratio * frequency_ratio
     before = segment.phase.position
     after = segment.phase_end.position
@@ -109,7 +109,7 @@ def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
 
 @inlined
 def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
-    """Add a segment that is not a complete panel to the sums, but not to the peaks, by Lobatto's rule."""
+    """Add a part of a panel to the sums, but not to the peaks, by Gauss–Lobatto quadrature."""
     sums, base, regime, t = meter.sums, scene.base, segment.regime, segment.time
     if regime.sticks:
         sums[STUCK] += t
@@ -231,8 +231,8 @@ def _highest(
         if rate * rate_end >= 0.0:
             return 0.0
         # The first estimate is the root of a parabola through slope and curvature at the start and slope at the end.
-        # Two Newton steps follow. Each step squares the error of the time, and the error of the extremum is of the
-        # order of the square of this error.
+        # Two Newton steps follow. Each step squares the error of the time. The error of the extremum is of the order of
+        # the square of this error.
         half = 0.5 * curve
         last = (rate_end - rate - curve * t) / (t * t)
         root = sqrt(max(half * half - last * rate, 0.0))

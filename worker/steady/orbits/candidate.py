@@ -1,7 +1,6 @@
-"""Stable orbits near a run, to which the run tends or may tend.
+"""Stable orbits near a run, as candidates for its response.
 
-An orbit is accepted as the response only if the run approaches the orbit just as the linearisation of the orbit
-predicts.
+An orbit is accepted as the response only if the run approaches the orbit as the linearisation of the orbit predicts.
 """
 
 from math import inf, sqrt
@@ -127,7 +126,7 @@ def is_beside_stable_orbit(
 ) -> bool:
     """Whether Newton's method from the present state leads to a stable orbit of this period.
 
-    A run that does not repeat while such an orbit exists may be a transient that ends on this orbit.
+    If so, a run that does not repeat may be a transient that ends on this orbit.
     """
     reach = _FAR_REACH * look.scale
     _, found, _ = newton_orbit(state, period_halves, reach, look, scene, probe, notes)
@@ -172,7 +171,7 @@ def closing_in(
     to `_CLOSED_IN` times the first distance. After `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient. This long
     test is necessary, because a run may seem for a while to approach an orbit whose basin ends close by. A stretch with
     more or fewer impacts than the orbit confirms nothing, because the linearisation does not apply to this stretch.
-    Without impacts the orbit must attract every motion within reach; otherwise the candidate is dropped.
+    Without impacts, the candidate is dropped unless the orbit attracts all motions (`attracts_all`).
     """
     orbit = candidate.orbit
     nothing = no_candidate(orbit.state)

@@ -16,7 +16,7 @@ from damperlab.worker.steady.orbits.candidate import (
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit
 from damperlab.worker.steady.run import Notes
 
-_BETWEEN_TRIES = 32  # Half cycles of the run between two searches for a stable orbit.
+_BETWEEN_TRIES = 32  # Number of half cycles of the run between two searches for a stable orbit.
 # Largest number of half cycles spent on the search for nearby orbits, as a fraction of the half cycles of the run:
 # during the burn-in, and while metering.
 _SHARE_IN_BURN_IN = 0.1
@@ -39,7 +39,7 @@ class Nearby(NamedTuple):
     halves_spent : int
         Number of half cycles spent on searching.
     rival : bool
-        Whether a stable orbit is known that the run has not reached.
+        Whether a known stable orbit exists that the run has not reached.
     """
 
     candidate: Candidate
@@ -58,7 +58,7 @@ def nothing_nearby(state: State, first_try: int) -> Nearby:
 def look_nearby(
     nearby: Nearby, state: State, look: SectionLook, burn_in: int, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Nearby, Orbit]:
-    """Follow the candidate, or search for a new candidate.
+    """Test the pending candidate or, if there is none, search for a new candidate.
 
     Return the results, and the orbit to which the run tends. The period of the orbit is 0 if there is no such orbit.
     """
@@ -109,5 +109,5 @@ def look_farther(
 
 @kernel
 def _halves_to_spare(half: int, burn_in: int) -> float:
-    """Number of half cycles that the search for orbits may have spent when the run has reached half cycle `half`."""
+    """Largest number of half cycles for searches until half cycle `half` of the run."""
     return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)

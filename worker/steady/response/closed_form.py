@@ -12,7 +12,7 @@ Values = NDArray[np.float64]
 def linear_response(
     damping_ratio: Values, frequency_ratio: Values, forced: bool = False
 ) -> dict[str, np.ndarray]:
-    """Return all result variables of points with neither friction nor a particle that acts on the structure.
+    """Return all result variables of points without a damper, at which neither friction nor a particle acts.
 
     Parameters
     ----------

@@ -22,8 +22,7 @@ SAME = 1e-6
 # The following values are chosen, not derived.
 _ROUNDING = 1e-13  # Relative recurrence of a settled response.
 _NEAR = 0.05  # Relative recurrence below which Newton's method is tried.
-# A multiple n of a period replaces the period if the recurrence of the multiple is below `_FAR_BETTER`/n times the
-# recurrence of the period.
+# The n-fold period replaces a period if its recurrence is below `_FAR_BETTER`/n times the recurrence of the period.
 _FAR_BETTER = 0.4
 
 
@@ -76,8 +75,7 @@ def settled_period(
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
             found, way_left = period_halves, d
         elif d < earlier and earlier <= 0.01 * scale:
-            # the recurrence of one of many periods may be small by chance, so a fall by more than half is not
-            # extrapolated
+            # among many periods, one recurrence may be small by chance, so a fall by more than half is not extrapolated
             rate = max((d / earlier) ** (period_halves / stretch), 0.5)
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, way_left = period_halves, d * rate / (1.0 - rate)

@@ -33,7 +33,7 @@ def is_chaotic(
     log_: Transitions,
     size: int,
 ) -> bool:
-    """Whether a tangent vector grows: its mean growth per cycle exceeds three standard errors and a least growth.
+    """Whether a tangent vector grows: its mean growth per cycle exceeds a limit and three standard errors.
 
     Parameters
     ----------
