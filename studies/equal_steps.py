@@ -1,4 +1,4 @@
-"""The step between equally spaced times that were rounded when they were written."""
+"""The step between equally spaced times in a file, which are rounded."""
 
 import math
 import re
@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 UNEVEN = 0.02
 """Largest deviation of a time from equal steps, as a fraction of the step. Times with few digits may deviate more."""
 TOO_FEW_DIGITS = "The times have too few digits: the step between the samples cannot be determined."
-"""Message for a step that cannot be determined, which `equal_step` returns as NaN."""
+"""Message for a step of NaN from `equal_step`."""
 KNOWN = 1e-3
-"""Largest relative uncertainty of a step at which whole samples in ten seconds and whole milliseconds are tried."""
+"""Largest relative uncertainty of a step for which whole numbers of samples in ten seconds, and of milliseconds, are
+tried.
+"""
 MOST_LIKELY = 3.0
-"""Whole samples per second are tried if the possible sampling rates span less than this [1/s]."""
+"""Width of the interval of possible sampling rates [1/s] below which whole rates are tried."""
 LEAST_ROUNDED = 3
-"""Smallest number of unequal steps that is attributed to rounding. Fewer unequal steps may be missing samples."""
+"""Smallest number of unequal steps that is attributed to rounding. Fewer unequal steps may indicate missing samples."""
 
 
 def resolution_of(written: Iterable[str]) -> float:
@@ -67,9 +69,9 @@ def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int
     -------
     step : float
         Step in the unit of the times. If rounding made the steps unequal, three kinds of steps are tried in this order:
-        whole samples per unit, whole samples in ten units, and whole thousandths of the unit. The step must agree with
-        all times. The result is NaN if no step agrees, or if several steps of one kind agree. If a sample breaks the
-        equal steps, the result is the median step.
+        a whole number of samples per unit, a whole number of samples in ten units, and a whole number of thousandths of
+        the unit. The step must agree with all times. The result is NaN if no step agrees, or if several steps of one
+        kind agree. If a sample breaks the equal steps, the result is the median step.
     wrong : int or None
         Index of the first sample that breaks the equal steps; None if the steps are equal.
     """
