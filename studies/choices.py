@@ -1,4 +1,4 @@
-"""Settings of a study that are not axes: contact, steady state, solver and start."""
+"""Settings of a study besides the axes: contact, steady state, solver and start."""
 
 from typing import Annotated, Any, Literal
 
@@ -60,8 +60,8 @@ def _contact_time() -> Reads:
     return Reads(_read_contact_time, {"anyOf": [number, named], "description": CONTACT_TIME.meaning})
 
 
-# A standard error falls as N^-½ with the number N of cycles. Rounding makes two periods of a periodic response differ
-# by about 1e-14.
+# A standard error falls as N^-½ with the number N of cycles.
+# Two periods of a periodic response differ by rounding errors of about 1e-14.
 TOLERANCE = Quantity(
     "tolerance", "relative standard error at which the mean of a modulated response is accepted", 1e-8, 0.5,
     "the default is 0.02, one standard error of 2 %; the cycles needed grow as its inverse square",
@@ -176,8 +176,8 @@ def _choice(
 ) -> tuple[Discriminator, BeforeValidator]:
     """Return the two annotations that select one of several pydantic models by the text under `key`.
 
-    The first of `tags` is the default. A choice is written as a mapping. With `settings`, which lists the keys of the
-    mappings, the default is written as a name instead.
+    The first of `tags` is the default. A choice is written as a mapping. If `settings` is not empty, the default is
+    written as a name, and `settings` lists the keys of the mappings.
     """
     plain = bool(settings)
 

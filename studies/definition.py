@@ -312,11 +312,11 @@ class Study(Choice):
 
     @property
     def attached(self) -> dict[str, str]:
-        """An empty mapping: workers need no files besides the definition."""
+        """An empty mapping, because workers need only the definition."""
         return {}
 
     def attachments(self) -> dict[str, bytes]:
-        """Return an empty mapping: workers need no files besides the definition."""
+        """Return an empty mapping, because workers need only the definition."""
         return {}
 
     def _repr_html_(self) -> str:

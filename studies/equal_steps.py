@@ -16,7 +16,7 @@ KNOWN = 1e-3
 tried.
 """
 MOST_LIKELY = 3.0
-"""Width of the interval of possible sampling rates [1/s] below which whole rates are tried."""
+"""Whole sampling rates are tried if the possible sampling rates differ by less than this value [1/s]."""
 LEAST_ROUNDED = 3
 """Smallest number of unequal steps that is attributed to rounding. Fewer unequal steps may indicate missing samples."""
 
@@ -32,7 +32,7 @@ def resolution_of(written: Iterable[str]) -> float:
 
 
 def wrong_step(line: int, before: float, at: float, usual: float) -> tuple[str, str]:
-    """Return a message about a time [s] that breaks equal steps, and an advice.
+    """Return a message and an advice for a time [s] that breaks the equal steps.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ OTHER: dict[Kind, tuple[Kind, str]] = {
     "study": ("specification", "damperlab design"),
     "specification": ("study", "damperlab run"),
 }
-"""For each kind of document, the other kind, which may be submitted by mistake, and the command for the other kind."""
+"""For each kind of document: the kind that may be submitted by mistake, and the command for the mistaken kind."""
 
 
 class Repeated(dict[str, Any]):
@@ -32,7 +32,7 @@ class Repeated(dict[str, Any]):
 
 
 def mapping(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """Return a mapping of the pairs of a document. If keys are repeated, the mapping is a `Repeated`."""
+    """Return a mapping made from pairs of a key and a value. If keys are repeated, the mapping is a `Repeated`."""
     built = dict(pairs)
     if len(built) == len(pairs):
         return built

@@ -90,8 +90,8 @@ def read_count(raw: object, lowest: int, highest: int, field: str = "") -> int:
     return int(raw)
 
 
-# Within these bounds every product is finite and far from underflow. The values of real dampers are well inside the
-# bounds.
+# Within these bounds every product is finite and far from underflow.
+# The values of real dampers are well inside the bounds.
 DAMPING_RATIO = Quantity(
     "damping_ratio", "structural damping ratio ζ = c/(2√(kM))", 0.0, 1.0,
     "the structure must be underdamped; the paper's has 0.0038", below=True,
@@ -111,8 +111,8 @@ CLEARANCE_RATIO = Quantity(
 FRICTION_RATIO = Quantity(
     "friction_ratio", "friction ratio γ_F = F_f/(kZ)", 0.0, 1e12, "give 0 for a scene without friction"
 )
-# Outside these bounds the periods of structure and excitation differ by a factor above 10^4. The response is then
-# quasi-static or isolated, and the smaller term of the closed forms is inaccurate.
+# Outside these bounds the periods of structure and excitation differ by a factor above 10^4.
+# The response is then quasi-static or isolated, and the closed forms lose digits in their smaller term.
 FREQUENCY_RATIO = Quantity(
     "frequency_ratio",
     "frequency ratio r = ω/ω_n",

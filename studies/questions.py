@@ -159,7 +159,7 @@ class Plane:
 
 @dataclass(frozen=True)
 class Fragile:
-    """The limit, the result that the limit applies to, and the damper of a ground-motion suite."""
+    """Inputs of a fragility curve: the limit, the limited result, and the damper of a ground-motion suite."""
 
     threshold: float = asked(
         MISSING, "Limit that the result exceeds, in its SI unit; 0.02 for 20 mm.", above=0

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _EXACT = 2**53
-"""Bound below which every whole number is exactly representable as a double."""
+"""Bound up to which every whole number is a double."""
 
 _BITS = 256
 """Bits of the factor between logarithmically spaced values. After a million products, about 230 bits are still exact.

@@ -156,7 +156,7 @@ CACHE_FOLDER = cache_folder()
 
 
 class KernelCache:
-    """Kernels of one function on disk, with the interface of numba's caches.
+    """Disk cache for the kernels of one function, with the interface of numba's caches.
 
     Parameters
     ----------

@@ -304,7 +304,7 @@ def _measures(
     time = 2.0 * pi * cycles / design.frequency_ratio
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
-    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # over all cycles, not only over the last half
+    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # peaks of all cycles, not of the last half
     end = stored_energy(state, design.base_rate, design.particle)
     residual = energy_residual(sums, stored, end)
     return {

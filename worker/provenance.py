@@ -94,7 +94,7 @@ def target() -> str:
     str
         Text such as "x86-64-v3 x86_64-unknown-linux-gnu, libm 0123abcd".
     """
-    # a local import, because it imports the compiler
+    # imported locally, because this module imports the compiler
     from damperlab.worker.kernel_cache import identity as identity_of_kernels
 
     return f"{identity_of_kernels()['target']}, libm {libm()}"

@@ -165,14 +165,14 @@ def _signs(values: np.ndarray) -> set[bool]:
 
 
 def contact_in(cavity: Cavity, contact: Contact) -> str:
-    """Return the name of the contact in a cavity, for a scene."""
+    """Return the contact of a scene with a given cavity."""
     if not cavity.acts:
         return contact.model
     return FALLING if cavity.tilt_deg > 0.0 else RUBBING
 
 
 def contact_name(particle: Particle | None) -> str:
-    """Return the name of the contact of a particle for a scene; empty without a particle."""
+    """Return the contact of a scene with a given particle; empty without a particle."""
     if particle is None:
         return ""
     if particle.gravity is not None:

@@ -66,9 +66,9 @@ def advantages(diagram: Diagram) -> dict[str, dict[str, float | None]]:
     Returns
     -------
     dict
-        For each method, `error` and `microseconds` of its most accurate run, and `times_slower`. The last is the ratio
-        of this run time to the longest run time of the event-driven solver, or None if the method was more accurate
-        than the event-driven solver. Methods without a result are omitted.
+        For each method, `error` and `microseconds` of its most accurate run, and `times_slower`. `times_slower` is the
+        ratio of this run time to the longest run time of the event-driven solver, or None if the method was more
+        accurate than the event-driven solver. Methods without a result are omitted.
     """
     ours = [curve for curve in diagram.curves if not curve.setting]
     slowest = max(point.microseconds for curve in ours for point in curve.points)

@@ -41,7 +41,7 @@ HALF_WIDTH = 1.96
 _LONGEST_REPEAT = 128  # longest period that is searched, in half cycles
 _SAME = 1e-7  # largest relative difference of the peaks of a periodic motion
 TRANSIENT = "a transient longer than the run"
-"""Verdict on an irregular answer if the integration becomes periodic only after the solver's number of cycles."""
+"""Verdict on an irregular answer if the integration becomes periodic only after the end of the solver's run."""
 WARNED = "a transient that the answer warns of"
 """Verdict instead of `TRANSIENT` if the status of the answer reports a stable orbit nearby."""
 _REMEMBERED = 1024  # a period is searched in this number of half cycles, at the end of an integration
@@ -51,7 +51,7 @@ Halves = NDArray[np.float64]
 
 
 class Point(NamedTuple):
-    """One design point: the first arguments of `settle`."""
+    """One design point, as the first arguments of `settle`."""
 
     damping_ratio: float
     frequency_ratio: float
@@ -238,8 +238,7 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
         if verdict_there == "agrees":
             verdict, deviation = f"several responses ({verdict})", there
         elif verdict == "not periodic, but the integration is":
-            # if the motion is still irregular when the solver stops, the solver cannot find an orbit that is reached
-            # later
+            # the solver cannot find an orbit that the motion reaches only after the end of the solver's run
             halves = np.empty((_REMEMBERED, 3))
             before = max(0, 2 * int(response.cycles) - _REMEMBERED)
             _, outcome = march_halves(*point, point.rest(), before, halves)

@@ -171,8 +171,7 @@ def _to_event(
         t, kind = next_event(segment, scene, curves)
     end, phase_end = segment.end, segment.phase_end
     if kind != NOTHING or not whole:
-        # the end of a complete panel comes from its matrix, so that the observables do not change the bits of the
-        # motion
+        # a complete panel always ends by its matrix, so that observables do not change the bits
         end = _advance(segment, t, scene, curves)
     if kind != NOTHING or (meter is not None and meter.energies is not None and not whole):
         expand_excitation(scene.base, segment.phase, curves.excitation)

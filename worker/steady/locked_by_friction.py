@@ -48,8 +48,8 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
-    # In each cycle, the forcing exceeds friction by less than x, for the time √(8x/P)/r. The slip lasts one and a half
-    # times as long and covers 4.5 x²/(P r²).
+    # In each cycle, the forcing exceeds friction by less than x, for the time √(8x/P)/r.
+    # The slip lasts one and a half times as long and covers 4.5 x²/(P r²).
     if (
         edge >= 0.0
         and state.slip == 0.0
@@ -110,9 +110,7 @@ def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) ->
 
 @kernel
 def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.float64], half: int) -> bool:
-    """Whether friction has held the mass for a cycle and holds it permanently: P + |v| ≤ γ_F, with the particle at
-    rest.
-    """
+    """Whether the mass is locked: P + |v| ≤ γ_F, the particle at rest, and no motion of the mass for a cycle."""
     return (
         state.slip == 0.0
         and state.p_rate == 0.0

@@ -33,8 +33,8 @@ from damperlab.worker.steady.section.recurrence import LONGEST, RING
 EVENTS_PER_CYCLE = 100
 """Largest average number of events per cycle, over `max_cycles` cycles; a run with more events ends early."""
 
-# Largest number of events in a cycle: a fixed number plus a number for each panel. With more events, impacts follow too
-# fast to be resolved.
+# Largest number of events in a cycle: a fixed number plus a number for each panel.
+# With more events, impacts follow too fast to be resolved.
 _EVENTS_AT_ONCE = 2000
 _EVENTS_PER_WINDOW = 4
 _WINDOWS_PER_EVENT = 128  # number of panels without events that cost about as much time as one event

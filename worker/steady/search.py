@@ -37,9 +37,9 @@ from damperlab.worker.steady.stopping_rules import (
 )
 
 _UNBOUNDED = int(Status.UNBOUNDED)
-# Number of half cycles between two examinations of the section, doubled while metering. Even numbers ensure that whole
-# cycles lie between two examinations. `_SHORT_CHUNK` is used if a half cycle has more than `_LONG_HALF` panels and so
-# takes long.
+# Number of half cycles between two examinations of the section, doubled while metering.
+# Even numbers ensure that whole cycles lie between two examinations.
+# `_SHORT_CHUNK` is used if a half cycle has more than `_LONG_HALF` panels and so takes long.
 _CHUNK = 32
 _SHORT_CHUNK = 8
 _LONG_HALF = 1000  # Number of panels above which a half cycle takes long.
@@ -48,8 +48,9 @@ _SPARE_EVENTS = 20_000
 # Value of `metered_halves` during the burn-in; `advance` and `look_farther` treat all negative numbers alike.
 _NOT_METERED = -1
 _LOCKED_LAG = 2  # Period of a locked mass [half cycles], which is the period of the excitation.
-# `_AT_ONCE` is the remaining displacement of the mass at which a run may end before the metered cycles suffice for a
-# mean. `_SMALL` is the least amplitude to which `tolerance` refers afterwards. Both are relative to F₀/k.
+# Limits for a mass under a force while the particle slows down, relative to F₀/k.
+# Before the metered cycles suffice for a mean, the run may end if the remaining displacement is below `_AT_ONCE`.
+# Afterwards, `tolerance` refers to the amplitude, but at least to `_SMALL`.
 _AT_ONCE = 1e-6
 _SMALL = 1e-2
 
@@ -166,7 +167,8 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
 
 @kernel
 def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: Notes) -> tuple[Orbit, float]:
-    """Return the locked state that the run has reached or tends to, and a bound on the remaining displacement.
+    """Return the locked state of the run, or the locked state to which the run tends, and a bound on the remaining
+    displacement.
 
     The period of the returned orbit is 0 if no such state exists.
     """

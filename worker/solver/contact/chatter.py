@@ -6,9 +6,11 @@ from damperlab.worker.solver.excitation.excitation import largest_forcing, with_
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 
-# The last impacts of a chatter are omitted: the bodies join at the velocity that conserves their momentum. The error is
-# of the order of (remaining time)³. Remaining times are fractions of a panel. A chatter with the remaining time
-# `_CHATTER_LEFT` is completed if the acceleration of the wall is steady and the mass does not come to rest.
+# The last impacts of a chatter are omitted: the bodies join at the velocity that conserves their momentum.
+# The error is of the order of (remaining time)³. Remaining times are fractions of a panel.
+#
+# A chatter is completed at the remaining time `_CHATTER_LEFT` if the acceleration of the wall is steady.
+# The mass must not come to rest in this time.
 _CHATTER_LEFT = 5e-6
 # Largest relative change of the wall's acceleration within `_CHATTER_LEFT` that is considered steady.
 _STEADY_PUSH = 1e-3
@@ -37,12 +39,12 @@ def is_chatter_over(
         The scene, and its particle.
     """
     base = scene.base
-    # Each flight is shorter than the previous flight by the factor e. At e = 1 only friction shortens the flights, so a
-    # lower limit replaces 1 − e.
+    # Each flight is shorter than the previous flight by the factor e.
+    # At e = 1 only friction shortens the flights, so a lower limit replaces 1 − e.
     impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_LOSS)
     is_over = impulse_left <= _NOTHING_LEFT * base.window * closing
-    # with a finite contact time, each impact holds the particle again, so a chatter continues until its speed is within
-    # rounding
+    # with a finite contact time, each impact holds the particle again
+    # so a chatter continues until its speed is within rounding
     is_over = is_over and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
     if particle.contact_time is None:
         is_over = is_over or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)

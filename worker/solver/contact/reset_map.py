@@ -118,8 +118,7 @@ def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter:
     leaving = particle.restitution * approach_speed(state.dwell)
     jump, p_jump = part(state.wall * leaving, particle.mass_ratio)
     if scene.friction is not None:
-        # if the particle leaves without relative speed, friction is determined again, as for a particle in sustained
-        # contact
+        # a particle that leaves without relative speed remains in contact, so friction is determined again
         if leaving == 0.0 and state.w + jump == 0.0:
             riding = in_contact(
                 state,
@@ -169,8 +168,8 @@ def _part(
     closing = wall * u_acceleration  # acceleration of the wall towards the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     if leaving == 0.0 and closing == 0.0:
-        # Without relative speed and acceleration, the particle attaches. The next search for a detachment uses the time
-        # derivative of the acceleration.
+        # Without relative speed and acceleration, the particle attaches.
+        # The next search for a detachment uses the time derivative of the acceleration.
         closing = rounding
     dwell = no_dwell(state.dwell)
     is_over = is_chatter_over(w, leaving, u_acceleration, closing, scene, particle)

@@ -143,7 +143,7 @@ def _together(
     particle: Particle,
     friction: float,
 ) -> State:
-    """Return the state after mass and particle reach equal velocities: the particle is carried, or starts to slide.
+    """Return the state after mass and particle reach equal velocities: either common motion, or the start of a slide.
 
     Parameters
     ----------

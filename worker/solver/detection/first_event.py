@@ -38,8 +38,8 @@ from damperlab.worker.solver.sliding import (
 )
 from damperlab.worker.solver.state import State
 
-# 2/(k + 2)! for k = 0 to 3, where k roots at t = 0 are divided out of a function p. A bound on the derivative of p of
-# order k + 2, times this factor, is a bound on the second derivative of p(t)/t^k.
+# 2/(k + 2)! for k = 0 to 3, where k roots at t = 0 are divided out of a function p.
+# This factor converts a bound on the derivative of p of order k + 2 into a bound on the curvature of p(t)/t^k.
 _CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 
 

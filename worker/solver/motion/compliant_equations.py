@@ -31,8 +31,8 @@ from damperlab.worker.solver.particle import Particle, Wall
 
 Array = NDArray[np.float64]
 
-# Longest span of the complete motion, times the fastest rate of the contact. The first omitted Taylor term is then
-# 0.5^16/16!, below 1e-18.
+# Longest span of the complete motion, times the fastest rate of the contact.
+# The first omitted Taylor term is then 0.5^16/16!, below 1e-18.
 _LONGEST = 0.5
 _APART = 10.0  # ratio of rates above which fast and slow motion are separated
 

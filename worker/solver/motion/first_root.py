@@ -83,8 +83,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     else:
         f0 = sign * value(polynomial, start)
         d0 = sign * slope(polynomial, start)
-    # the given bound follows from the size of the motion; where the function is small, the bound from its coefficients
-    # is far sharper
+    # the given bound follows from the size of the motion
+    # where the function is small, the bound from its coefficients is far sharper
     curvature = min(curvature, curvature_bound(polynomial, end))
     low = start
     high = end
@@ -112,8 +112,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
                 clear = True
             else:
                 guess = middle - f / d  # root of the tangent
-                # f(high) <= f + d radius + curvature radius²/2 < 0, so the root is inside, and the function need not be
-                # evaluated at the end
+                # f(high) <= f + d radius + curvature radius²/2 < 0: the root is inside
+                # the function need not be evaluated at the end
                 if guess + 0.5 * turning * radius / abs(d) < high:
                     return _newton(polynomial, sign, low, high, max(guess, low))
                 if sign * value(polynomial, high) > 0.0:
@@ -131,8 +131,7 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
             high = min(end, low + 4.0 * radius)
         else:
             high = middle
-    # the remaining interval cannot be resolved, because the function is zero within rounding; the sign at the end
-    # decides
+    # the function is zero within rounding in the remaining interval, so the sign at its end decides
     return end if sign * value(polynomial, end) < 0.0 else inf
 
 

@@ -13,9 +13,9 @@ from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 
-# Gauss–Legendre rule on [0, 1] with 6 points: exact to degree 11, error below 1e-16 of the integrand on the longest
-# panel. Nodes and weights are written out, because NumPy computes them from eigenvalues, whose last bits depend on the
-# processor.
+# Gauss–Legendre rule on [0, 1] with 6 points, exact to degree 11.
+# On the longest panel, the error is below 1e-16 of the integrand.
+# NumPy would compute the nodes from eigenvalues, whose last bits depend on the processor.
 NODES: NDArray[np.float64] = np.array(
     [
         0.03376524289842399,

@@ -20,7 +20,7 @@ from damperlab.worker.solver.scene import Curves, Scene
 
 @inlined
 def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> bool:
-    """Measure a panel without events from its end states, if they suffice; return whether they do."""
+    """Measure a panel without events from its end states alone; return False if polynomials are needed."""
     if meter is None:
         return True
     if isinstance(scene.base, RecordBase):

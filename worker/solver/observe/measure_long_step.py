@@ -94,8 +94,8 @@ def measure_vibration(
 
     Notes
     -----
-    Integrated by parts, ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f], which ends because p is a polynomial.
-    J = ∫ f fᵀ dt solves ΛJ + JΛᵀ = [f fᵀ].
+    Integration by parts gives ∫ p l·f dt = Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f]. The sum is finite, because p is a polynomial. J =
+    ∫ f fᵀ dt solves ΛJ + JΛᵀ = [f fᵀ].
     """
     sums, base, motion, buffers = meter.sums, scene.base, regime.motion, buffers_of(scene)
     rate, offset = buffers.rate, regime.offset

@@ -22,7 +22,8 @@ from damperlab.worker.solver.observe.meter import (
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
 
-# Gauss–Lobatto rule on [0, 1] with 6 points, exact to degree 9. `_LOBATTO_NODES` are the four nodes between the ends.
+# Gauss–Lobatto rule on [0, 1] with 6 points, exact to degree 9.
+# `_LOBATTO_NODES` are the four nodes between the ends.
 # `_LOBATTO_WEIGHTS` are the weights of the ends, of the outer two and of the inner two of these nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
 _LOBATTO_NODES = (0.5 - 0.5 * _OUTER, 0.5 - 0.5 * _INNER, 0.5 + 0.5 * _INNER, 0.5 + 0.5 * _OUTER)
@@ -230,9 +231,10 @@ def _highest(
     ):  # the slope is monotone: there is one extremum if the slope changes sign, else none
         if rate * rate_end >= 0.0:
             return 0.0
-        # The first estimate is the root of a parabola through slope and curvature at the start and slope at the end.
-        # Two Newton steps follow. Each step squares the error of the time. The error of the extremum is of the order of
-        # the square of this error.
+        # The first estimate is the root of a parabola for the slope.
+        # The parabola matches slope and curvature at the start, and the slope at the end.
+        # Two Newton steps follow, and each step squares the error of the time.
+        # The error of the extremum is of the order of the square of this error.
         half = 0.5 * curve
         last = (rate_end - rate - curve * t) / (t * t)
         root = sqrt(max(half * half - last * rate, 0.0))

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.array_loops import filled
 
-# Indices of the sums of a meter. Energies are over k Z², times over 1/ω_n. The first five sums and PARTICLE_LOSS are
-# integrals.
+# Indices of the sums of a meter. Energies are over k Z², and times over 1/ω_n.
+# The first five sums and PARTICLE_LOSS are integrals.
 WORK_IN = 0
 VISCOUS_LOSS = 1
 FRICTION_LOSS = 2

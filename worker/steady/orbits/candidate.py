@@ -32,9 +32,9 @@ _TRIAL_PERIODS = 4  # Newton's method is started only if at least this number of
 _ATTRACTS = 1.0 - 1e-9
 _REACH = 0.1  # Largest relative distance of an orbit that the run is assumed to approach.
 _FAR_REACH = 0.5  # Largest relative distance of an orbit that is considered near the run.
-# A candidate is confirmed when the distance of the run from the orbit has fallen to `_CLOSED_IN` times the first
-# distance. A fall to `_CLOSED_IN_SLOWLY` is sufficient if the run has followed the linearisation for `_LONG` half
-# cycles. Within this time a run that only passes the orbit would have left the orbit.
+# A candidate is confirmed when the run's distance from the orbit has fallen to `_CLOSED_IN` times the first distance.
+# `_CLOSED_IN_SLOWLY` is sufficient if the run has followed the linearisation for `_LONG` half cycles.
+# Within this time, a run that only passes the orbit would have left the orbit.
 _CLOSED_IN = 0.3
 _CLOSED_IN_SLOWLY = 0.7
 _LONG = 256

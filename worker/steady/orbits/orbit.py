@@ -90,7 +90,7 @@ def newton_orbit(
     """
     begin_probe(probe, scene, 12 * period_halves)
     size = look.size
-    if not rubs(scene.particle):  # a particle that has not met a wall so far may meet a wall later
+    if not rubs(scene.particle):  # without friction of the particle, the size follows from the present state
         size = active_size(state, scene.particle, probe.counts)
     orbit, error, halves = find_orbit(
         state, period_halves, size, look.scale, reach, probe, notes.log, notes.monodromy

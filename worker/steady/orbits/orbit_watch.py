@@ -17,12 +17,12 @@ from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit
 from damperlab.worker.steady.run import Notes
 
 _BETWEEN_TRIES = 32  # Number of half cycles of the run between two searches for a stable orbit.
-# Largest number of half cycles spent on the search for nearby orbits, as a fraction of the half cycles of the run:
-# during the burn-in, and while metering.
+# Largest cost of the search for nearby orbits, as a fraction of the half cycles of the run.
+# The first fraction is for the burn-in, the second for the metered half cycles.
 _SHARE_IN_BURN_IN = 0.1
 _SHARE_METERED = 0.05
-# Number of half cycles between searches for a more distant stable orbit while metering, and the periods that are tried
-# in turn. Short periods are tried more often, because most chaotic transients end on orbits of short period.
+# Number of metered half cycles between two searches for a more distant stable orbit, and the periods tried in turn.
+# Short periods are tried more often, because most chaotic transients end on orbits of short period.
 _FAR_EVERY = 64
 _FAR_PERIODS = (1, 2, 3, 1, 2, 4)
 
@@ -50,7 +50,7 @@ class Nearby(NamedTuple):
 
 @kernel
 def nothing_nearby(state: State, first_try: int) -> Nearby:
-    """Return the results before the first search."""
+    """Return the initial results, before the first search."""
     return Nearby(no_candidate(state), first_try, 0, False)
 
 
@@ -65,8 +65,7 @@ def look_nearby(
     candidate, next_try, halves_spent, rival = nearby
     confirmed = False
     waits = candidate.orbit.period_halves > 0
-    # without a particle no candidate is pending, because a stable orbit attracts every motion, see
-    # `candidate.attracts_all`
+    # without a particle no candidate is pending: a stable orbit attracts every motion (`candidate.attracts_all`)
     if scene.particle is not None:
         if waits:
             candidate, confirmed = closing_in(candidate, look, scene, probe, notes)
@@ -109,5 +108,5 @@ def look_farther(
 
 @kernel
 def _halves_to_spare(half: int, burn_in: int) -> float:
-    """Largest number of half cycles for searches until half cycle `half` of the run."""
+    """Largest total number of half cycles for searches, until half cycle `half` of the run."""
     return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)

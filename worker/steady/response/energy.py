@@ -39,7 +39,7 @@ def _wall_energy(gap: float, wall: Wall | None) -> float:
 
 @kernel
 def stored_energy(state: State, base_rate: float, particle: Particle | None) -> float:
-    """Stored energy over k Z²: ½u'² + ½v² + ½βp'², plus the energy of a contact and of the particle's weight."""
+    """Stored energy over k Z²: ½u'² + ½v² + ½βp'², plus the energies of a contact and of the particle's weight."""
     u_rate = state.w + base_rate
     energy = 0.5 * (u_rate * u_rate + state.v * state.v)
     if particle is not None:

@@ -201,8 +201,8 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
 
     A remaining transient may already be negligible in a mean, but not yet in a largest peak. The burn-in follows from
     the decay of the structure alone, but a mass with a particle settles more slowly. If the largest peak of these
-    cycles is below the mean peak, the mean peak is used. If these cycles have no impact, the largest speed of all
-    metered cycles is used.
+    cycles is below the mean peak, the mean peak is used. If these cycles have no impact, the largest impact speed of
+    all metered cycles is used.
     """
     first = stretch.first + (stretch.last - stretch.first) // 8 * 2
     peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)
@@ -212,7 +212,7 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
 
 @kernel
 def _error_of_shares(trace: NDArray[np.float64], series: NDArray[np.float64], first: int, last: int) -> float:
-    """Largest standard error of the shares of dissipation. A share is a ratio of two means, which is linearised."""
+    """Largest standard error of the shares of dissipation, by linearisation of each share as a ratio of two means."""
     total = 0.0
     for loss in LOSSES:
         total += trace[2 * last, loss] - trace[2 * first, loss]

@@ -11,28 +11,26 @@ from damperlab.worker.jit import kernel
 FEWEST = 80
 """Least number of samples for an estimate of the correlation."""
 
-# Numbers of adjacent batches. Batches of a whole number of periods would have equal means, so the two numbers have no
-# common factor.
+# Numbers of adjacent batches. Batches of whole periods have equal means, so the numbers have no common factor.
 _BATCHES = (61, 19)
-# Ratio of the 97.5 % quantile of Student's t to 1.96. The degrees of freedom of overlapping batches are one and a half
-# times those of adjacent batches.
+# Ratio of the 97.5 % quantile of Student's t to 1.96.
+# Overlapping batches have one and a half times the degrees of freedom of adjacent batches.
 _STUDENT = (1.014, 1.047)
 # Ratio of errors above which longer batches replace shorter batches; a smaller ratio is considered chance.
 _LONGER = 1.15
 
 _GROUP = 16  # Number of samples in a group; MSER is more reliable for groups than for single samples.
 _DIFFERENT = 3.0  # Least difference of the means, in standard errors, at which the initial part is dropped.
-# Least ratio of the increase between the last two thirds of a series to the increase between the first two thirds, for
-# growth without a visible end.
+# Least ratio of the later to the earlier increase between thirds of a series, for growth without a visible end.
 _STEADY_TREND = 0.9
 _TREND_BATCHES = 19
 _ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
 _GROWN = 0.1  # Least relative excess of the last third over the first third in an unbounded series.
-# Relative error up to which a series is considered constant. Differences between samples are then rounding errors,
-# whose correlation and trend have no meaning.
+# Relative error of the mean up to which a series is considered constant.
+# Differences between samples are then rounding errors, without a meaningful correlation or trend.
 _ROUNDING = 1e-12
-# Largest difference between the numbers of rising and of falling pairs, among the 171 pairs of 19 batches, that is
-# considered chance. Without a trend, the difference exceeds this value three times in 1,000.
+# Largest difference of rising and falling pairs, among the 171 pairs of 19 batches, that is considered chance.
+# Without a trend, the difference exceeds this value three times in 1,000.
 _TREND = 86
 
 
@@ -73,10 +71,10 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
     Returns
     -------
     mean, error : float
-        Mean and standard error. The error comes from batches of 1/61 of the range or, if longer batches give a
-        significantly larger error, of 1/19. Batches shorter than the correlation time understate the error, but an
-        error from few batches is less certain. 1.96 times the error is the half width of a 95 % interval. For fewer
-        than 80 samples, the correlation cannot be estimated, and the error is the largest sample minus the smallest.
+        Mean and standard error. The error comes from batches of 1/61 of the range. Batches of 1/19 are used if they
+        give a significantly larger error. Batches shorter than the correlation time understate the error, but an error
+        from few batches is less certain. 1.96 times the error is the half width of a 95 % interval. For fewer than 80
+        samples, the correlation cannot be estimated, and the error is the largest sample minus the smallest.
 
     Notes
     -----
@@ -120,7 +118,7 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
     samples : array
         Correlated samples.
     first, last : int
-        Range of the samples that are given.
+        Range of the samples.
 
     Returns
     -------

@@ -172,7 +172,7 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
 def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -> float:
     """Mean of the peaks in a column over the two one-cycle intervals that begin in cycle i.
 
-    If only one interval is metered, return the peak of this interval.
+    If only one of the two intervals is metered, its peak is returned.
     """
     first = trace[2 * i + 1, column]
     second = trace[2 * i + 2, column]

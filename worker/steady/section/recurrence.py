@@ -80,8 +80,8 @@ def settled_period(
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, way_left = period_halves, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
-            # under a slow base, rounding errors exceed `_ROUNDING`, so it suffices that the recurrence stays below the
-            # tolerance
+            # under a slow base, rounding errors exceed `_ROUNDING`
+            # a recurrence that stays below the tolerance is then sufficient
             if stays_closed(ring, now, period_halves, tolerance * scale):
                 found, way_left = period_halves, d
         if found > 0:

@@ -46,8 +46,8 @@ from damperlab.worker.solver.transition_log import (
 
 Array = NDArray[np.float64]
 
-# Up to this duration [1/ω_n], the mean acceleration of a flight is the mean of the accelerations at both ends, with a
-# relative error of 1e-11.
+# Longest duration [1/ω_n] for which the mean acceleration of a flight is computed from its two ends.
+# The relative error is 1e-11.
 _SHORT_FLIGHT = 1e-5
 
 

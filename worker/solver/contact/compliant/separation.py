@@ -27,8 +27,8 @@ from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
 
-_NEAR = 1e-6  # Fraction of a span in which a root is searched first.
-_WIDER = 16.0  # Factor by which this fraction grows.
+_NEAR = 1e-6  # Fraction of a span that is searched first for a root.
+_WIDER = 16.0  # Factor by which the searched fraction grows.
 
 
 @kernel
