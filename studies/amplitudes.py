@@ -12,7 +12,7 @@ RATIOS_OF: dict[str, str] = {"clearance_m": "clearance_ratio", "friction_force_n
 """Ratio of each quantity that is constant over base amplitudes. These ratios fall as the base amplitude grows."""
 
 CONSTANT: dict[str, int] = {"velocity": 1, "acceleration": 2}
-"""Order of each time derivative of the base displacement whose amplitude may be constant over frequency."""
+"""Time derivatives of the base displacement that may have a constant amplitude over frequency, with their orders."""
 
 AT_NATURAL = "base amplitude Z at the natural frequency"
 STATIC = "static displacement Z of the force"

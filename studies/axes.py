@@ -30,7 +30,7 @@ MAX_AXIS_VALUES = 1_000_000
 """Largest number of values on one axis."""
 
 LARGEST = 1e15
-"""Start, stop and step must be below this limit for an advice that converts a step into a number of values."""
+"""An advice converts a step into a number of values only if start, stop and step are below this limit."""
 
 MAX_FAULTS_PER_AXIS = 20
 """Largest number of faulty values listed for one axis, so that the faults of other axes are also listed."""

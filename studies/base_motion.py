@@ -1,4 +1,4 @@
-"""Faults of base-motion keys that belong to a specification, with the equivalent keys of a study as advice."""
+"""Faults of a study with base-motion keys of a specification. The advice names the equivalent keys of a study."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping

@@ -12,7 +12,7 @@ _WORKBOOKS = (b"[Content_Types].xml", b"opendocument")
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
 _FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
 _ENOUGH = 10
-"""The digits of the last number are checked only in a table with more than this number of numbers."""
+"""The last number of a table is checked for missing digits only if the table has more numbers than this."""
 
 
 def lines_in(text: bytes | str, field: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""The step between equally spaced times in a file, which are rounded."""
+"""The step between equally spaced times, which a file contains in rounded form."""
 
 import math
 import re
@@ -12,8 +12,7 @@ UNEVEN = 0.02
 TOO_FEW_DIGITS = "The times have too few digits: the step between the samples cannot be determined."
 """Message for a step of NaN from `equal_step`."""
 KNOWN = 1e-3
-"""Largest relative uncertainty of a step for which whole numbers of samples in ten seconds, and of milliseconds, are
-tried.
+"""Largest relative uncertainty of a step for trying whole samples in ten seconds, and whole milliseconds.
 """
 MOST_LIKELY = 3.0
 """Whole sampling rates are tried if the possible sampling rates differ by less than this value [1/s]."""

@@ -1,4 +1,4 @@
-"""Numbers from the paper, which a single file contains."""
+"""Numbers printed in the paper, read from a single file."""
 
 from dataclasses import dataclass
 from functools import cache

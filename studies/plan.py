@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from damperlab.studies.kind import AnyStudy
 
 Cost = Callable[[AnyStudy, dict[str, NDArray[Any]]], NDArray[np.float64]]
-"""Function that returns the expected seconds of N points, shape (N,) and above 0, from a study and their coordinates.
+"""Function of a study and the coordinates of N points. It returns the expected seconds of each point, shape (N,).
 """
 
 BLOCK_SECONDS = 2.0

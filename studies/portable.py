@@ -1,7 +1,7 @@
-"""Functions with the same bits on every processor.
+"""Functions that return the same bits on every processor.
 
-On processors with AVX-512, numpy uses separate code for exponentials, logarithms, sines and powers. numpy computes
-matrix products with OpenBLAS, which has different code for each family of processors. With numpy, the last bits of
+On processors with AVX-512, numpy uses separate code for exponentials, logarithms, sines and powers. For matrix
+products, numpy uses OpenBLAS, which has different code for each family of processors. With numpy, the last bits of
 results would depend on the processor. Records generated from a seed and fits of chaotic responses would then differ. In
 this module, the C library computes each value, and the products in every row are summed in the same order.
 """

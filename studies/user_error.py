@@ -7,7 +7,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 class UserError(Exception):
-    """An error with a message that is sufficient for the user."""
+    """An error whose message tells the user how to correct it."""
 
     def _render_traceback_(self) -> list[str]:
         """Return the lines that IPython prints instead of the full traceback."""

@@ -105,9 +105,9 @@ def _kernel(function: F, **options: Any) -> F:
 def kernel(function: F) -> F:
     """Compile a function at its first call, store the kernel on disk, and release the GIL during calls.
 
-    numba's `fastmath` is off, so sums are not re-ordered. A product and a sum in one expression are rounded once (see
-    `compiler`). So the results at a point have the same bits in any block, process and order. Division by zero gives
-    inf or NaN as in C. Kernels report numerical failures by a status and raise no exception.
+    The option `fastmath` of numba is off, so sums are not re-ordered. A product and a sum in one expression are rounded
+    once (see `compiler`). So the results at a point have the same bits in any block, process and order. Division by
+    zero gives inf or NaN as in C. Kernels report numerical failures by a status and raise no exception.
 
     The compiler decides which functions are inlined. By default, numba would decide when it compiles the first caller.
     The machine code, but not the results, would then depend on the kernels that a process has compiled before.

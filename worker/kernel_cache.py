@@ -1,6 +1,6 @@
-"""Cache of compiled kernels: loaded from the package or from the user's cache, stored in the user's cache.
+"""Cache of compiled kernels, in the package and in the user's cache folder, where new kernels are stored.
 
-The name and the types of a kernel, and everything that determines its bits (`identity`), determine its file. The
+The file of a kernel depends on its name, on its types, and on everything that determines its bits (`identity`). The
 location and the date of the sources do not matter, so a kernel that was compiled elsewhere can be loaded. After a
 change of other sources, a kernel is reused if the `fingerprint` of each of its functions is unchanged.
 

@@ -20,7 +20,7 @@ from damperlab.worker.solver.observe.meter import METERS, Meter
 STEPS = 400
 """Number of steps per cycle in the paper's method."""
 SAMPLED_CYCLES = 10
-"""Number of cycles from rest whose time history is checked for penetration, and for loss of momentum at impacts."""
+"""The time history of this number of cycles from rest is checked for penetration and for loss of momentum."""
 _SLOWEST_SAMPLED = 0.01
 """Frequency ratio below which only one cycle is checked, because such a cycle contains very many natural periods."""
 

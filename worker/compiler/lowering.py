@@ -18,8 +18,8 @@ _DOUBLE = llvm.DoubleType()
 class FromTyped(lowering.Lower):  # type: ignore[misc]
     """Lowers typed IR to LLVM IR, with two differences from numba.
 
-    An argument that is never reassigned remains a value. numba would store an argument that several blocks use in
-    memory, and load the complete argument at each use. LLVM would then have to remove most of these loads.
+    An argument that is never reassigned remains a value. If several blocks use an argument, numba would store it in
+    memory, and load all of it at each use. LLVM would then have to remove most of these loads.
 
     A product and a sum in one expression are rounded once, as in C (FP_CONTRACT ON).
 

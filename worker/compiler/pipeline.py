@@ -16,7 +16,7 @@ from damperlab.worker.compiler.type_branches import FoldTypeTests
 class _Flags(compiler.Flags):  # type: ignore[misc]
     """Compiler flags of numba, which are equal if the same options are set.
 
-    numba compares flags whenever it looks up the types of a call. The class of numba compares all forty options, which
+    Flags are compared whenever numba looks up the types of a call. The class of numba compares all forty options, which
     is slow.
     """
 

@@ -1,8 +1,8 @@
 """Addresses of arrays, which replace the arrays inside an integration.
 
-numba counts the references to every array argument by atomic instructions. In an integration, this counting would take
-five sixths of the run time. The integrator therefore passes addresses to the functions that it calls. The caller of the
-integrator keeps the arrays alive.
+For every array argument, numba counts the references by atomic instructions. In an integration, this counting would
+take five sixths of the run time. The integrator therefore passes addresses to the functions that it calls. The caller
+of the integrator keeps the arrays alive.
 
 Indices into an address are not checked. With NUMBA_BOUNDSCHECK=1, one-dimensional arrays replace the addresses, and
 numba checks their indices.
@@ -120,8 +120,8 @@ else:
     def on_addresses(typingctx: Any, value: Any) -> Any:
         """Return a nested named tuple with addresses in place of its arrays.
 
-        The arrays must be contiguous and must outlive the result. numba would count the references to a remaining array
-        at every event.
+        The arrays must be contiguous and must outlive the result. For a remaining array, numba would count the
+        references at every event.
         """
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

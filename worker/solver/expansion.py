@@ -1,4 +1,4 @@
-"""Taylor polynomials of a segment without a compliant wall's force, and the motion of the mass from them."""
+"""Taylor polynomials of a segment without compliant contact, and the motion of the mass from the polynomials."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.addresses import Floats

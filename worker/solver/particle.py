@@ -33,8 +33,8 @@ class Particle(NamedTuple):
     wall : Wall or None
         Stiffness and damping of compliant walls, which replace e; None for rigid walls.
     friction : float or None
-        κ of a particle with friction in its cavity; 0 if only gravity acts, None without friction and gravity. Unless
-        None, impacts are instantaneous.
+        κ of a particle with friction in its cavity; 0 if only gravity acts, None without friction and gravity. With
+        friction or gravity, impacts are instantaneous.
     gravity : float or None
         G > 0, which acts along the cavity towards negative u; None if the cavity is level.
     """

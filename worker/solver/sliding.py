@@ -74,7 +74,7 @@ def fall_of(slide: Slide | None, particle: Particle) -> float:
 
 @inlined
 def with_pull(force: float, state: State, particle: Particle | None) -> float:
-    """Add the force of a sliding particle to a force on the mass, counted against u and over k Z.
+    """Return a force on the mass plus the force of a sliding particle, both positive against u and over k Z.
 
     The force is βp'' while the particle slides, and 0 while the mass carries the particle. With gravity, βp'' includes
     −βG, because the mass does not bear the weight of a sliding particle.

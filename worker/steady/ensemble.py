@@ -1,4 +1,4 @@
-"""Random start states at one design point, and the responses to which these starts lead."""
+"""Random start states at one design point, and groups of their responses."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise

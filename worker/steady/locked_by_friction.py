@@ -142,10 +142,9 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 
     Notes
     -----
-    Let c be the largest speed with which the walls creep, and s the speed of the particle. After an impact, the
-    particle is no faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle only lose
-    energy. In all impacts together the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to the
-    mass.
+    Let c be the largest creep speed of the walls, and s the speed of the particle. After an impact, the particle is no
+    faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle only lose energy. In all
+    impacts together the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to the mass.
 
     Let τ be the time from a maximum of the forcing, |rτ| ≤ π. The forcing is below the limit of friction and spring by
     at least P (1 − cos rτ) ≥ 2P (rτ/π)². So a slip that begins with the velocity W and passes one maximum ends within

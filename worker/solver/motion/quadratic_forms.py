@@ -51,7 +51,7 @@ def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
     Returns
     -------
     array, shape (5,)
-        The coefficients of sin φ and cos φ in ∫s, and those of sin²φ, 2 sin φ cos φ and cos²φ in ∫s².
+        Coefficients of sin φ and cos φ in ∫s, and of sin²φ, 2 sin φ cos φ and cos²φ in ∫s².
     """
     forms = filled(5, 0.0)
     for i in range(_POINTS):

@@ -82,7 +82,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
             sums[SQUARE] += v * (v * base.window + 2.0 * moved) + square
             return
         f = regime.motion.forms
-        assert f is not None  # for a meter with energies, the motion has been made with forms
+        assert f is not None  # a motion for a meter with energies always has forms
         x = start.v + offset
         p = products(x, start.w, sine, cosine)
         sums[WORK_IN] += quadratic(f, WORK, p)

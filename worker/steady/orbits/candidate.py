@@ -241,7 +241,7 @@ def _follows(
     orbit_point : array, shape (SECTION_SIZE,)
         Section coordinates of the orbit.
     departure : array, shape (SECTION_SIZE,)
-        Section coordinates of the run minus those of the orbit, `periods` periods ago.
+        Section coordinates of the run minus section coordinates of the orbit, `periods` periods ago.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian over one period.
     periods, size : int

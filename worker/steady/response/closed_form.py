@@ -19,7 +19,7 @@ def linear_response(
     damping_ratio, frequency_ratio : ndarray, shape (N,)
         ζ and r.
     forced : bool
-        Whether the excitation is a force on the structure, and not a shaken base. Lengths are then relative to F₀/k.
+        Whether the excitation is a force on the structure instead of a shaken base. Lengths are then relative to F₀/k.
 
     Returns
     -------

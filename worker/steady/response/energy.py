@@ -52,7 +52,7 @@ def stored_energy(state: State, base_rate: float, particle: Particle | None) -> 
 
 @kernel
 def _height_energy(state: State, particle: Particle) -> float:
-    """Potential energy of a particle under gravity, −βG (u − p), because at u = 0 the spring bears the weight."""
+    """Potential energy of a particle under gravity: −βG (u − p), because the spring bears the weight at u = 0."""
     if particle.gravity is not None:
         apart = state.wall * (particle.clearance_ratio - state.gap)
         return particle.mass_ratio * fall_of(state.slide, particle) * apart

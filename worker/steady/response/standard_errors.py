@@ -201,8 +201,8 @@ def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -
 def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
     """Whether samples[first:last] grow to their end and show no bound.
 
-    Every batch must be higher than all earlier batches, and the growth must not slow down over three thirds of the
-    series. The result is False for fewer than 80 samples.
+    Every batch must be higher than all earlier batches, and the growth must hardly slow down over the three thirds of
+    the series. The result is False for fewer than 80 samples.
     """
     if last - first < FEWEST or _rises(samples, first, last) < _ALL_RISE:
         return False

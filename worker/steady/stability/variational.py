@@ -62,7 +62,7 @@ def propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
 
 @inlined
 def _propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
-    """`propagate` for a log and a scene whose arrays have been replaced by addresses."""
+    """`propagate` with addresses in place of the arrays of log and scene."""
     rows, particle = log.rows, scene.particle
     z = address(tangents, 0)
     n = tangents.shape[1]
