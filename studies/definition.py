@@ -101,7 +101,7 @@ def _read_metrics(raw: object) -> tuple[str, ...]:
 
 
 class Axes(Choice):
-    """The varied quantities. Each is a number, a list of numbers, or ``{start, stop, num, spacing}``."""
+    """The varied quantities. Each quantity is a number, a list of numbers, or ``{start, stop, num, spacing}``."""
 
     restitution: Restitution = None
     mass_ratio: MassRatio = None

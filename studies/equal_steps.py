@@ -12,7 +12,8 @@ UNEVEN = 0.02
 TOO_FEW_DIGITS = "The times have too few digits: the step between the samples cannot be determined."
 """Message for a step of NaN from `equal_step`."""
 KNOWN = 1e-3
-"""Largest relative uncertainty of a step for trying whole samples in ten seconds, and whole milliseconds.
+"""A step with a larger relative uncertainty is not replaced by a whole number of samples in ten seconds or of
+milliseconds.
 """
 MOST_LIKELY = 3.0
 """Whole sampling rates are tried if the possible sampling rates differ by less than this value [1/s]."""
@@ -68,9 +69,9 @@ def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int
     -------
     step : float
         Step in the unit of the times. If rounding made the steps unequal, three kinds of steps are tried in this order:
-        a whole number of samples per unit, a whole number of samples in ten units, and a whole number of thousandths of
-        the unit. The step must agree with all times. The result is NaN if no step agrees, or if several steps of one
-        kind agree. If a sample breaks the equal steps, the result is the median step.
+        whole samples per unit, whole samples in ten units, and whole thousandths of the unit. The step must agree with
+        all times. The result is NaN if no step agrees, or if several steps of one kind agree. If a sample breaks the
+        equal steps, the result is the median step.
     wrong : int or None
         Index of the first sample that breaks the equal steps; None if the steps are equal.
     """

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from damperlab.studies.kind import AnyStudy
 
 Cost = Callable[[AnyStudy, dict[str, NDArray[Any]]], NDArray[np.float64]]
-"""Function of a study and the coordinates of N points. It returns the expected seconds of each point, shape (N,).
+"""Function of a study and the coordinates of N points. The function returns the expected seconds of each point, shape
+(N,).
 """
 
 BLOCK_SECONDS = 2.0

@@ -16,7 +16,7 @@ _DIMENSIONS: dict[str, tuple[str, str, str]] = {
 DIMENSIONS: tuple[str, ...] = tuple(_DIMENSIONS)
 """Dimensions of the cube of a harmonic study in ratios, in this order. All dimensions are always present."""
 PARTICLE_FRICTION, GRAVITY = BEFORE = "particle_friction_ratio", "gravity_ratio"
-"""Optional dimensions, which precede `DIMENSIONS`. Each is present only if the study defines it."""
+"""Optional dimensions, which precede `DIMENSIONS`. An optional dimension is present only if the study defines it."""
 MADE_BY = {PARTICLE_FRICTION: "particle_friction_coefficient", GRAVITY: "tilt_deg"}
 """Source quantity in a physical block for each of the optional dimensions."""
 _DIMENSIONS[PARTICLE_FRICTION] = ("friction ratio of the particle", "κ", " = μ_i·g/(ω_n²·Z)")

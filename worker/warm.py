@@ -191,7 +191,9 @@ def _seconds(file: Path) -> float | None:
 
 
 def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "subprocess.Popen[str]":
-    """Start a process that compiles some of the given scenes (`warm_alike`). It ends when this process ends."""
+    """Start a process that compiles some of the given scenes (`warm_alike`). The new process ends when this process
+    ends.
+    """
     command = [sys.executable, "-m", __name__, str(os.getpid()), *(scene.name for scene in wanted)]
     environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(cache)}
     return subprocess.Popen(

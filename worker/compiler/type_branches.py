@@ -13,9 +13,9 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
     """Replaces type tests by their results, so that numba omits the branches that are never taken.
 
     By itself, numba evaluates `x is None` at compile time if x is an argument. This pass also evaluates the test for
-    fields of named tuples in an argument, at any depth. It also evaluates `isinstance(x, C)` for a class C of named
-    tuples. So a kernel can be written in plain Python for complete scenes, and contains no code for elements that a
-    scene lacks.
+    fields of named tuples in an argument, at any depth. In addition, it evaluates `isinstance(x, C)` for a class C of
+    named tuples. So a kernel can be written in plain Python for complete scenes, and contains no code for elements that
+    a scene lacks.
     """
 
     _name = "damperlab_fold_type_tests"

@@ -185,7 +185,7 @@ def slows_down(friction: float, particle: Particle, scene: Scene) -> bool:
 
 @kernel
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
-    """Bound on the total displacement of a locked mass by impacts, for an outward displacement of at most `moved`."""
+    """Bound on the displacement of a locked mass by all impacts, from a position farther outwards by `moved`."""
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
     restitution = _restitution_of_a_held_wall(particle)

@@ -1,4 +1,5 @@
-"""The run towards the steady response. It ends when the motion repeats, or when an orbit or the mean peak is known.
+"""The run towards the steady response. The run ends when the motion repeats, or when an orbit or the mean peak is
+known.
 
 The search for orbits uses copies of the state and separate counts, so the search does not change the run.
 """

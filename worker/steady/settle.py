@@ -89,7 +89,7 @@ def settle(
     Returns
     -------
     response : Response
-        The response. Its status gives the outcome of the search; no error is raised.
+        The response. The field `status` gives the outcome of the search; no error is raised.
     end : State
         State on the steady response, at phase 0 of the mirrored base.
 

@@ -43,8 +43,8 @@ def is_chatter_over(
     # At e = 1 only friction shortens the flights, so a lower limit replaces 1 − e.
     impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_LOSS)
     is_over = impulse_left <= _NOTHING_LEFT * base.window * closing
-    # with a finite contact time, each impact holds the particle again a chatter therefore continues until its speed is
-    # within rounding
+    # With a finite contact time, each impact holds the particle again.
+    # A chatter therefore continues until its speed is within rounding.
     is_over = is_over and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
     if particle.contact_time is None:
         is_over = is_over or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)

@@ -45,7 +45,7 @@ _CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 
 @inlined
 def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, int]:
-    """Return time and kind of the first event in a segment; without an event, the segment's length and NOTHING."""
+    """Return time and kind of the first event in a segment, or the length of the segment and NOTHING."""
     t, kind = segment.time, NOTHING
     if scene.friction is not None:
         t, kind = _friction_event(segment, scene, scene.friction, curves)

@@ -19,7 +19,7 @@ the wall is overdamped and yields slowly, else y and y'. Let r be the other coor
     q = Pr + f,   r = ξ + Bf,   ξ' = Gξ,   f' = Λf,
     A_qr + A_qq P = PG,   G = A_rr + A_rq P,   Λ = A_qq − P A_rq,   BΛ = GB + A_rq.
 
-P solves a Riccati equation and B a linear equation. Both are found by iteration, and each step multiplies the error by
+P solves a Riccati equation and B a linear equation. P and B are found by iteration. Each step multiplies the error by
 about the ratio of slow to fast rates. A strongly damped wall has two very different rates, both fast compared with the
 structure. Then y' soon follows from the other coordinates, while y still decays. For this case a third expansion treats
 y as a slow coordinate (`Contact.slipping_between`).

@@ -2,8 +2,8 @@
 
 An interval is dismissed only if a bound on the curvature proves that the function stays positive in this interval.
 Newton's method is used only if the same bound proves that the function is monotone in the interval. Every other
-interval is halved. Two close roots (a grazing impact) are found if the function between them is negative beyond its
-rounding error. Of three or more roots within rounding, a later root may be returned.
+interval is halved. Two close roots (a grazing impact) are found if the function between them is below zero by more than
+rounding. Of three or more roots within rounding, a later root may be returned.
 """
 
 from math import inf, sqrt
@@ -83,8 +83,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     else:
         f0 = sign * value(polynomial, start)
         d0 = sign * slope(polynomial, start)
-    # the given bound follows from the size of the motion
-    # where the function is small, the bound from its coefficients is far sharper
+    # The given bound follows from the size of the motion.
+    # Where the function is small, the bound from its coefficients is far sharper.
     curvature = min(curvature, curvature_bound(polynomial, end))
     low = start
     high = end
@@ -112,8 +112,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
                 clear = True
             else:
                 guess = middle - f / d  # root of the tangent
-                # f(high) <= f + d radius + curvature radius²/2 < 0: the root is inside
-                # the function need not be evaluated at the end
+                # The root is inside, because f(high) <= f + d radius + curvature radius²/2 < 0.
+                # So the function need not be evaluated at the end.
                 if guess + 0.5 * turning * radius / abs(d) < high:
                     return _newton(polynomial, sign, low, high, max(guess, low))
                 if sign * value(polynomial, high) > 0.0:

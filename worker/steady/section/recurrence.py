@@ -17,7 +17,7 @@ LONGEST = 64
 """Longest period that is searched [half cycles], equal to 32 excitation cycles."""
 
 SAME = 1e-6
-"""Largest relative recurrence at which a divisor of a settled period is itself taken as the period."""
+"""Largest relative recurrence at which a divisor of a settled period replaces the period."""
 
 # The following values are chosen, not derived.
 _ROUNDING = 1e-13  # Relative recurrence of a settled response.
@@ -80,8 +80,8 @@ def settled_period(
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, way_left = period_halves, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
-            # under a slow base, rounding errors exceed `_ROUNDING`
-            # a recurrence that stays below the tolerance is then sufficient
+            # Under a slow base, rounding errors exceed `_ROUNDING`.
+            # A recurrence that stays below the tolerance is then sufficient.
             if stays_closed(ring, now, period_halves, tolerance * scale):
                 found, way_left = period_halves, d
         if found > 0:
