@@ -1,4 +1,4 @@
-"""Faults of a study with base-motion keys of a specification. The advice names the equivalent keys of a study."""
+"""Advice on base-motion keys that belong in a specification and not in a study."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping

@@ -131,7 +131,7 @@ def _once(faults: list[Fault]) -> list[Fault]:
 
 
 def attempt(reading: Callable[[], T], otherwise: U, faults: list[Fault]) -> T | U:
-    """Return the result of `reading`. If `reading` raises StudyFaults, append the faults and return `otherwise`."""
+    """Call `reading` and return its result. If it raises StudyFaults, append the faults and return `otherwise`."""
     try:
         return reading()
     except StudyFaults as refused:

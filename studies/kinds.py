@@ -168,7 +168,7 @@ def dimensions_of_definition(definition: Mapping[str, Any]) -> tuple[str, ...]:
 def shown_axes(
     sizes: Mapping[str, int], x: str | None, y: str | None, taken: Collection[str | None]
 ) -> tuple[str, str]:
-    """Return the two axes of a map. A missing axis is chosen among the dimensions without another use.
+    """Return the two axes of a map. A missing axis is chosen among the unused dimensions.
 
     Parameters
     ----------

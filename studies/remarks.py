@@ -29,7 +29,7 @@ class Remarks:
     note : str, optional
         Text of one or several lines.
     name : str, optional
-        The new name of the study. The definition keeps the name at submission.
+        The new name of the study. The definition keeps the original name.
     """
 
     tags: tuple[str, ...] | None = None

@@ -228,7 +228,7 @@ def _march(
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
-    meter = None if measured else Meter(sums)  # a steady response is measured already
+    meter = None if measured else Meter(sums)  # a steady response has already been measured
     peaks = np.zeros((2 * cycles + 1, 2))
     state = at_rest(r, friction, particle, forced) if start is None else start
     stored = stored_energy(state, design.base_rate, particle)

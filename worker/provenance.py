@@ -145,7 +145,7 @@ def provenance() -> dict[str, str]:
 
 
 def one_identity(answers: Mapping[str, Mapping[str, str]]) -> Mapping[str, str]:
-    """Return the result of `computing` for a cluster. All workers must have the same identity.
+    """Return the result of `computing` that all workers of a cluster share.
 
     Parameters
     ----------

@@ -124,7 +124,7 @@ class LowerPart(Lowering):
     _library = Part
 
     def run_pass(self, state: Any) -> bool:
-        """Lower a function without an address, and give its callers a placeholder that is never called."""
+        """Lower a function to IR. Its callers receive a placeholder without code, which is never called."""
         super().run_pass(state)
         lowered = state["cr"]
         name = lowered.fndesc.qualname

@@ -1,4 +1,4 @@
-"""Completion of a chatter: a sequence of ever faster impacts that ends in sustained contact."""
+"""Completion of a chatter, which is a sequence of ever faster impacts that ends in sustained contact."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.dwell import is_brief
