@@ -1,1 +1,1 @@
-"""Definitions and answers: studies, plans, cubes and queries; no compiler, no cluster, no web."""
+"""Studies, plans, cubes and queries, without compiler, cluster and web."""

@@ -9,10 +9,10 @@ AMPLITUDE = "base_amplitude_m"
 """Dimension of the base amplitude, which only studies over base amplitudes have."""
 
 RATIOS_OF: dict[str, str] = {"clearance_m": "clearance_ratio", "friction_force_n": "friction_ratio"}
-"""Ratio of each quantity that is constant over base amplitudes. The ratio falls as the base amplitude grows."""
+"""Ratio of each quantity that is constant over base amplitudes. These ratios fall as the base amplitude grows."""
 
 CONSTANT: dict[str, int] = {"velocity": 1, "acceleration": 2}
-"""Orders of the time derivatives of the base displacement that may have a constant amplitude over the frequency."""
+"""Time derivatives of the base displacement that may have a constant amplitude over frequency, with their orders."""
 
 AT_NATURAL = "base amplitude Z at the natural frequency"
 STATIC = "static displacement Z of the force"
@@ -27,22 +27,22 @@ DIMENSIONS: dict[str, tuple[str, str]] = {
     AMPLITUDE: ("m", "base amplitude Z"),
     "frequency_ratio": ("1", DIMENSION_LONG_NAMES["frequency_ratio"]),
 }
-"""Unit and meaning of every dimension, in the cube's order."""
+"""Unit and meaning of every dimension, in the order of the cube."""
 
 DAMPER = ("restitution", "mass_ratio", "clearance_m", "friction_force_n")
 """Dimensions that a designer chooses. The other dimensions are conditions that the damper must withstand."""
 
 
 def is_axis(raw: object) -> bool:
-    """Return whether an entry of a physical block is a list or a range, and not a single number."""
+    """Return whether an entry of a physical block is a list or a range instead of a single number."""
     return raw is not None and not isinstance(raw, int | float | str)
 
 
 def over_amplitudes(physical: object, particle: bool) -> bool:
     """Return whether a physical block describes a study over base amplitudes.
 
-    The base amplitude must be an axis. In addition, the block must give both the friction force and the clearance, or
-    give one of them as an axis. Otherwise the base amplitude changes only one ratio, and is an axis of that ratio.
+    The base amplitude must be an axis. In addition, the block must contain both the friction force and the clearance,
+    or one of these two as an axis. Otherwise the base amplitude changes only one ratio and is an axis of this ratio.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""An axis: the values that one quantity takes in a study, written as a number, a list or a range."""
+"""An axis: the values of one quantity in a study, written as a number, a list or a range."""
 
 import math
 from collections.abc import Callable
@@ -30,10 +30,10 @@ MAX_AXIS_VALUES = 1_000_000
 """Largest number of values on one axis."""
 
 LARGEST = 1e15
-"""Advice states the number of values for a step only if start, stop and step are smaller than this."""
+"""An advice converts a step into a number of values only if start, stop and step are below this limit."""
 
 MAX_FAULTS_PER_AXIS = 20
-"""Largest number of faulty values listed for one axis. The limit leaves room for the faults of other axes."""
+"""Largest number of faulty values listed for one axis, so that the faults of other axes are also listed."""
 
 
 class Range(BaseModel):
@@ -49,8 +49,8 @@ class Range(BaseModel):
     def values(self) -> NDArray[np.float64]:
         """Return the values, float64 of shape (num,). Each value is the double nearest to the exact value.
 
-        Each end is read as the shortest decimal number that gives the same double. Ranges with equal exact values
-        therefore give equal doubles on any machine.
+        Each end is interpreted as the shortest decimal number with the same double. So ranges with equal exact values
+        give equal doubles on every machine.
         """
         if self.spacing == "log":
             return log_spaced(self.start, self.stop, self.num)
@@ -58,7 +58,7 @@ class Range(BaseModel):
 
 
 AxisSpec = float | tuple[float, ...] | Range
-"""An axis as it was written: one number, sorted numbers, or a range."""
+"""An axis as written: one number, sorted numbers, or a range."""
 
 
 def axis_values(spec: AxisSpec) -> NDArray[np.float64]:
@@ -69,7 +69,7 @@ def axis_values(spec: AxisSpec) -> NDArray[np.float64]:
 
 
 class Coordinates(dict[str, NDArray[Any]]):
-    """The values along every dimension, read-only. Two instances are equal if their dimensions and values are equal."""
+    """Read-only values along every dimension. Two instances are equal if their dimensions and values are equal."""
 
     def __init__(self, values: dict[str, NDArray[Any]]) -> None:
         super().__init__(values)
@@ -86,7 +86,7 @@ class Coordinates(dict[str, NDArray[Any]]):
 
 
 def axis_count(spec: AxisSpec) -> int:
-    """Return the number of values of an axis without expanding it."""
+    """Return the number of values of an axis, without computing the values."""
     if isinstance(spec, Range):
         return spec.num
     return len(spec) if isinstance(spec, tuple) else 1
@@ -217,7 +217,7 @@ def _read_range(raw: dict[Any, Any], quantity: Quantity, field: str) -> Range:
 
 
 _COUNTS = ("step", "steps", "n", "count", "points", "number", "nums")
-"""Keys that other programs use for the number of values or the step of a range."""
+"""Keys of other programs for the number of values or the step of a range."""
 
 
 def _unknown_of_range(field: str, key: object, raw: dict[Any, Any]) -> Fault:
@@ -250,7 +250,7 @@ def _distinct(span: Range) -> bool:
     width = (
         math.log(span.stop / span.start) if span.spacing == "log" else (span.stop - span.start) / span.stop
     )
-    # Rounding changes a value by at most 1.2e-16 of itself. Only steps near that size need a comparison of all values.
+    # Rounding changes a value by at most 1.2e-16 of the value. Only for steps near this size, all values are compared.
     return width / (span.num - 1) > 1e-12 or bool(np.all(np.diff(span.values()) > 0.0))
 
 

@@ -12,11 +12,13 @@ from damperlab.studies.shapes import Says, Sentences, Table
 Damper = Literal["hybrid", "friction_alone", "particle_alone", "tuned_mass_damper", "no_damper"]
 """The dampers that a verdict may recommend."""
 Severity = Literal["danger", "caution", "hint"]
-"""Severity of a note. A danger changes the decision, a caution changes a number, and a hint suggests further work."""
+"""Severity of a note. A danger changes the decision, a caution changes a number, and a hint suggests further work.
+"""
 DoubtKind = Literal[
     "one_frequency", "hidden_peak", "cut_off", "end_of_range", "neighbourhood_unknown", "rugged", "error"
 ]
-"""Kinds of doubt about an optimum, the gravest first. Only the first two can concern the best design with impacts."""
+"""Kinds of doubt about an optimum, the most serious first. Only the first two can concern the best design with impacts.
+"""
 DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 MOST_SENTENCES, MOST_ROWS = 3, 6
 PLACES = ("best", "second", "third", "fourth")
@@ -26,7 +28,7 @@ EQUAL = "equal"
 
 
 def damper_of(acts: bool, rubs: bool) -> Damper:
-    """Return the name of a damper with an acting particle, with friction, with both, or with neither."""
+    """Return the name of a damper: with a particle, with friction, with both, or without both."""
     if acts:
         return "hybrid" if rubs else "particle_alone"
     return "friction_alone" if rubs else "no_damper"
@@ -48,7 +50,7 @@ Notes = Annotated[
 
 @dataclass(frozen=True)
 class Note:
-    """A remark on an answer, as data from which an interface forms a sentence.
+    """A remark on an answer, as data. An interface forms a sentence from the data.
 
     Parameters
     ----------
@@ -57,7 +59,7 @@ class Note:
     severity : str
         See `Severity`.
     values : mapping
-        Numbers of the note, in the units of the document that holds the note.
+        Numbers of the note, in the units of the document with the note.
     """
 
     kind: str
@@ -118,7 +120,7 @@ class Brief:
 
 
 def command(verb: str, name: str, options: str = "") -> str:
-    """Return a command about a study, with shell quoting. A study without a name is written as ``STUDY``."""
+    """Return a command about a study, with shell quoting. ``STUDY`` replaces a missing name."""
     return f"damperlab {verb} {shlex.quote(name) if name else 'STUDY'} {options}".rstrip()
 
 
@@ -129,7 +131,7 @@ def listed(words: Iterable[str]) -> str:
 
 
 def notes_document(notes: list[Note]) -> list[NoteDocument]:
-    """Return notes as plain data, the gravest first."""
+    """Return notes as plain data, the most serious first."""
     order: list[Severity] = ["danger", "caution", "hint"]
     return [
         {"kind": each.kind, "severity": each.severity, "values": dict(each.values)}

@@ -1,4 +1,4 @@
-"""The cavity of a particle. Tilt and friction of the cavity cause forces on the particle between impacts."""
+"""The cavity of a particle. Its tilt and friction cause forces on the particle between impacts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -51,8 +51,8 @@ class Cavity:
         name : str
             Name of the ratio.
         case : mapping of float
-            Quantities of a physical block that, together with the cavity, determine the ratio. `base_amplitude_m` may
-            be a static displacement.
+            Quantities of a physical block that determine the ratio together with the cavity. `base_amplitude_m` may be
+            a static displacement.
         """
         of = {quantity: np.array([value]) for quantity, value in {**case, **self.numbers}.items()}
         return float(DERIVATIONS[name].values(of)[0])
@@ -69,7 +69,7 @@ LEVEL = Cavity()
 
 
 def left_open(definition: Mapping[str, Any]) -> list[str]:
-    """Describe the properties of the cavity that a definition does not give."""
+    """Describe the properties of the cavity that a definition does not contain."""
     given = {**definition, **(definition.get("axes") or {})}
     physical = definition.get("physical") or {}
     return [
@@ -80,8 +80,8 @@ def left_open(definition: Mapping[str, Any]) -> list[str]:
 
 
 def cavity_of(values: Mapping[str, float | None]) -> Cavity:
-    """Return the cavity with the friction coefficient and the tilt that a document gives.
+    """Return the cavity with the friction coefficient and the tilt in a document.
 
-    A missing number is taken as 0. A number above the bound, as after rounding of a tolerance, is set to the bound.
+    The default of both numbers is 0. A number above its bound, for example after rounding, is replaced by the bound.
     """
     return Cavity(*(min(values.get(each.name) or 0.0, each.highest) for each in OF_CAVITY))

@@ -1,4 +1,4 @@
-"""Settings of a study that are not axes: contact, steady state, solver and start."""
+"""Settings of a study besides the axes: contact, steady state, solver and start."""
 
 from typing import Annotated, Any, Literal
 
@@ -26,13 +26,13 @@ from damperlab.studies.vocabulary import CONTACT_MODELS, EXCITATIONS, METHODS, S
 
 
 def real(quantity: Quantity) -> Reads:
-    """Return the annotation of a pydantic field that is a number within bounds."""
+    """Return the pydantic annotation of a number within bounds."""
     bounds = {"type": "number", "minimum": quantity.lowest, "maximum": quantity.highest}
     return Reads(quantity.read, bounds | {"description": quantity.meaning})
 
 
 def whole(lowest: int, highest: int, meaning: str) -> Reads:
-    """Return the annotation of a pydantic field that is a whole number within bounds."""
+    """Return the pydantic annotation of a whole number within bounds."""
     bounds = {"type": "integer", "minimum": lowest, "maximum": highest, "description": meaning}
     return Reads(lambda raw: read_count(raw, lowest, highest), bounds)
 
@@ -54,14 +54,14 @@ def _read_contact_time(raw: object) -> float:
 
 
 def _contact_time() -> Reads:
-    """Return the annotation of a pydantic field that is a contact time, as a number or a name."""
+    """Return the pydantic annotation of a contact time, written as a number or a name."""
     number = {"type": "number", "minimum": CONTACT_TIME.lowest, "maximum": CONTACT_TIME.highest}
     named = {"type": "string", "enum": list(CONTACT_TIMES)}
     return Reads(_read_contact_time, {"anyOf": [number, named], "description": CONTACT_TIME.meaning})
 
 
-# A standard error falls as N^-½ with the number N of cycles. Rounding makes two periods of a periodic response differ
-# by about 1e-14.
+# A standard error falls as N^-½ with the number N of cycles.
+# Two periods of a periodic response differ by rounding errors of about 1e-14.
 TOLERANCE = Quantity(
     "tolerance", "relative standard error at which the mean of a modulated response is accepted", 1e-8, 0.5,
     "the default is 0.02, one standard error of 2 %; the cycles needed grow as its inverse square",
@@ -104,7 +104,7 @@ ExcitationField = Annotated[
 
 
 class InstantContact(Choice):
-    """Impacts take no time, and follow the rebound law in equations (7) and (8) of the paper."""
+    """Instantaneous impacts by the rebound law, equations (7) and (8) of the paper."""
 
     model: Literal["instant"] = "instant"
 
@@ -120,7 +120,7 @@ class CompliantContact(Choice):
     """The wall is a spring and a dashpot that push but never pull.
 
     An impact in free space has the coefficient of restitution e of the study and this contact time. As the contact time
-    goes to 0, this model tends to `instant`. e must not be 0, because that would require infinite damping.
+    tends to 0, this model tends to `instant`. e must not be 0, because e = 0 would require infinite damping.
     """
 
     model: Literal["compliant"]
@@ -128,7 +128,7 @@ class CompliantContact(Choice):
 
 
 class Steady(Choice):
-    """Criteria by which the response of a design point is accepted as steady."""
+    """Criteria for accepting the response of a design point as steady."""
 
     max_cycles: Annotated[int, whole(1, 1_000_000, "excitation cycles after which a point stops")] = 4000
     tolerance: Annotated[float, real(TOLERANCE)] = 0.02
@@ -151,7 +151,7 @@ class Rk4Solver(Choice):
 
 
 class Ensemble(Choice):
-    """Start from rest and from `n` − 1 random states, and store the response that most starts lead to.
+    """Start from rest and from `n` − 1 random states, and store the most frequent response.
 
     The random states depend only on the seed and on the coordinates of the design point; see
     `damperlab.worker.steady.ensemble`.
@@ -176,8 +176,8 @@ def _choice(
 ) -> tuple[Discriminator, BeforeValidator]:
     """Return the two annotations that select one of several pydantic models by the text under `key`.
 
-    The first of `tags` is the default. A choice is written as a mapping. If `settings` is given, the default is written
-    as a name instead, and `settings` lists the keys of the mappings.
+    The first of `tags` is the default. A choice is written as a mapping. If `settings` is not empty, the default is
+    written as a name, and `settings` lists the keys of the mappings.
     """
     plain = bool(settings)
 
@@ -188,7 +188,7 @@ def _choice(
 
     def check(raw: Any) -> Any:
         if plain and raw == {key: tags[0]}:
-            return tags[0]  # the default may be written as a mapping too
+            return tags[0]  # the default may also be written as a mapping
         written = isinstance(raw, dict | BaseModel) or (plain and isinstance(raw, str))
         if not written:
             allowed = tags[0] if plain else f"a mapping, such as {{{key}: {tags[0]}}}"

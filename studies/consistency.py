@@ -1,4 +1,4 @@
-"""Rules between the fields of a study, checked on the raw document, so that all faults are found together."""
+"""Rules between the fields of a study, checked on the raw document, so that all faults are reported together."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -25,17 +25,17 @@ from damperlab.studies.variables import (
 from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 
 BESIDE_AXES = ("damping_ratio", *BEFORE)
-"""Dimensions that a study gives at the top level instead of under `axes`."""
+"""Dimensions at the top level of a study instead of under `axes`."""
 
 MAX_POINTS = 1_000_000_000
 """Largest number of design points of one study."""
 
 LEAST_COMPLIANT = 1e-6
-"""Smallest e of a compliant wall. For smaller e, double precision does not resolve both decay rates of a contact."""
+"""Smallest e of a compliant wall. For a smaller e, double precision does not resolve both decay rates of a contact."""
 
 
 def compliant_fault(restitution: float, field: str) -> Fault | None:
-    """Return a fault if e is too small for compliant walls, else None. e = 0 would require infinite damping."""
+    """Return a fault if e is too small for compliant walls, else None."""
     if restitution >= LEAST_COMPLIANT:
         return None
     allowed = f"a number from {LEAST_COMPLIANT:g} to 1 with compliant contact"
@@ -54,18 +54,18 @@ NOT_WITH_RUBBING = {
     "amplitudes": ("several base amplitudes", "give each quantity of the cavity as one number in `physical`"),
     "ratios": ("a specification in ratios", "give the structure and its excitation in units"),
 }
-"""Features that cannot be combined with friction of a particle or gravity along a cavity, and advice for each."""
+"""Features that exclude friction of the particle and gravity along the cavity, and advice for each feature."""
 
 
 def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterator[Fault]:
-    """Yield a fault for each feature that cannot be combined with friction of the particle or gravity.
+    """Yield a fault for each feature that excludes friction of the particle or gravity.
 
     Parameters
     ----------
     field, found : str
-        The field that gives the friction or the tilt, and the value found in that field.
+        The field with the friction or the tilt, and the value found in this field.
     beside : mapping of bool
-        For each name in `NOT_WITH_RUBBING`, whether the document has that feature.
+        For each name in `NOT_WITH_RUBBING`, whether the document has this feature.
     """
     for name in (name for name, stands in beside.items() if stands):
         words, advice = NOT_WITH_RUBBING[name]
@@ -76,7 +76,7 @@ def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterat
 def cavity_faults(
     document: Mapping[str, Any], numbers: Mapping[str, float], contact: Contact
 ) -> Iterator[Fault]:
-    """Yield a fault if contacts that take time are combined with particle friction or a tilted cavity.
+    """Yield a fault if contacts of finite duration are combined with particle friction or a tilted cavity.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def cavity_faults(
 
 
 def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the names of the dimensions whose defaults apply, because the document does not determine a value."""
+    """Return the names of the dimensions with default values, because the document does not determine these values."""
     axes, physical = document.get("axes") or {}, document.get("physical") or {}
     particle = document.get("particle", True) is not False
     made = {each.ratio for each in derivations(physical, particle=True)}
@@ -103,7 +103,7 @@ def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document with defaults for missing metrics, and for ratios that the document does not determine."""
+    """Return the document with defaults for missing metrics and for undetermined ratios."""
     physical = document.get("physical")
     made = {d.ratio for d in derivations(physical, particle=True)} if isinstance(physical, dict) else set()
     filled = dict(document)
@@ -204,7 +204,7 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find features that exclude particle friction or gravity, and metrics without the required particle friction."""
+    """Find features that exclude particle friction or gravity, and metrics that require particle friction."""
     before, metrics = before_of({**document, "particle": True}), document.get("metrics")
     for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
         needs = isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing
@@ -277,7 +277,7 @@ def _required(name: str) -> Fault:
 
 
 def _size(raw: object) -> int:
-    """Return the number of values of an axis as written, or 1 if the number is unknown because of a fault."""
+    """Return the number of values of an axis as written, or 1 if a fault makes the number unknown."""
     if isinstance(raw, list | tuple):
         return max(len(raw), 1)
     num = raw.get("num") if isinstance(raw, dict) else None

@@ -1,4 +1,4 @@
-"""Read a contact model alone, for documents that are not studies."""
+"""Reading of a contact model from documents that are not studies."""
 
 from pydantic import ValidationError
 

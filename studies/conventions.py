@@ -29,11 +29,11 @@ _METHODS = {
 }
 _PREFIXES = {"peak_": "time: maximum", "impact_speed_max_": "time: maximum", "rms_": "time: root_mean_square"}
 _OVER_STARTS = {"lowest": "minimum", "highest": "maximum", "mean": "mean", "std": "standard_deviation"}
-"""CF cell method of each statistic over perturbed starts, by the word in the name of a result."""
+"""CF cell method of each statistic over perturbed starts, by the word in the names of results."""
 
 
 def of_file(version: str, created: str) -> dict[str, str]:
-    """Return the global attributes of a cube: the conventions, the source, the history, and references for the model.
+    """Return the global attributes of a cube: conventions, source, history, and references for the model.
 
     Parameters
     ----------

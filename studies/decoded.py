@@ -1,4 +1,4 @@
-"""Read the lines of a file in any encoding that spreadsheets and old programs use."""
+"""Reading of lines from text files, in the encodings of spreadsheets and old programs."""
 
 import re
 from collections.abc import Sequence
@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from damperlab.studies.faults import Fault, StudyFaults, printable
 
 _PACKED = (b"PK\x03\x04", b"\x1f\x8b", b"BZh", b"\xfd7zXZ")
-"""First bytes of compressed files, which include workbooks."""
+"""First bytes of compressed files, including workbooks."""
 _OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
 _WORKBOOKS = (b"[Content_Types].xml", b"opendocument")
 _MARKS = (b"\xff\xfe", b"\xfe\xff")
 _FACTORS = re.compile(r"\b(?:scal\w+|conversion|calibration) factor|\bmultipl(?:y|ied) by\b", re.IGNORECASE)
 _ENOUGH = 10
-"""The digits of the last number are checked only in a table with more numbers than this."""
+"""The last number of a table is checked for missing digits only if the table has more numbers than this."""
 
 
 def lines_in(text: bytes | str, field: str) -> list[str]:
@@ -23,12 +23,12 @@ def lines_in(text: bytes | str, field: str) -> list[str]:
     StudyFaults
         If the bytes are binary; `field` is the field of the fault.
     """
-    # splitlines() would also split at other control characters, so that line numbers would be wrong
+    # splitlines() would also split at other control characters, and so give wrong line numbers
     return _decoded(text, field).replace("\r\n", "\n").replace("\r", "\n").replace("−", "-").split("\n")
 
 
 def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
-    """Raise StudyFaults if a file ends within a line, and its last number has fewer digits than all other numbers."""
+    """Raise StudyFaults if a file ends within a line and its last number has fewer digits than all other numbers."""
     digits = [len(number.partition(".")[2]) for number in numbers]
     alike = len(numbers) > _ENOUGH and len(set(digits[:-1])) == 1
     if lines[-1] and numbers[-1] and alike and digits[-1] < digits[0]:
@@ -40,7 +40,7 @@ def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
 
 
 def check_factors(lines: Sequence[tuple[int, str]]) -> None:
-    """Raise StudyFaults if a line states a factor for the samples. `lines` holds number and text of each line."""
+    """Raise StudyFaults if a line states a factor for the samples. `lines` contains number and text of each line."""
     for number, line in lines:
         if _FACTORS.search(line):
             told = f"Line {number} names a factor: {printable(line)}. The samples must be in their unit."

@@ -101,7 +101,7 @@ def _read_metrics(raw: object) -> tuple[str, ...]:
 
 
 class Axes(Choice):
-    """The varied quantities. Each is a number, a list of numbers, or ``{start, stop, num, spacing}``."""
+    """The varied quantities. Each quantity is a number, a list of numbers, or ``{start, stop, num, spacing}``."""
 
     restitution: Restitution = None
     mass_ratio: MassRatio = None
@@ -111,11 +111,10 @@ class Axes(Choice):
 
 
 class Study(Choice):
-    """A study: a grid of design points, the method of computing each, and the results to store.
+    """A study: a grid of design points, the method of computation, and the results to store.
 
-    ``Study(name=…, axes={…})`` checks the definition like `parse_study`, and raises `StudyFaults` with every fault. An
-    instance is therefore always valid. A ratio is None if the physical block determines the ratio, or if there is no
-    particle.
+    ``Study(name=…, axes={…})`` checks the definition like `parse_study`, and raises `StudyFaults` with every fault. So
+    an instance is always valid. A ratio is None if the physical block determines the ratio, or if there is no particle.
     """
 
     model_config = ConfigDict(
@@ -172,7 +171,7 @@ class Study(Choice):
         except ValidationError as error:
             raise StudyFaults(faults_of(error, KEYS, document)) from None
 
-    # without this flag pydantic would validate through this method, and check documents twice
+    # without this flag, pydantic would validate through this method and check documents twice
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
     @model_validator(mode="wrap")
@@ -200,20 +199,20 @@ class Study(Choice):
             faults.extend([fault] if fault else [])
         if study is None or faults:
             raise StudyFaults(faults)
-        # stored like a cached property, and not as a field, because equal studies may have different `assumed`
+        # stored as a cached property instead of a field, because equal studies may have different `assumed`
         study.__dict__["assumed"] = assumed(given)
         return study
 
     @cached_property
     def assumed(self) -> tuple[str, ...]:
-        """Dimensions that the document leaves out, and that therefore have default values."""
+        """Dimensions with default values, because the document omits them."""
         return ()
 
     @cached_property
     def coordinates(self) -> Coordinates:
         """The values of the dimensions in the cube's order: read-only, float64, 1-D and increasing.
 
-        A fixed dimension has length 1. The arrays are cached, because an axis may hold a million values.
+        A fixed dimension has length 1. The arrays are cached, because an axis may have a million values.
         """
         given = self.physical.values() if self.physical is not None else {}
         made = {d.ratio: d for d in derivations(given, self.particle)}
@@ -255,12 +254,12 @@ class Study(Choice):
 
     @property
     def forced(self) -> bool:
-        """Whether the excitation is a force on the structure, and not a shaken base."""
+        """Whether the excitation is a force on the structure instead of a shaken base."""
         return self.excitation == "force"
 
     @property
     def identities(self) -> Coordinates:
-        """The coordinates, which identify a point also across studies."""
+        """The coordinates, which also identify a point across studies."""
         return self.coordinates
 
     @property
@@ -270,7 +269,7 @@ class Study(Choice):
 
     @property
     def whole_rows(self) -> bool:
-        """Whether a block must hold all frequencies, because each response starts from the previous response."""
+        """Whether a block must contain all frequencies, because each response starts from the previous response."""
         return isinstance(self.start, Continuation)
 
     @property
@@ -289,7 +288,7 @@ class Study(Choice):
         return study_digest(self)
 
     def settings(self) -> dict[str, Any] | None:
-        """Return all settings that affect the results at given coordinates, or None if `start` is not rest."""
+        """Return all settings that affect the results at given coordinates; None if `start` is not rest."""
         if self.start != "rest":
             return None
         settings: dict[str, Any] = self.model_dump(
@@ -313,20 +312,20 @@ class Study(Choice):
 
     @property
     def attached(self) -> dict[str, str]:
-        """An empty mapping: workers need no files besides the definition."""
+        """An empty mapping, because workers need only the definition."""
         return {}
 
     def attachments(self) -> dict[str, bytes]:
-        """Return an empty mapping: workers need no files besides the definition."""
+        """Return an empty mapping, because workers need only the definition."""
         return {}
 
     def _repr_html_(self) -> str:
-        """Show in a notebook the varied quantities and the number of points."""
+        """Return HTML for a notebook, with the varied quantities and the number of points."""
         sizes = [(name, _spelled(values)) for name, values in self.coordinates.items()]
         return card(f"Study {self.name}".strip(), [("points", f"{self.points:,}"), *sizes])
 
     def document(self) -> dict[str, Any]:
-        """Return the study as JSON-able data that parses back to an equal study."""
+        """Return the study as JSON-able data. Parsing the data gives an equal study."""
         dumped: dict[str, Any] = self.model_dump(mode="json", exclude_none=True)
         return dumped
 
@@ -350,7 +349,7 @@ def parse_study(document: object, shelf: Shelf | None = None) -> Study | Suite:
     document : object
         The study as read from JSON or YAML.
     shelf : Shelf, optional
-        Store of the records of a suite; not needed for a definition that was stored before.
+        Store with the records of a suite; not needed for a stored definition.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The digest of a study, which does not depend on how the study is written."""
+"""The digest of a study, which does not depend on the notation of the study."""
 
 import hashlib
 import json
@@ -14,15 +14,16 @@ if TYPE_CHECKING:
     from damperlab.studies.definition import Study
 
 _SCHEME = b"damperlab study 1"
-"""Version of the digest. A change of computation or storage needs a new version, so that no old result is reused."""
+"""Version of the digest. A change of computation or storage requires a new version, so that old results are not reused.
+"""
 
 
 def study_digest(study: "Study") -> str:
     """Return the SHA-256 hash of the canonical content of a study, in hexadecimal.
 
-    The hash covers the expanded values of each axis (float64, little endian), so a range and an equal list have one
-    hash. The order of keys, the spelling of numbers, the name, and quantities that the scene ignores have no effect.
-    The physical block is part of the hash, because the block gives the coordinates units.
+    The hash covers the values of each axis (float64, little endian), so a range and an equal list have the same hash.
+    The order of keys, the spelling of numbers, the name, and quantities that the scene ignores have no effect. The hash
+    covers the physical block, because the block determines the units of the coordinates.
     """
     content = hashlib.sha256(_SCHEME)
     for name, values in study.coordinates.items():
@@ -68,6 +69,6 @@ def _bytes(values: NDArray[np.float64]) -> bytes:
 
 def feed(content: "hashlib._Hash", label: str, data: bytes) -> None:
     """Add labelled data to a hash."""
-    # The length is hashed before the data. Otherwise the end of one axis could be read as the start of another axis.
+    # Hashing the length first separates the axes: the end of an axis cannot be mistaken for the start of the next axis.
     content.update(f"{label}:{len(data)}:".encode())
     content.update(data)

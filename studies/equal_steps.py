@@ -1,4 +1,4 @@
-"""The step between equally spaced times that were rounded when they were written."""
+"""The step between equally spaced times, which a file contains in rounded form."""
 
 import math
 import re
@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 UNEVEN = 0.02
 """Largest deviation of a time from equal steps, as a fraction of the step. Times with few digits may deviate more."""
 TOO_FEW_DIGITS = "The times have too few digits: the step between the samples cannot be determined."
-"""Message for a step that cannot be determined, which `equal_step` returns as NaN."""
+"""Message for a step of NaN from `equal_step`."""
 KNOWN = 1e-3
-"""Largest relative uncertainty of a step at which whole samples in ten seconds and whole milliseconds are tried."""
+"""A step with a larger relative uncertainty is not replaced by a whole number of samples in ten seconds or of
+milliseconds.
+"""
 MOST_LIKELY = 3.0
-"""Whole samples per second are tried if the possible sampling rates span less than this [1/s]."""
+"""Whole sampling rates are tried if the possible sampling rates differ by less than this value [1/s]."""
 LEAST_ROUNDED = 3
-"""Smallest number of unequal steps that is attributed to rounding. Fewer unequal steps may be missing samples."""
+"""Smallest number of unequal steps that is attributed to rounding. Fewer unequal steps may indicate missing samples."""
 
 
 def resolution_of(written: Iterable[str]) -> float:
@@ -30,7 +32,7 @@ def resolution_of(written: Iterable[str]) -> float:
 
 
 def wrong_step(line: int, before: float, at: float, usual: float) -> tuple[str, str]:
-    """Return a message about a time [s] that breaks equal steps, and an advice.
+    """Return a message and an advice for a time [s] that breaks the equal steps.
 
     Parameters
     ----------

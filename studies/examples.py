@@ -1,4 +1,4 @@
-"""Studies that can be submitted unchanged, shown with the schema."""
+"""Example studies in the schema, which can be submitted unchanged."""
 
 from typing import Any
 

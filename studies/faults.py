@@ -1,4 +1,4 @@
-"""A fault: an error in a study, with the place and the remedy."""
+"""Faults: errors in a study, each with its place and a remedy."""
 
 import difflib
 import json
@@ -16,10 +16,10 @@ T = TypeVar("T")
 U = TypeVar("U")
 
 MAX_FAULTS = 100
-"""Largest number of faults listed in one answer; further faults are only counted, which keeps the answer small."""
+"""Largest number of faults in one answer, which keeps the answer small. Further faults are only counted."""
 
 WHOLE = "document"
-"""Field name for an error of the document as a whole."""
+"""Field name for an error of the complete document."""
 
 NOTHING = "nothing"
 """Text for a missing value."""
@@ -47,11 +47,11 @@ class Fault:
     advice : str
         The remedy.
     message : str
-        The error and the allowed values as a sentence. If empty, the sentence is formed from `field`, `found` and
-        `allowed`. ``{field}`` stands for the field, whose path changes if a larger document contains this document.
+        The error and the allowed values as a sentence, with ``{field}`` as a placeholder for the field. If empty, the
+        sentence is formed from `field`, `found` and `allowed`.
     meant : str
-        For an unknown key, the known key that was probably meant. For a missing key, another key that would give the
-        value. Empty if there is no such key.
+        For an unknown key, the known key that was probably meant. For a missing key, another key that would determine
+        the value. Empty without such a key.
     """
 
     field: str
@@ -85,7 +85,7 @@ class Fault:
         return {name: getattr(self, name) for name in PARTS} | {"message": self.sentence}
 
     def under(self, parent: str) -> "Fault":
-        """Return the same fault for a larger document, which contains this document at the path ``parent``."""
+        """Return the same fault for a larger document that contains this document at the path ``parent``."""
         return replace(self, field=parent if parent and self.field == WHOLE else join(parent, self.field))
 
 
@@ -131,7 +131,7 @@ def _once(faults: list[Fault]) -> list[Fault]:
 
 
 def attempt(reading: Callable[[], T], otherwise: U, faults: list[Fault]) -> T | U:
-    """Return the result of `reading`. If `reading` raises StudyFaults, append the faults and return `otherwise`."""
+    """Call `reading` and return its result. If it raises StudyFaults, append the faults and return `otherwise`."""
     try:
         return reading()
     except StudyFaults as refused:
@@ -140,14 +140,14 @@ def attempt(reading: Callable[[], T], otherwise: U, faults: list[Fault]) -> T | 
 
 
 def join(parent: str, child: str) -> str:
-    """Join two paths, as in ``axes.clearance_ratio`` or ``metrics[3]``; an empty path is left out."""
+    """Join two paths, as in ``axes.clearance_ratio`` or ``metrics[3]``; an empty path is omitted."""
     if not parent or not child:
         return parent or child
     return parent + child if child.startswith("[") else f"{parent}.{child}"
 
 
 def path(parts: Iterable[object]) -> str:
-    """Return the path of a location in a document. A key that is no identifier is quoted and shortened."""
+    """Return the path of a location in a document. A key that is not an identifier is quoted and shortened."""
     joined = ""
     for part in parts:
         if isinstance(part, int):
@@ -160,7 +160,7 @@ def path(parts: Iterable[object]) -> str:
 
 
 def printable(text: str) -> str:
-    """Quote and shorten a text, and escape characters if the text is not printable."""
+    """Quote and shorten a text. If the text is not printable, escape its characters."""
     shown = json.dumps(text[:_TEXT_SHOWN], ensure_ascii=not text[:_TEXT_SHOWN].isprintable())
     return shown if len(text) <= _TEXT_SHOWN else f"{shown}… ({len(text)} characters)"
 
@@ -196,7 +196,7 @@ MEANT: dict[str, tuple[str, ...]] = {
     "excitation_frequency_hz": ("frequency_hz", "frequency_ratio"),
     **{ratio: (quantity,) for ratio, quantity in MADE_BY.items()},
 }
-"""Equivalent keys in another kind of document. For these keys, a suggestion by spelling would be wrong."""
+"""Equivalent keys in other kinds of document. For these keys, a suggestion by spelling would be wrong."""
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -209,7 +209,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def write_nearest(word: object, known: Iterable[str], otherwise: str = "choose one of these") -> str:
-    """Return the advice to write a known word with similar spelling, or `otherwise` if no known word is similar."""
+    """Return the advice to write the known word with similar spelling, or `otherwise` without such a word."""
     near = nearest(word, known) if isinstance(word, str) else None
     return f"write {near}" if near else otherwise
 

@@ -1,4 +1,4 @@
-"""The fields of questions about a study, from which every interface derives names, types, defaults, limits and help."""
+"""Fields of questions about a study: names, types, defaults, limits and help for every interface."""
 
 import math
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ class Field:
     Parameters
     ----------
     help : str
-        Meaning of the field, with unit and default if the type does not show them.
+        Meaning of the field. Includes unit and default if the type does not show them.
     least, above, most : float, optional
         Limits of a number; the value `above` itself is excluded.
     allowed : tuple of str
@@ -48,9 +48,9 @@ class Field:
     options : tuple of str
         Names of the option on the command line.
     doors : tuple of str
-        Interfaces that offer the field. An interface that sets the field by itself is left out.
+        Interfaces that offer the field. An interface that sets the field itself is omitted.
     studies : bool
-        Whether the values of the field are names of other studies, whose results the answer contains.
+        Whether the values of the field are names of other studies. The answer then also contains their results.
     default : object
         Default of the field; `MISSING` if the field is required.
     name, type
@@ -88,7 +88,7 @@ class Field:
 
     @property
     def is_named(self) -> bool:
-        """Whether the field maps names of dimensions to values or ranges."""
+        """Whether the field is a mapping from names of dimensions to values or ranges."""
         return get_origin(self.core) is get_origin(Ranges)
 
     @property
@@ -98,7 +98,7 @@ class Field:
 
     @property
     def is_repeated(self) -> bool:
-        """Whether the option of a list is repeated for each value. Otherwise a text lists all values: ``A,B``."""
+        """Whether the option of a list is repeated for each value, instead of one text with all values, ``A,B``."""
         return self.is_list and "," not in self.form
 
     @property

@@ -1,4 +1,4 @@
-"""Check a document before validation, and quickly refuse a document that is too large, too deep or malformed."""
+"""Checks before validation: a document that is too large, too deep or malformed is refused quickly."""
 
 from typing import Any, Literal
 
@@ -22,17 +22,17 @@ OTHER: dict[Kind, tuple[Kind, str]] = {
     "study": ("specification", "damperlab design"),
     "specification": ("study", "damperlab run"),
 }
-"""For each kind of document, the other kind that may be given by mistake, and the command for that other kind."""
+"""For each kind of document: the kind that may be submitted by mistake, and the command for the mistaken kind."""
 
 
 class Repeated(dict[str, Any]):
-    """A mapping that was written with repeated keys, which are stored so that they can be refused."""
+    """A mapping that was written with repeated keys. The repeated keys are stored, so that they can be refused."""
 
     keys_repeated: tuple[str, ...] = ()
 
 
 def mapping(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """Return a mapping of the pairs of a document. If keys are repeated, the mapping is a `Repeated`."""
+    """Return a mapping made from pairs of a key and a value. If keys are repeated, the mapping is a `Repeated`."""
     built = dict(pairs)
     if len(built) == len(pairs):
         return built
@@ -62,7 +62,8 @@ def repeated_keys(document: object) -> list[Fault]:
 
 
 def refuse_the_other(document: object, wanted: Kind) -> None:
-    """Refuse a specification given as a study, or a study given as a specification. The fault names the right command.
+    """Refuse a specification in place of a study, or a study in place of a specification. The fault names the right
+    command.
 
     Raises
     ------
@@ -94,7 +95,7 @@ def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
     Raises
     ------
     StudyFaults
-        If the document is no mapping, is too deep or too large, or has keys or values that are not plain data.
+        If the document is not a mapping, is too deep or too large, or has keys or values that are not plain data.
     """
     if not isinstance(document, dict):
         raise StudyFaults([_no_mapping(document)])

@@ -12,7 +12,7 @@ def card(heading: str, rows: Iterable[tuple[str, object]]) -> str:
     heading : str
         Heading of the object.
     rows : iterable of (str, object)
-        Name and value of each row; rows whose value is None are left out.
+        Name and value of each row; a row with the value None is omitted.
     """
     cells = "".join(
         f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(str(value))}</td></tr>'

@@ -1,4 +1,4 @@
-"""The interface of every kind of study, on which planning, storing and scheduling rely."""
+"""The common interface of all kinds of study, for planning, storage and scheduling."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -17,7 +17,7 @@ class AnyStudy(Protocol):
 
     @property
     def coordinates(self) -> Mapping[str, NDArray[Any]]:
-        """The values along every dimension, each 1-D and increasing, in the cube's order."""
+        """The values along every dimension, in the order of the cube. Each array is 1-D and increasing."""
 
     @property
     def labels(self) -> Mapping[str, Mapping[str, str]]:
@@ -25,7 +25,7 @@ class AnyStudy(Protocol):
 
     @property
     def identities(self) -> Mapping[str, NDArray[Any]]:
-        """Coordinates by which points of different studies are compared, in the order of `coordinates`."""
+        """Coordinates for comparing the points of different studies, in the order of `coordinates`."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -45,18 +45,18 @@ class AnyStudy(Protocol):
 
     @property
     def whole_rows(self) -> bool:
-        """Whether a block must hold all of the last dimension, because each point starts from the previous point."""
+        """Whether blocks must contain the complete last dimension, because each point starts from the previous one."""
 
     @property
     def digest(self) -> str:
         """SHA-256 hash of the content of the study, 64 hexadecimal digits."""
 
     def settings(self) -> dict[str, Any] | None:
-        """Return all settings that determine the results at given coordinates, or None if results cannot be shared."""
+        """Return all settings that determine the results at given coordinates; None if results cannot be shared."""
 
     @property
     def attached(self) -> Mapping[str, str]:
-        """SHA-256 hash of each file that workers need besides the definition, by the key of the file in the cube."""
+        """SHA-256 hash of each file that workers need in addition to the definition, by the file's key in the cube."""
 
     def attachments(self) -> dict[str, bytes]:
         """Return the attached files by their keys in the cube.
@@ -68,4 +68,4 @@ class AnyStudy(Protocol):
         """
 
     def document(self) -> dict[str, Any]:
-        """Return the study as JSON-able data that parses back to an equal study."""
+        """Return the study as JSON-able data. Parsing the data gives an equal study."""

@@ -1,4 +1,4 @@
-"""The kinds of study, and how these kinds differ in questions and storage."""
+"""The kinds of study, and their differences in questions and storage."""
 
 from collections.abc import Collection, Container, Mapping
 from dataclasses import dataclass
@@ -32,13 +32,13 @@ class Kind:
     designs : tuple of str
         Dimensions that a designer chooses. The other dimensions are conditions.
     uncontrolled : str
-        Dimension that no designer controls. If a question leaves the dimension free, the answer is the worst value
-        along the dimension.
+        Dimension that no designer controls. If a question does not fix this dimension, the answer is the worst value
+        along it.
     worst : str
-        Sentence that describes the worst value along the uncontrolled dimension. ``{count}`` stands for the number of
-        values of this dimension, ``{band}`` for the range of frequencies.
+        Sentence that describes the worst value along the uncontrolled dimension. The placeholders are ``{count}``, the
+        number of values of this dimension, and ``{band}``, the range of frequencies.
     also : tuple of str
-        Further dimensions that no designer controls. A map shows the worst value along these dimensions by default.
+        Further dimensions that no designer controls. By default, a map shows the worst value along these dimensions.
     axes : tuple of str
         Dimensions that become axes of a map by default, in order of preference. Dimensions with one value come last.
     ranking : frozenset of str
@@ -168,7 +168,7 @@ def dimensions_of_definition(definition: Mapping[str, Any]) -> tuple[str, ...]:
 def shown_axes(
     sizes: Mapping[str, int], x: str | None, y: str | None, taken: Collection[str | None]
 ) -> tuple[str, str]:
-    """Return the two axes of a map. An axis that is not given is chosen among the dimensions without another use.
+    """Return the two axes of a map. A missing axis is chosen among the unused dimensions.
 
     Parameters
     ----------
@@ -186,6 +186,6 @@ def shown_axes(
     }
     free = [name for name in favourites if name not in used]
     free.sort(key=lambda name: sizes[name] == 1)
-    # if no dimension is left, both axes have the same dimension, and the question is refused
+    # if no dimension remains, both axes have the same dimension, and the question is refused
     free += favourites
     return x or free.pop(0), y or free.pop(0)

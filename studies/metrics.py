@@ -1,4 +1,4 @@
-"""Read the list of result variables that a study stores."""
+"""Reading of the list of result variables in a study."""
 
 from collections.abc import Collection
 
@@ -20,7 +20,8 @@ def read_metrics(raw: object, variables: Collection[str], field: str = "") -> tu
     Returns
     -------
     tuple of str
-        Names in the cube's order. `status` is always included, because it shows whether the other values are valid.
+        Names in the order of the cube. `status` is always included, because it shows whether the other values are
+        valid.
 
     Raises
     ------

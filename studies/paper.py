@@ -1,4 +1,4 @@
-"""The numbers that the paper prints, read from a single file."""
+"""Numbers printed in the paper, read from a single file."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -9,12 +9,12 @@ import yaml
 
 @dataclass(frozen=True)
 class PaperNumber:
-    """A number as the paper prints it.
+    """A number as printed in the paper.
 
     Parameters
     ----------
     value : float
-        Value in the unit at the end of the name; a ratio if the name ends without a unit.
+        Value in the unit at the end of the name; a ratio if the name has no unit.
     place : str
         Table or section of the paper that prints the number.
     """

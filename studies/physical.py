@@ -84,11 +84,11 @@ def _read_constant(raw: object) -> str | None:
 class Physical(Choice):
     """A physical case. Each entry is a number or an axis, except `constant`.
 
-    A ratio is derived if the block gives the quantity that belongs to the ratio. For example, `clearance_m` gives the
+    A ratio is derived if the block contains the source quantity of the ratio. For example, `clearance_m` determines the
     clearance ratio, and requires `base_amplitude_m`. If the base amplitude is an axis while friction force and
     clearance of the damper are fixed, the study is over base amplitudes (see `damperlab.studies.amplitudes`). In such a
-    study `constant` may keep the velocity or the acceleration of the base the same at every frequency;
-    `base_amplitude_m` is then the amplitude at the natural frequency. Under a force on the structure the static
+    study, `constant` may specify that the velocity or the acceleration of the base is the same at every frequency;
+    `base_amplitude_m` is then the amplitude at the natural frequency. Under a force on the structure, the static
     displacement F₀/k replaces the base amplitude, and `force_n` determines this displacement.
     """
 
@@ -132,15 +132,15 @@ class Physical(Choice):
         Parameters
         ----------
         points : mapping of ndarray
-            Arrays of `clearance_m`, `friction_force_n` and `base_amplitude_m`, and of `frequency_ratio` if `constant`
-            is given. The arrays must broadcast together.
+            Arrays of `clearance_m`, `friction_force_n` and `base_amplitude_m`, and of `frequency_ratio` unless
+            `constant` is None. The arrays must broadcast together.
         particle : bool
             Whether the scene has a particle.
 
         Returns
         -------
         dict of ndarray
-            `clearance_ratio` and `friction_ratio`, bitwise equal to those of a single point. `clearance_ratio` is 0
+            `clearance_ratio` and `friction_ratio`, with the same bits as for a single point. `clearance_ratio` is 0
             without a particle, and `friction_ratio` is 0 without friction. The ratios of `BEFORE` are added if the
             block determines these ratios.
         """
@@ -170,7 +170,7 @@ class Derivation:
     law : callable
         Function that computes the ratio from arrays of the quantities.
     of_particle : bool
-        Whether a scene without a particle ignores the ratio.
+        Whether the ratio belongs to the particle. Scenes without a particle ignore such a ratio.
     proportional : bool
         Whether the ratio is proportional to the source.
     """
@@ -201,7 +201,7 @@ def _weight(of: Values) -> NDArray[np.float64]:
 
 
 def lying(of: Values) -> float | NDArray[np.float64]:
-    """Return the share of the particle's weight that presses on the floor of the cavity."""
+    """Return the fraction of the particle's weight that presses on the floor of the cavity."""
     if "tilt_deg" not in of:
         return 1.0
     return np.where(of["tilt_deg"] == 90.0, 0.0, cos(RADIAN * of["tilt_deg"]))
@@ -249,7 +249,7 @@ def derivations(given: Mapping[str, object], particle: bool) -> list[Derivation]
 
 
 def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
-    """Return a fault for each violated rule between entries of a physical block. Single entries may be invalid too."""
+    """Return a fault for each violated rule between entries of a physical block. Single entries may also be invalid."""
     faults: list[Fault] = []
     made = derivations(raw, particle)
     crossed = over_amplitudes(raw, particle)

@@ -12,19 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 from damperlab.studies.kind import AnyStudy
 
 Cost = Callable[[AnyStudy, dict[str, NDArray[Any]]], NDArray[np.float64]]
-"""Function from a study and the coordinates of N points to the expected seconds of each point, shape (N,), above 0."""
+"""Function of a study and the coordinates of N points. The function returns the expected seconds of each point, shape
+(N,).
+"""
 
 BLOCK_SECONDS = 2.0
-"""Expected time of a block of a long study. Scheduling and storing a block take much less time."""
+"""Expected time of a block in a long study. Scheduling and storing a block take much less time."""
 
 SHORTEST_BLOCK_SECONDS = 0.125
-"""Shortest time for which a block is planned. A shorter block would be mostly overhead."""
+"""Shortest expected time of a block. In a shorter block, most of the time would be overhead."""
 
 SLOWEST_BLOCK_SECONDS = 10.0
 """Expected time of a block in the slowest part of a study."""
 
 BALANCED_BLOCKS = 32
-"""Smallest number of blocks of a study that takes a few seconds or more, so that few workers are idle at the end."""
+"""Smallest number of blocks in a study of a few seconds or more, so that few workers are idle at the end."""
 
 MAX_BLOCK_POINTS = 65_536
 MAX_BLOCKS = 50_000
@@ -42,7 +44,8 @@ _FEWEST_SAMPLES = 3
 _SAMPLED = 16
 """Largest number of points at which the cost of a block is sampled."""
 _MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 2
-"""Largest number of sampled points in a plan, and smallest number in a block. The limit in a block takes precedence."""
+"""Largest number of sampled points in a plan, and smallest number in a block. The limit for a block takes precedence.
+"""
 _BLOCKS_AT_ONCE = 1024
 
 
@@ -64,7 +67,7 @@ class Block:
 
     @classmethod
     def whole(cls, shape: tuple[int, ...]) -> "Block":
-        """Return one block that covers a whole grid of this shape."""
+        """Return one block that covers a complete grid of this shape."""
         return cls(0, (0,) * len(shape), shape)
 
     @property
@@ -79,7 +82,8 @@ class Block:
 
 
 class Plan:
-    """The blocks of a study. All blocks have the same shape, except for smaller blocks at the upper edges of the grid.
+    """The blocks of a study. All blocks have the same shape, except that blocks at the upper edges of the grid may be
+    smaller.
 
     Parameters
     ----------
@@ -137,7 +141,7 @@ class Plan:
         return seconds
 
     def _within(self, indices: NDArray[np.int64], places: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        """Return the coordinates of points at equal relative positions in each block, one block after the other."""
+        """Return the coordinates of points at the same relative positions in each block, block by block."""
         points: dict[str, NDArray[Any]] = {}
         for (name, values), position, size, place in zip(
             self._coordinates.items(), np.unravel_index(indices, self.grid), self.chunk, places.T, strict=True
@@ -159,7 +163,7 @@ class Plan:
 
     @property
     def seconds(self) -> float:
-        """Expected seconds of the whole study on one core."""
+        """Expected seconds of the complete study on one core."""
         return float(self.block_seconds.sum())
 
     def order(self, indices: ArrayLike | None = None) -> NDArray[np.int64]:
@@ -176,11 +180,11 @@ class Plan:
 
 
 def make_plan(study: AnyStudy, cost: Cost) -> Plan:
-    """Cut a study into blocks of about two seconds.
+    """Divide a study into blocks of about two seconds.
 
-    A short study gets shorter blocks, so that it has `BALANCED_BLOCKS` blocks. These blocks still take
-    `SHORTEST_BLOCK_SECONDS` or more. A very long study gets longer blocks, so that it has at most `MAX_BLOCKS` blocks.
-    A block has at most `MAX_BLOCK_POINTS` points. Rows that must stay complete (`AnyStudy.whole_rows`) may have more.
+    A short study is divided into `BALANCED_BLOCKS` shorter blocks, if each still takes `SHORTEST_BLOCK_SECONDS`. A very
+    long study is divided into longer blocks, at most `MAX_BLOCKS`. A block has at most `MAX_BLOCK_POINTS` points,
+    except for rows that must be complete (`AnyStudy.whole_rows`).
     """
     mean, most = _sampled_cost(study, cost)
     shape = study.shape
@@ -200,12 +204,12 @@ def make_plan(study: AnyStudy, cost: Cost) -> Plan:
 
 
 def plan_with_chunk(study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> Plan:
-    """Return the plan of a study with a known block shape, for example of an existing cube.
+    """Return the plan of a study with a given block shape, for example the shape in an existing cube.
 
     Raises
     ------
     ValueError
-        If blocks of this study cannot have the shape `chunk`, or if `chunk` divides rows that must stay complete.
+        If blocks of this study cannot have the shape `chunk`, or if `chunk` divides rows that must be complete.
     """
     shape = study.shape
     if study.whole_rows and chunk[-1] != shape[-1]:
@@ -234,7 +238,7 @@ def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
     picked = []
     for name, values in study.coordinates.items():
         count = min(len(values), _SAMPLES.get(name, _FEWEST_SAMPLES))
-        # the centres of equal parts are sampled, because each end of an axis represents fewer points
+        # the centres of equal parts are sampled, because the ends of an axis would represent fewer points
         picked.append(values[((np.arange(count) + 0.5) * len(values) / count).astype(np.int64)])
     mesh = np.meshgrid(*picked, indexing="ij")
     points = {name: axis.ravel() for name, axis in zip(study.coordinates, mesh, strict=True)}
@@ -243,7 +247,7 @@ def _sampled_cost(study: AnyStudy, cost: Cost) -> tuple[float, float]:
 
 
 def _lattice(count: int, dimensions: int) -> NDArray[np.float64]:
-    """Return points that are spread over a unit box, shape (count, dimensions).
+    """Return points spread over a unit box, shape (count, dimensions).
 
     The points are equally spaced along the last dimension. The other coordinates are the fractional parts of multiples
     of 1/g, 1/g² and so on. The generalised golden ratio g is the solution of g^d = g + 1 with d = `dimensions`.

@@ -1,9 +1,9 @@
-"""Functions whose results have the same bits on every processor.
+"""Functions that return the same bits on every processor.
 
-On processors with AVX-512, numpy has separate code for exponentials, logarithms, sines and powers. Matrix products are
-passed to OpenBLAS, which has different code for each family of processors. The last bits of results would depend on the
-processor, and so would records generated from a seed and fits of chaotic responses. In this module the C library
-computes each value, and the products of every row are summed in the same order.
+On processors with AVX-512, numpy uses separate code for exponentials, logarithms, sines and powers. For matrix
+products, numpy uses OpenBLAS, which has different code for each family of processors. With numpy, the last bits of
+results would depend on the processor. Records generated from a seed and fits of chaotic responses would then differ. In
+this module, the C library computes each value, and the products in every row are summed in the same order.
 """
 
 import math
@@ -67,12 +67,12 @@ def power(base: ArrayLike, exponent: ArrayLike) -> Floats:
 
 
 def product(a: ArrayLike, b: ArrayLike) -> Floats:
-    """Return the product of two matrices or vectors, as by `a @ b`.
+    """Return the product of two matrices or vectors, like `a @ b`.
 
     Parameters
     ----------
     a : array, shape (..., k)
-        Equal rows give bitwise equal sums, which libraries for matrix products do not guarantee.
+        Equal rows give sums with equal bits, unlike in libraries for matrix products.
     b : array, shape (k,) or (k, m)
     """
     subscripts = "...i,i->..." if np.ndim(b) == 1 else "...i,ij->...j"

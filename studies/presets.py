@@ -1,16 +1,16 @@
-"""The contact times that the paper measured, by name.
+"""Contact times measured in the paper, by name.
 
-Each contact time has two readings: the printed value, and a value that is 20 times shorter. The shorter value is
-correct if the paper read the times from a slow-motion film without conversion.
+Each contact time has two values: the printed value, and a value that is 20 times shorter. The shorter value is correct
+if the printed times were measured in a slow-motion film.
 """
 
 from dataclasses import dataclass
 from math import pi
 
 NATURAL_FREQUENCY_HZ = 2.5
-"""Natural frequency of the paper's structure, which converts the contact times into units of 1/ω_n."""
+"""Natural frequency of the structure in the paper, for conversion of the contact times into units of 1/ω_n."""
 SLOW_MOTION = 20.0
-"""Factor by which the film for the contact times was slowed down."""
+"""Slow-motion factor of the film for the contact times."""
 
 
 @dataclass(frozen=True)
@@ -45,4 +45,4 @@ CONTACT_TIMES: dict[str, ContactTime] = {
     "paper_hard_real": ContactTime(_HARD_S / SLOW_MOTION, "2.3 ms, if 0.046 s was read off slow motion"),
     "paper_soft_real": ContactTime(_SOFT_S / SLOW_MOTION, "20.55 ms, if 0.411 s was read off slow motion"),
 }
-"""Contact times from Table 1 of the paper, by the name that a study may give instead of a number."""
+"""Contact times from Table 1 of the paper. A study may contain the name instead of a number."""

@@ -1,4 +1,4 @@
-"""Translate validation errors of pydantic into faults of a study."""
+"""Translation of validation errors of pydantic into faults of a study."""
 
 import re
 from collections.abc import Mapping
@@ -37,12 +37,12 @@ _CHOSEN = ("literal_error", "enum")
 
 
 def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
-    """Translate the error of pydantic about one value.
+    """Translate an error of pydantic about one value.
 
     Parameters
     ----------
     field : str
-        Name by which a user gave the value: a key, a request parameter or an option.
+        Name of the value for the user: a key, a request parameter or an option.
     found : mapping
         One entry of ``ValidationError.errors()``.
     """
@@ -64,7 +64,7 @@ def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
 
 
 def _given(value: object) -> str:
-    """Describe a value. A text that spells a number is shown as a number, because URLs and options hold only texts."""
+    """Describe a value. A text with a number is shown as a number, because URLs and options contain only texts."""
     return value.strip() if isinstance(value, str) and _NUMBER.fullmatch(value) else describe(value)
 
 
@@ -80,7 +80,7 @@ def faults_of(
     keys : mapping of str to tuple of str
         Allowed keys of the mapping at each path, for advice. The path of the whole document is ``""``.
     document : object
-        The validated document. Advice does not suggest keys that the document already has.
+        The validated document. Keys that the document already has are not suggested.
     """
     faults: list[Fault] = []
     for found in error.errors(include_url=False):

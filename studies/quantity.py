@@ -1,4 +1,4 @@
-"""The numeric quantities of a study, with bounds, JSON schemas, and functions that read numbers from documents."""
+"""The numeric quantities of a study, with bounds and JSON schemas, and the reading of numbers from documents."""
 
 from dataclasses import dataclass
 from math import isnan
@@ -17,7 +17,7 @@ class Quantity:
     name : str
         Name in documents.
     meaning : str
-        Meaning of the quantity with its symbol, one line for the schema.
+        Meaning of the quantity with its symbol, on one line for the schema.
     lowest, highest : float
         Bounds.
     below : bool
@@ -46,7 +46,7 @@ class Quantity:
         return self.meaning[self.meaning.rindex("[") + 1 : -1] if self.meaning.endswith("]") else ""
 
     def schema(self, default: float | None = None) -> dict[str, Any]:
-        """Return the JSON schema of the quantity. A default that is None or NaN is left out."""
+        """Return the JSON schema of the quantity. A default of None or NaN is omitted."""
         found: dict[str, Any] = {"type": "number", "description": self.meaning, "minimum": self.lowest}
         found["exclusiveMaximum" if self.below else "maximum"] = self.highest
         if default is not None and not isnan(default):
@@ -63,7 +63,7 @@ class Quantity:
         Raises
         ------
         StudyFaults
-            If `raw` is not a number or is out of bounds. Booleans and texts are no numbers.
+            If `raw` is not a number or is out of bounds. Booleans and texts are not numbers.
         """
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise StudyFaults([Fault(field, describe(raw), self.allowed, number_advice(raw, self.unit))])
@@ -79,7 +79,7 @@ def read_count(raw: object, lowest: int, highest: int, field: str = "") -> int:
     Raises
     ------
     StudyFaults
-        If `raw` is no whole number within the bounds.
+        If `raw` is not a whole number within the bounds.
     """
     allowed = f"a whole number from {lowest:,} to {highest:,}"
     whole = isinstance(raw, int) or (isinstance(raw, float) and raw.is_integer())
@@ -90,7 +90,8 @@ def read_count(raw: object, lowest: int, highest: int, field: str = "") -> int:
     return int(raw)
 
 
-# With these bounds every product is finite and far from underflow. The values of real dampers lie well inside.
+# Within these bounds every product is finite and far from underflow.
+# The values of real dampers are well inside the bounds.
 DAMPING_RATIO = Quantity(
     "damping_ratio", "structural damping ratio ζ = c/(2√(kM))", 0.0, 1.0,
     "the structure must be underdamped; the paper's has 0.0038", below=True,
@@ -110,8 +111,8 @@ CLEARANCE_RATIO = Quantity(
 FRICTION_RATIO = Quantity(
     "friction_ratio", "friction ratio γ_F = F_f/(kZ)", 0.0, 1e12, "give 0 for a scene without friction"
 )
-# Outside these bounds the periods of structure and excitation differ by a factor above 10^4. The response is then
-# quasi-static or isolated, and the smaller term of the closed forms is inaccurate.
+# Outside these bounds the periods of structure and excitation differ by a factor above 10^4.
+# The response is then quasi-static or isolated, and the closed forms lose digits in their smaller term.
 FREQUENCY_RATIO = Quantity(
     "frequency_ratio",
     "frequency ratio r = ω/ω_n",
@@ -133,7 +134,7 @@ CAVITY_NAMES = {
     PARTICLE_FRICTION.name: ("friction coefficient of the particle", "μ_i", "1"),
     TILT.name: ("tilt of the cavity", "α", "degree"),
 }
-"""Words, symbol and CF unit of each quantity of a cavity. Long names are made from the words and the symbol."""
+"""Words, symbol and CF unit of each quantity of a cavity. Words and symbol form the long name."""
 PARTICLE_FRICTION_RATIO = Quantity(
     "particle_friction_ratio",
     "friction of the particle κ = μ_i g/(ω_n²·Z)",
@@ -152,6 +153,6 @@ RATIOS: dict[str, Quantity] = {
     q.name: q
     for q in (DAMPING_RATIO, RESTITUTION, MASS_RATIO, CLEARANCE_RATIO, FRICTION_RATIO, FREQUENCY_RATIO)
 }
-"""The quantity of each of the six dimensions of a cube, in the order of the cube."""
+"""The quantities of the six dimensions of a cube, in the order of the cube."""
 QUANTITY_OF = RATIOS | {each.name: each for each in (PARTICLE_FRICTION_RATIO, GRAVITY_RATIO)}
 """The quantity of every dimension that a cube may have."""

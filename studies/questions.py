@@ -1,4 +1,4 @@
-"""The inputs of questions about a study, as frozen dataclasses. Every interface offers the fields of these classes."""
+"""Inputs of questions about a study, as frozen dataclasses. Every interface offers the fields of these classes."""
 
 from dataclasses import MISSING, dataclass
 
@@ -45,7 +45,7 @@ _WITH = ("--with",)
 
 @dataclass(frozen=True)
 class Judging:
-    """Criterion and constraints for ranking designs. All kinds of ranking have these fields."""
+    """Criterion and constraints for ranking designs, common to all kinds of ranking."""
 
     objective: Objective | None = asked(
         None,
@@ -87,7 +87,7 @@ class Listed:
 
 @dataclass(frozen=True)
 class Ranking(Listed):
-    """Further fields of a ranking, and the follow-up studies that the ranking includes."""
+    """Further fields of a ranking, and the included follow-up studies."""
 
     pareto: tuple[str, ...] | None = asked(
         None,
@@ -121,7 +121,7 @@ class Ranking(Listed):
 
 @dataclass(frozen=True)
 class Selection:
-    """The result that is shown, and the point or slice of the study."""
+    """The result to show, and the point or slice of the study."""
 
     metric: str | None = asked(
         None,
@@ -134,7 +134,7 @@ class Selection:
 
 @dataclass(frozen=True)
 class Followed(Selection):
-    """The result that is shown over the frequency, and the design."""
+    """The result to show over the frequency, and the design."""
 
     metric: str | None = asked(
         None,
@@ -159,7 +159,7 @@ class Plane:
 
 @dataclass(frozen=True)
 class Fragile:
-    """The limit, the result that may exceed the limit, and the damper of a ground-motion suite."""
+    """Inputs of a fragility curve: the limit, the limited result, and the damper of a ground-motion suite."""
 
     threshold: float = asked(
         MISSING, "Limit that the result exceeds, in its SI unit; 0.02 for 20 mm.", above=0
@@ -180,7 +180,7 @@ class Fragile:
 
 @dataclass(frozen=True)
 class Window:
-    """The part of a map that a screen shows."""
+    """The visible part of a map."""
 
     x_range: Range | None = asked(None, "Show only this range of the horizontal axis.", doors=("http",))
     y_range: Range | None = asked(None, "Show only this range of the vertical axis.", doors=("http",))
@@ -220,7 +220,7 @@ class Subtracted:
 
 @dataclass(frozen=True)
 class Tuning:
-    """The tuned mass damper that a design is compared with."""
+    """The tuned mass damper for comparison with a design."""
 
     criterion: Criterion = asked("minimax", "How the tuned mass damper is tuned.", meanings=CRITERIA)
     mass_ratio: float | None = asked(
@@ -252,7 +252,7 @@ class Tuning:
 
 @dataclass(frozen=True)
 class FollowUps:
-    """Finished follow-up studies, and whether further studies are computed."""
+    """Finished follow-up studies, and the choice whether to compute further studies."""
 
     with_: tuple[str, ...] = asked(
         (),
@@ -260,7 +260,7 @@ class FollowUps:
         form="ID",
         options=_WITH,
         studies=True,
-        # the command computes the follow-up studies itself, and finds finished ones again
+        # the command itself computes the follow-up studies and finds finished studies
         doors=("http", "client"),
     )
     dry_run: bool = asked(False, "Report known results and the next points; compute nothing.")
@@ -294,7 +294,7 @@ class Design:
 
 @dataclass(frozen=True)
 class Boundary:
-    """The dimension along which a change of the response class is located, and the values of the other dimensions."""
+    """The dimension for locating a change of the response class, and the values of the other dimensions."""
 
     along: str | None = asked(
         None,
@@ -308,7 +308,7 @@ class Boundary:
 
 @dataclass(frozen=True)
 class Compared:
-    """The record under which dampers are compared, and the settings of the comparison.
+    """The record for a comparison of dampers, and the settings of the comparison.
 
     The parameters of structure and dampers are in `ground.quantities.QUANTITIES`.
     """
@@ -316,7 +316,7 @@ class Compared:
     record: str = asked(
         "loma-prieta",
         "Ground-motion record: the name of an earthquake, or the id of a record.",
-        # the command takes the record as an argument, which may also name a file
+        # in the command, the record is an argument, which may also be a file
         doors=("http", "client"),
     )
     tmd_criterion: Criterion = asked("den_hartog", "How the tuned mass damper is tuned.", meanings=CRITERIA)
@@ -338,7 +338,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Simulated:
-    """Settings for computing one design point. The ratios of the point have the same names as in a study."""
+    """Settings for the computation of one design point. The ratios of the point have the same names as in a study."""
 
     cycles: int | None = asked(
         None,

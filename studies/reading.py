@@ -1,4 +1,4 @@
-"""Read studies from texts and files, and read the named studies of the package."""
+"""Reading of studies from texts and files, and of the named studies of the package."""
 
 from itertools import takewhile
 
@@ -24,7 +24,7 @@ def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = No
     Raises
     ------
     StudyFaults
-        If the text breaks the rules of its format, or the study has faults. The error lists all faults.
+        If the text is not valid in its format, or if the study has faults. The error lists all faults.
     """
     return parse_study(load_text(text, format, guarded=True), shelf)
 
@@ -79,7 +79,7 @@ def named_studies() -> dict[str, Study]:
 
 
 def named_descriptions() -> dict[str, str]:
-    """Return the description of each named study: the first paragraph above the definition."""
+    """Return the description of each named study, which is the first paragraph of comments in its file."""
     found = {}
     for name, text in named_texts().items():
         lines = takewhile(lambda line: line.startswith("# "), text.decode("utf-8").splitlines())

@@ -1,4 +1,4 @@
-"""An annotation for fields of pydantic models, whose raw values are read by a function of this package."""
+"""An annotation for fields of pydantic models: a function of this package reads the raw value."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from pydantic_core import CoreSchema, core_schema
 
 @dataclass(frozen=True)
 class Reads:
-    """Validation of a field by a single function, which raises `StudyFaults` for an invalid value.
+    """Validation of a field by a function that raises `StudyFaults` for an invalid value.
 
     The number types of pydantic are not used, because they accept texts and booleans.
 

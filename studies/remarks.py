@@ -1,4 +1,4 @@
-"""Remarks of users about a study: a new name, tags and a note. Remarks are not part of the definition."""
+"""Remarks of users on a study: a new name, tags and a note. Remarks are not part of the definition."""
 
 import re
 from collections.abc import Sequence
@@ -14,22 +14,22 @@ MOST_NOTE = 4000
 """Largest number of characters of a note."""
 TAG = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 KNOWN = ("tags", "note", "name")
-"""The remarks that a study may have; a design has only a name."""
+"""Remarks on a study; for a design, only `name` is allowed."""
 TAG_WORDS = "up to 40 lower-case letters a to z, digits and hyphens, the first no hyphen"
 
 
 @dataclass(frozen=True)
 class Remarks:
-    """Checked tags, note and name. None stands for a remark that is not changed.
+    """Checked tags, note and name. A remark of None is not changed.
 
     Parameters
     ----------
     tags : tuple of str, optional
         Tags in sorted order, each once.
     note : str, optional
-        A text that may have several lines.
+        Text of one or several lines.
     name : str, optional
-        The new name of the study. The definition keeps the name that the study had at submission.
+        The new name of the study. The definition keeps the original name.
     """
 
     tags: tuple[str, ...] | None = None
@@ -38,7 +38,7 @@ class Remarks:
 
 
 def read_remarks(document: object, known: Sequence[str] = KNOWN) -> Remarks:
-    """Check remarks about a study or a design.
+    """Check remarks on a study or a design.
 
     Parameters
     ----------

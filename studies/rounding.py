@@ -1,22 +1,22 @@
-"""Decide which errors are only rounding, for the command line, the client and the page."""
+"""Errors that are only rounding, for the command line, the client and the page."""
 
 from collections.abc import Container, Hashable
 
 ROUNDING = 1e-9
-"""Share of a value below which the error of this value is attributed to floating-point rounding."""
+"""Relative error up to which an error is attributed to floating-point rounding."""
 ROUNDING_WORD = "rounding"
-"""Word that a table shows instead of an error that is only rounding. A sentence omits such an error."""
+"""Word in a table in place of an error that is only rounding. A sentence omits such an error."""
 VALUES_OF_ERROR = {
     "error": ("value",),
     "amplitude_error": ("amplitude_ratio", "hybrid"),
     "amplitude_error_m": ("amplitude_m",),
     "other_amplitude_error": ("other",),
 }
-"""For each column of errors, the columns of values to which the errors may belong."""
+"""For each column of errors, the possible columns of the corresponding values."""
 
 
 def value_of_error(name: str, names: Container[Hashable]) -> str | None:
-    """Return the column in `names` to which the errors in the column `name` belong, or None without such a column."""
+    """Return the column in `names` with the values for the errors in column `name`; None without such a column."""
     return next((value for value in VALUES_OF_ERROR.get(name, ()) if value in names), None)
 
 

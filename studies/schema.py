@@ -6,7 +6,7 @@ from damperlab.studies.definition import Study
 
 
 def study_json_schema() -> dict[str, Any]:
-    """Return the JSON schema of a study. The schema has no references, so that any document can embed it."""
+    """Return the JSON schema of a study. The schema has no references, so any document can embed it."""
     schema = Study.model_json_schema()
     definitions: dict[str, Any] = schema.pop("$defs", {})
     return {key: _inline(value, definitions) for key, value in schema.items()}

@@ -1,4 +1,4 @@
-"""Types that several kinds of answers share.
+"""Types for several kinds of answers.
 
 JSON schemas of answers are derived from these types. In a document, a number that is not finite is None.
 """
@@ -28,16 +28,16 @@ class Says:
 
 
 class Like:
-    """An annotation for a value that has the form of another type in the document, for example of a dataclass.
+    """An annotation for a value that the document shows in the form of another type, for example a dataclass.
 
     Parameters
     ----------
     kind : type
-        The type whose form the value has in the document.
+        The type that determines the form in the document.
     *without : str
         Fields that the document omits.
     **instead : type
-        Types of fields that have another type in the document, or that exist only in the document.
+        Types of fields with a different type in the document, and of fields that exist only in the document.
     """
 
     def __init__(self, kind: Any, *without: str, **instead: type) -> None:
@@ -67,7 +67,7 @@ class Like:
 Count = Annotated[int, Says(minimum=0)]
 Number = float | None
 Measured = Annotated[float, Says(type=["number", "null"])]
-"""A number in a dataclass. A missing number is NaN in the dataclass, and None in the document."""
+"""A number in a dataclass. A missing number is NaN in the dataclass and None in the document."""
 Numbers = list[Number]
 Plane = list[list[float | str | None]]
 """Rows of values, [y][x]."""
@@ -89,7 +89,7 @@ class OfStudy(TypedDict):
 
 
 class OfCube(OfStudy):
-    """An answer from a cube, part of which may still be missing."""
+    """An answer from a cube that may still be incomplete."""
 
     complete: Annotated[float, Says(minimum=0, maximum=1, description="Share that has been computed.")]
     note: str

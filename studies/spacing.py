@@ -1,7 +1,7 @@
-"""Evenly and logarithmically spaced values, each rounded once from its exact value.
+"""Evenly and logarithmically spaced values, each rounded once from the exact value.
 
-Sums and products of doubles depend on the start of a range, on the processor and on the version of the library. The
-same coordinate could then be 0.725 in one range and 0.7250000000000001 in another range.
+Sums and products of doubles would depend on the start of a range, on the processor and on the version of the library.
+The same coordinate could then be 0.725 in one range and 0.7250000000000001 in another range.
 """
 
 from decimal import Context, Decimal
@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 _EXACT = 2**53
-"""Bound below which every whole number is exactly representable as a double."""
+"""Bound up to which every whole number is a double."""
 
 _BITS = 256
-"""Bits of the factor between logarithmically spaced values. After a million products some 230 bits are still exact."""
+"""Bits of the factor between logarithmically spaced values. After a million products, about 230 bits are still exact.
+"""
 
 
 def evenly_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
@@ -65,7 +66,7 @@ def log_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
     first, last = _decimal(start), _decimal(stop)
     precise = Context(prec=100)
     ratio = precise.divide(_rounded(last, precise), _rounded(first, precise))
-    # the decimal module rounds logarithm and exponential correctly, so that they are equal on every machine
+    # the decimal module rounds logarithm and exponential correctly, so they are equal on every machine
     factor = precise.exp(precise.divide(precise.ln(ratio), Decimal(max(1, num - 1))))
     fixed = int(precise.multiply(factor, precise.power(Decimal(2), Decimal(_BITS))).to_integral_value())
     value, below = (first.numerator << _BITS) // first.denominator, 1 << _BITS

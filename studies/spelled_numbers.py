@@ -1,4 +1,4 @@
-"""Advice on texts where a number is expected: the probable meaning, and the correct spelling."""
+"""Advice on texts in place of numbers: the probable meaning, and the correct spelling."""
 
 import math
 import re
@@ -20,15 +20,15 @@ WRITE_POINTS = (
     "number format is English"
 )
 COMMAS_FOUND = "{field} has a number with a decimal comma, or with a comma between thousands."
-"""Message about a table, given once and not for each number."""
+"""Message about a table, shown once instead of for each number."""
 _THOUSANDS = 3
 """Number of digits after a comma that may separate thousands."""
 _LONGEST = 60
-"""Largest length of a text that is examined; real numbers are shorter."""
+"""Largest length of an examined text; real numbers are shorter."""
 
 
 def number_advice(raw: object, unit: str | None = None) -> str:
-    """Say how to write the number that a text probably means.
+    """Return advice on how to write the number that a text probably means.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def number_advice(raw: object, unit: str | None = None) -> str:
 
 
 def read_decimal(text: str) -> float:
-    """Read a plain number, or a Fortran number with a D before the exponent. Return NaN for other texts."""
+    """Read a plain number, or a Fortran number with a D before the exponent; return NaN for other texts."""
     return float(text.lower().replace("d", "e")) if _FORTRAN.fullmatch(text) else math.nan
 
 
@@ -75,7 +75,7 @@ def comma_of_thousands(cells: Iterable[str]) -> str | None:
 
 
 def range_advice(raw: object) -> str:
-    """Say how to write a range if a text looks like a range. Return an empty text otherwise."""
+    """Return advice on how to write a range if a text looks like a range, else an empty text."""
     if not isinstance(raw, str) or len(raw) > _LONGEST or not (span := _SPAN.match(raw)):
         return ""
     return f"write a range as {{start: {span[1]}, stop: {span[2]}, num: 11}}, with as many values as you need"

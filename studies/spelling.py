@@ -1,4 +1,4 @@
-"""Write quantities in SI units for drawings, reports and sentences. Only this module converts to mm and g."""
+"""Quantities in SI units as text, for drawings, reports and sentences. Only this module converts to mm and g."""
 
 UNITS = {
     "_n_s_per_m": "N s/m",
@@ -18,7 +18,7 @@ UNITS = {
     "_s": "s",
     "_deg": "°",
 }
-"""Units by the ending of a quantity's name. The first match is used, so endings of several words come first."""
+"""Units by the ending of a quantity's name. The first match is used, so longer endings come first."""
 
 
 def spelled(value: float, unit: str, digits: int = 4) -> str:
@@ -46,5 +46,5 @@ def _ending_of(name: str) -> str:
 
 
 def quantity(name: str, value: float, digits: int = 4) -> str:
-    """Write a value with the unit that the name of the quantity states, for example m for `clearance_m`."""
+    """Write a value with the unit at the end of the quantity's name, for example m for `clearance_m`."""
     return spelled(value, unit_of(name), digits)

@@ -1,4 +1,4 @@
-"""A force on the structure in newtons: the static displacement F₀/k replaces the base amplitude."""
+"""A force on the structure in newtons, and its static displacement F₀/k, which replaces the base amplitude."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -14,9 +14,9 @@ _SAME = 1e-9
 
 
 def with_static_displacement(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a study's document with the base amplitude that the force determines.
+    """Return the document of a study with the base amplitude that corresponds to the force.
 
-    The document is unchanged if the force is missing or faulty, or if a base amplitude is given.
+    The document is unchanged if the force is missing or faulty, or if the document has a base amplitude.
     """
     made = _made(document)
     if made is None or AMPLITUDE in document["physical"]:
@@ -33,7 +33,7 @@ def without_force(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Name the force in faults of the derived base amplitude. Faults that follow from another fault are dropped."""
+    """Name the force in faults of the derived base amplitude, and omit faults that follow from another fault."""
     physical = raw.get("physical")
     force = None
     if isinstance(physical, dict) and AMPLITUDE not in physical:
@@ -46,7 +46,7 @@ def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterat
 
 
 def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find faults between a force and the rest of a study. `document` must come from `with_static_displacement`."""
+    """Find conflicts between a force and other fields in a document from `with_static_displacement`."""
     physical = document.get("physical")
     if not isinstance(physical, dict):
         return
@@ -74,7 +74,9 @@ def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _made(document: Mapping[str, Any]) -> Any:
-    """Return the base amplitude as a number, list or range like the force, or None if force or stiffness is unknown."""
+    """Return the base amplitude in the form of the force (number, list or range); None if force or stiffness is
+    unknown.
+    """
     physical = document.get("physical")
     if not isinstance(physical, dict):
         return None

@@ -1,4 +1,4 @@
-"""Read JSON and YAML as plain data, in bounded time. Repeated keys, aliases and tags are refused."""
+"""Reading of JSON and YAML as plain data, in bounded time. Repeated keys, aliases and tags are refused."""
 
 import json
 import math
@@ -34,25 +34,25 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\
 _INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
 _PLAIN_DIGITS = 400
-"""Largest number of digits of an integer. Longer whole numbers are read as floats, which takes much less time."""
+"""Largest number of digits of an integer. Longer whole numbers are read as floats, which is much faster."""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def is_file(path_or_name: str) -> bool:
-    """Return whether a text has the suffix of a document, or is the path of an existing file."""
+    """Return whether a text has the suffix of a document file or is the path of an existing file."""
     return Path(path_or_name).suffix.lower() in FORMATS or Path(path_or_name).is_file()
 
 
 def read_file(path: Path | str, what: str) -> tuple[bytes, Format]:
-    """Read the text of a file, up to one byte more than `load_text` accepts.
+    """Read the text of a file, at most one byte more than `load_text` accepts.
 
     Parameters
     ----------
     path : Path or str
         A ``.json``, ``.yaml`` or ``.yml`` file.
     what : str
-        The expected content in one word, which is also the field of the fault.
+        The expected content in one word, used as the field of the fault.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def read_file(path: Path | str, what: str) -> tuple[bytes, Format]:
 def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -> Any:
     """Read a document.
 
-    YAML is read by the 1.2 core schema: ``1e-4`` is a number, ``yes`` and dates are texts.
+    YAML is read by the core schema of YAML 1.2: ``1e-4`` is a number, and ``yes`` and dates are texts.
 
     Parameters
     ----------
@@ -92,14 +92,14 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
     written_in : {"json", "yaml"}
         Format of the text.
     guarded : bool
-        Whether `damperlab.studies.guard.guard` examines the document afterwards. Repeated keys are then left to the
-        guard, which reports them together with other faults.
+        Whether `damperlab.studies.guard.guard` checks the document afterwards. The guard then reports repeated keys
+        together with other faults.
 
     Raises
     ------
     StudyFaults
-        If the text is too large, is not UTF-8, breaks the rules of its format, or has repeated keys. Faults of the
-        format state line and column.
+        If the text is too large, is not UTF-8, is not valid in its format, or has repeated keys. Faults of the format
+        state line and column.
     """
     document = _load(text, written_in)
     if not guarded and (faults := repeated_keys(document)):
@@ -108,9 +108,9 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
 
 
 def unknown_name(name: str, wanted: Kind, named: Iterable[str], others: Container[str]) -> StudyFaults:
-    """Return the fault of a text that names neither a file nor a built-in document.
+    """Return the fault of a text that is neither a file nor the name of a document of the package.
 
-    If the text names a study where a specification is wanted, or the reverse, the fault names the right command.
+    If the text names a study in place of a specification, or the reverse, the fault names the right command.
     """
     allowed = f"a .json, .yaml or .yml file, or one of {listing(named)}"
     told = f"{printable(name)} is neither a file nor a named {wanted}: give {allowed}."
@@ -151,7 +151,7 @@ def _refused(found: str, allowed: str, advice: str, told: str = "") -> StudyFaul
 
 
 def _load_json(text: str, studies: int) -> Any:
-    # Counting characters is much faster than parsing. The guard would refuse such a document later in any case.
+    # Counting characters is much faster than parsing, and the guard would refuse such a document later.
     most = 2 * studies
     if text.count("{") + text.count("[") > most * MAX_CONTAINERS or text.count(",") > most * MAX_VALUES:
         told = f"The document has far more values than a study needs; at most {MAX_VALUES:,} are allowed."
@@ -191,7 +191,7 @@ def _load_yaml(text: str) -> Any:
 
 
 def _tab(text: str, line: int) -> Fault | None:
-    """Return the fault of a tab that indents a line, or None. The parser itself does not report such a tab clearly."""
+    """Return the fault of a tab that indents a line, or None. The parser does not report such a tab clearly."""
     written = text.splitlines()[: line + 1][-1:]
     indent = re.match(r"\s*", written[0]) if written else None
     if indent is None or "\t" not in indent[0]:
@@ -202,7 +202,7 @@ def _tab(text: str, line: int) -> Fault | None:
 
 
 class _Level:
-    """A list or mapping that is being read. In `items` of a mapping, keys and values alternate."""
+    """A list or mapping during reading. In the `items` of a mapping, keys and values alternate."""
 
     def __init__(self, is_mapping: bool) -> None:
         self.is_mapping = is_mapping
@@ -215,7 +215,7 @@ class _Level:
 
 
 def _build(text: str) -> Any:
-    """Build the document from the events of the parser, without recursion."""
+    """Build a document from the events of the parser, without recursion."""
     levels = [_Level(is_mapping=False)]
     values = 0
     for event in yaml.parse(text, Loader=_LOADER):

@@ -1,4 +1,4 @@
-"""The interpretation of a study, in sentences: assumptions, derived ratios, unusual values."""
+"""The interpretation of a study in sentences: assumed values, derived ratios and implausible values."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -18,13 +18,15 @@ from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
 
 FEW, MANY = 0.1, 100.0
-"""Lowest plausible clearance ratio, and highest plausible friction ratio. Ratios beyond suggest a wrong unit."""
+"""Lowest plausible clearance ratio, and highest plausible friction ratio. Other ratios suggest a wrong unit."""
 ROUGH = 2.0
-"""Coefficient of sliding friction that no dry pair of materials exceeds."""
+"""Largest coefficient of sliding friction of dry materials."""
 DISPLACEMENTS = ("displacement_m", "relative_displacement_m")
 """Names of the limits on a displacement of the structure."""
 VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
-"""Acceleration of a base [m/s²] above which a unit is probably wrong: 0.3 m instead of 0.3 mm at 8 Hz is 77 g."""
+"""Acceleration of a base [m/s²] above which a unit is probably wrong. For example, 0.3 m instead of 0.3 mm at 8 Hz is
+77 g.
+"""
 
 Ends = tuple[float, float]
 
@@ -35,13 +37,13 @@ def understood(study: AnyStudy) -> list[str]:
     Parameters
     ----------
     study : AnyStudy
-        The study as read from the user's document. A stored definition does not show which values are defaults.
+        The study as read from the user's document. (A stored definition does not show which values are defaults.)
 
     Returns
     -------
     list of str
-        Sentences that state the assumed values, the ratios that the physical block determines, and implausible values.
-        For a list of two frequencies, a sentence explains how to write a range. Empty for a ground-motion suite.
+        Sentences on the assumed values, on the ratios from the physical block, and on implausible values. For a list of
+        two frequencies, a sentence explains how to write a range. Empty for a ground-motion suite.
     """
     if not isinstance(study, Study):
         return []
@@ -69,8 +71,8 @@ def unusual_study(study: AnyStudy) -> list[str]:
 def unusual_specification(asked: Specification) -> list[str]:
     """Return sentences about implausible values in a specification in SI units.
 
-    A value is reported only if it is implausible for all dampers within the ranges and for all amplitudes. Excitations
-    by ground-motion records are not checked.
+    A value is reported only if it is implausible for all dampers in the ranges and for all amplitudes. Excitations by
+    ground-motion records are not checked.
     """
     if not asked.in_units:
         return []
@@ -106,7 +108,7 @@ def unusual_specification(asked: Specification) -> list[str]:
 
 
 def ratios(study: Study) -> dict[str, Ends]:
-    """Return the smallest and the largest value of every ratio that a physical block determines."""
+    """Return the smallest and the largest value of every ratio from the physical block."""
     if study.physical is None:
         return {}
     given = study.physical.values()
@@ -137,9 +139,9 @@ def _violent(acceleration: float, key: str) -> list[str]:
 
 
 def _loose(limits: Mapping[str, float], base_m: float, damping: float) -> list[str]:
-    """Report each limit on a displacement that the structure satisfies at every frequency even without a damper.
+    """Report each displacement limit that the structure satisfies at every frequency even without a damper.
 
-    Near resonance the structure moves ``Z/(2ζ)`` against its base, and at most Z more in space.
+    Near resonance, the displacement of the structure is ``Z/(2ζ)`` relative to the base, and at most Z more in space.
     """
     most = base_m * (1.0 + 0.5 / damping) if damping > 0.0 else np.inf
     return [
@@ -216,7 +218,7 @@ def _unusual(made: Mapping[str, Ends], damping: float, forced: bool, where: str,
 
 
 def _two_frequencies(study: Study) -> list[str]:
-    """Remark that a list of two frequencies has only two values, because users often mean a range."""
+    """Point out that a list of two frequencies has only two values, because users often mean a range."""
     in_units = study.physical is not None and study.physical.excitation_frequency_hz is not None
     spec: AxisSpec | None = study.axes.frequency_ratio
     if study.physical is not None and in_units:

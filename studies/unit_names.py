@@ -1,4 +1,4 @@
-"""Names of the quantities in SI units that correspond to ratios. This module does not import numpy."""
+"""Names of the quantities in SI units that correspond to ratios, in a module that does not import numpy."""
 
 from damperlab.studies.quantity import CAVITY_NAMES
 from damperlab.studies.variables import MADE_BY, VARIABLES
@@ -15,14 +15,14 @@ AMPLITUDES: dict[str, str] = {
     for name in VARIABLES
     if "amplitude_ratio" in name or name == "amplitude_error"
 }
-"""Name of the length in SI units, for each result that is a length over the base amplitude."""
+"""Name in SI units of each result that is a length over the base amplitude."""
 
 ACCELERATIONS: dict[str, str] = {
     name: f"{name.replace('acceleration_ratio', 'acceleration')}_m_per_s2"
     for name in VARIABLES
     if name.startswith("acceleration_ratio")
 }
-"""Name of the acceleration in SI units, for each result that is an acceleration over Z·ω_n²."""
+"""Name in SI units of each result that is an acceleration over Z·ω_n²."""
 
 SPEED = "impact_speed_max_m_per_s"
 ENERGY = "dissipation_per_cycle_j"
@@ -33,7 +33,7 @@ OVER: dict[str, str] = {
     "impact_speed_max": "Z·ω_n",
     "dissipation_per_cycle": "k·Z²",
 }
-"""Reference quantity by which each result that is a ratio is divided."""
+"""Reference quantity of each result that is a ratio."""
 
 COORDINATE_NAMES = {
     "clearance_m": "clearance d on either side",
@@ -51,7 +51,7 @@ COORDINATE_SOURCES = {
 }
 """The ratio that corresponds to each coordinate in SI units."""
 ALIASES = {"excitation_frequency_hz": "frequency_hz"}
-"""Name of the coordinate in SI units, for each quantity with a different name in the physical block of a study."""
+"""Name in SI units of each coordinate that has a different name in the physical block of a study."""
 RESULT_NAMES = {name: _length(VARIABLES[source].long_name) for source, name in AMPLITUDES.items()}
 RESULT_NAMES |= {
     name: "acceleration of the structure" if source == "acceleration_ratio" else "rms acceleration, times √2"
@@ -64,7 +64,7 @@ LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES
 
 
 def with_what_it_is_over(name: str, long_name: str) -> str:
-    """Return the long name of a result. A ratio without a slash gets the reference quantity: ``… over Z·ω_n``."""
+    """Return the long name of a result. A ratio without a slash also names its reference, ``… over Z·ω_n``."""
     return long_name if name not in OVER or "/" in long_name else f"{long_name} over {OVER[name]}"
 
 

@@ -1,4 +1,4 @@
-"""Coordinates and results in SI units that a study of one structure has in addition to ratios."""
+"""Coordinates and results in SI units, in addition to ratios, for a study of one structure."""
 
 import json
 import math
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
-"""Numbers in the physical block that convert ratios to SI units."""
+"""Numbers in the physical block for the conversion of ratios to SI units."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,7 @@ class InUnits:
     units, long_name : str
         Attributes by the CF conventions.
     power : int
-        Power of the base amplitude in the factor. In studies over base amplitudes, `factor` holds for an amplitude of
-        1 m.
+        Power of the base amplitude in the factor. In studies over base amplitudes, `factor` is for an amplitude of 1 m.
     """
 
     name: str
@@ -64,7 +63,7 @@ class InUnits:
 
     @property
     def attributes(self) -> dict[str, str]:
-        """Attributes of the variable that holds the quantity."""
+        """Attributes of the variable with the quantity."""
         return {"units": self.units, "long_name": self.long_name}
 
 
@@ -74,13 +73,13 @@ def coordinates_in_units(cube: "xr.Dataset") -> list[InUnits]:
     Parameters
     ----------
     cube : Dataset
-        The cube of a study, or a part of the cube. The attribute `study` holds the definition.
+        The cube of a study, or a part of the cube. The attribute `study` contains the definition.
 
     Returns
     -------
     list of InUnits
-        One coordinate for each dimension that the numbers of the physical block convert to units. The list is empty for
-        a study in ratios alone.
+        One coordinate for each dimension that the physical block can convert to units. The list is empty for a study in
+        ratios alone.
     """
     return [each for each in _quantities(cube) if each.source in cube.sizes]
 
@@ -146,7 +145,7 @@ def results_along(cube: "xr.Dataset") -> list[InUnits]:
 
 
 def ratios_beside(cube: "xr.Dataset") -> "dict[str, xr.Variable]":
-    """Return the ratios for a cube over base amplitudes, whose dimensions are in SI units.
+    """Return the ratios for a cube over base amplitudes, which has dimensions in SI units.
 
     Each ratio has the dimensions of `base_of`. The clearance ratio also varies along the clearance, and the friction
     ratio along the friction force.
@@ -175,7 +174,7 @@ def ratios_beside(cube: "xr.Dataset") -> "dict[str, xr.Variable]":
 
 
 def in_si(cube: "xr.Dataset") -> list[InUnits]:
-    """Return the dimensions and results that a cube stores in SI units. The list is empty for a cube in ratios."""
+    """Return the dimensions and results that a cube stores in SI units; empty for a cube in ratios."""
     if "natural_frequency_hz" in cube.sizes:
         every = [name for name in (*SUITE_DIMENSIONS, *SUITE_VARIABLES) if name in cube.variables]
         units = {name: str(cube[name].attrs.get("units", "1")) for name in every}
@@ -188,7 +187,7 @@ def in_si(cube: "xr.Dataset") -> list[InUnits]:
 
 
 def metric_in_units(cube: "xr.Dataset", answer: "xr.Dataset", metric: str | None) -> "xr.Dataset":
-    """Convert a metric and its error in an answer to SI units, if the question gave the metric in SI units."""
+    """Convert a metric and its error in an answer to SI units, if the question names the metric in SI units."""
     results = {each.name: each for each in results_in_units(cube)}
     if metric not in results:
         return answer
@@ -208,7 +207,7 @@ def place_in_units(cube: "xr.Dataset", answer: "xr.Dataset") -> "xr.Dataset":
     cube : Dataset
         The cube of the study.
     answer : Dataset
-        An answer whose scalar coordinates give the point.
+        An answer with the point as scalar coordinates.
     """
     beside = {
         each.name: ((), each.of(answer[each.source].values), each.attributes)
@@ -235,7 +234,7 @@ def _quantities(cube: "xr.Dataset") -> list[InUnits]:
 
 
 def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
-    """Return all coordinates and results in SI units that the physical block of a definition determines."""
+    """Return all coordinates and results in SI units that follow from the physical block of a definition."""
     physical = definition.get("physical") or {}
     mass, frequency, amplitude = (_number(physical, name) for name in STRUCTURE)
     speed = 2.0 * math.pi * frequency * amplitude
@@ -262,10 +261,10 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
 
 
 def _per_ratio(ratio: str, physical: Mapping[str, Any]) -> float:
-    """Return the factor from a ratio of the cavity to the quantity that determines the ratio.
+    """Return the factor from a ratio of the cavity to its source quantity.
 
-    The factor is NaN if another quantity of the derivation is missing or an axis, or if the ratio is 0 for every value.
-    The factor is also NaN if the quantity is not proportional to the ratio and is not a single number.
+    The factor is NaN if another quantity of the derivation is missing or is an axis, or if the ratio is 0 for every
+    value. The factor is also NaN for a quantity that is neither proportional to the ratio nor a single number.
     """
     derivation = DERIVATIONS[ratio]
     given = {name: np.array(_number(physical, name)) for name in (*STRUCTURE, *physical)}

@@ -1,4 +1,4 @@
-"""Errors that a user can correct. A notebook shows the user's own lines and the message, without internal frames."""
+"""Errors that a user can correct. A notebook shows only the user's lines and the message, without internal frames."""
 
 import traceback
 from pathlib import Path
@@ -7,7 +7,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 class UserError(Exception):
-    """An error whose message alone tells the user what to do."""
+    """An error whose message tells the user how to correct it."""
 
     def _render_traceback_(self) -> list[str]:
         """Return the lines that IPython prints instead of the full traceback."""
@@ -19,5 +19,5 @@ class UserError(Exception):
 
 
 def _of_user(file: Path) -> bool:
-    """Return whether a frame is code of the user, not of this package or of an installed package."""
+    """Return whether a frame is the user's code, and not code of this package or of an installed package."""
     return _PACKAGE not in file.parents and "site-packages" not in file.parts

@@ -1,4 +1,4 @@
-"""The result variables of harmonic studies, with units and meanings. Cubes, queries and documents use this registry."""
+"""Registry of the result variables of harmonic studies, with units and meanings, for cubes, queries and documents."""
 
 from collections.abc import Container
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ _DIMENSIONS: dict[str, tuple[str, str, str]] = {
 DIMENSIONS: tuple[str, ...] = tuple(_DIMENSIONS)
 """Dimensions of the cube of a harmonic study in ratios, in this order. All dimensions are always present."""
 PARTICLE_FRICTION, GRAVITY = BEFORE = "particle_friction_ratio", "gravity_ratio"
-"""Optional dimensions, which precede `DIMENSIONS`. Each is present only if the study defines it."""
+"""Optional dimensions, which precede `DIMENSIONS`. An optional dimension is present only if the study defines it."""
 MADE_BY = {PARTICLE_FRICTION: "particle_friction_coefficient", GRAVITY: "tilt_deg"}
-"""Quantity of a physical block that determines each of the optional dimensions."""
+"""Source quantity in a physical block for each of the optional dimensions."""
 _DIMENSIONS[PARTICLE_FRICTION] = ("friction ratio of the particle", "κ", " = μ_i·g/(ω_n²·Z)")
 _DIMENSIONS[GRAVITY] = ("gravity ratio", "G", " = g·sin α/(ω_n²·Z)")
 DIMENSION_NAMES: dict[str, str] = {name: words for name, (words, _, _) in _DIMENSIONS.items()}
@@ -35,7 +35,7 @@ def dimensions_of(names: Container[object]) -> tuple[str, ...]:
 
 
 class Status(IntEnum):
-    """How the computation of one design point ended. Values of 2 and above are failures."""
+    """Outcome of the computation of one design point. Values of 2 and above are failures."""
 
     NOT_COMPUTED = -1
     CONVERGED = 0
@@ -47,12 +47,12 @@ class Status(IntEnum):
 
     @property
     def outcome(self) -> str:
-        """Sentence that states how the computation ended."""
+        """The outcome of the computation as a sentence."""
         return _OUTCOMES[self]
 
     @property
     def sentence(self) -> str:
-        """Sentences that state the outcome and, if possible, a remedy."""
+        """The outcome and, if possible, a remedy as sentences."""
         return " ".join(filter(None, (self.outcome, _REMEDIES.get(self))))
 
 
@@ -123,7 +123,7 @@ class Variable:
     name : str
         Name in the cube, the queries and every document.
     dtype : str
-        Data type in the store, as numpy spells it, for example ``f8``.
+        Data type in the store, in the spelling of numpy, for example ``f8``.
     units : str
         Unit in the spelling of UDUNITS; "1" for ratios.
     long_name : str
@@ -133,9 +133,9 @@ class Variable:
     flags : type of IntEnum, optional
         Enumeration of the values, if the values are codes.
     start : str, optional
-        The only start option that gives the variable; "" if every start option gives the variable.
+        The only start option that computes the variable; "" if every start option computes the variable.
     asked : bool
-        Whether the variable is stored only if a study lists the variable.
+        Whether the variable is stored only on request.
     rubbing : bool
         Whether the variable is stored only if the particle has friction in the cavity.
     """
@@ -152,7 +152,7 @@ class Variable:
 
     @property
     def fill(self) -> float | int:
-        """Value that is stored for a point that has not been computed."""
+        """Value in the store for a point that has not been computed."""
         return nan if self.dtype.startswith("f") else -1
 
 
@@ -376,5 +376,5 @@ NONE_IS_ZERO: tuple[str, ...] = (
 
 
 def available_variables(start: str) -> tuple[str, ...]:
-    """Return the names of the variables that a start option stores by default, in the cube's order."""
+    """Return the names of the variables that are stored by default for a start option, in the order of the cube."""
     return tuple(v.name for v in VARIABLES.values() if v.start in ("", start) and not (v.asked or v.rubbing))

@@ -9,13 +9,15 @@ ENDED: tuple[State, ...] = STATES[2:]
 
 Scope = Literal["read", "submit", "admin"]
 SCOPES: tuple[Scope, ...] = get_args(Scope)
-"""Permissions of an access key: to read, also to submit and change own studies, and also to change all studies."""
+"""Permissions of an access key: `read`; `submit`, also for changing own studies; `admin`, also for changing all
+studies.
+"""
 
 PRIORITIES = -10, 10
 """Lowest and highest priority of a study; the default is 0."""
 
 BatchSystem = Literal["slurm", "pbs"]
-"""Batch systems whose jobs may be workers."""
+"""Batch systems for jobs that run workers."""
 
 Objective = Literal["peak", "resonance", "band_mean", "band_rms"]
 OBJECTIVES: dict[Objective, str] = {
@@ -31,7 +33,7 @@ OBJECTIVES_IN_UNITS: dict[Objective, str] = {
     "band_mean": "mean amplitude over the band",
     "band_rms": "rms of the amplitude over the band",
 }
-"""Meanings of the criteria in `OBJECTIVES` for a study whose amplitudes are in units."""
+"""Meanings of the criteria in `OBJECTIVES` for a study with amplitudes in units."""
 
 Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
 CRITERIA: dict[Criterion, str] = {
@@ -89,7 +91,7 @@ RESPECTS: dict[str, tuple[str, str]] = {
     "dissipation_friction": ("dissipation_friction", "friction share of the dissipation, mean over the band"),
     "dissipation_impact": ("dissipation_impact", "impact share of the dissipation, mean over the band"),
 }
-"""Variable and meaning of each quantity by which designs are compared. Smaller values are better."""
+"""Variable and meaning of each quantity for comparing designs. Smaller values are better."""
 
 ExportFormat = Literal["netcdf", "csv", "parquet"]
 EXPORT_FORMATS: dict[ExportFormat, str] = {
@@ -126,7 +128,7 @@ ACCELERATION_UNITS: dict[str, float] = {"g": 9.80665, "m/s2": 1.0, "cm/s2": 0.01
 """Units of an acceleration with their values in m/s². The value of g is the standard acceleration of gravity."""
 
 OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
-"""Dimensions that have no meaning if the scene has no particle."""
+"""Dimensions without a meaning in a scene without a particle."""
 
 DEFAULTS: dict[str, float] = {
     "damping_ratio": 0.0038,

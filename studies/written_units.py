@@ -18,12 +18,12 @@ ACCELERATIONS = {
 
 BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
 OF_PEAK = re.compile(r"\b(?:peak|max\w*|largest|pga)\b", re.IGNORECASE)
-"""Words of a line that states the largest value of a record, whose unit may differ from the unit of the samples."""
+"""Words in a line with the peak of a record. The unit of the peak may differ from the unit of the samples."""
 _FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
 _NO_SUFFIX = ("h", "v", "in")
-"""Units that usually mean a direction at the end of a heading, as in `acc_h`."""
+"""Units that usually denote a direction at the end of a heading, as in `acc_h`."""
 _LONGEST = 40
-"""Largest length of a text that is examined; real units are shorter."""
+"""Largest length of an examined text; real units are shorter."""
 _KINDS = {
     "a time": (*TIMES, "ns", "min", "minutes", "h", "hours", "samples"),
     "an acceleration": tuple(ACCELERATIONS),
@@ -65,7 +65,7 @@ def usual(written: str) -> str:
 
 
 def kind_of(written: str) -> str:
-    """Return the kind of quantity that a unit measures, for example `a velocity`; empty if the unit is unknown."""
+    """Return the kind of quantity of a unit, for example `a velocity`; empty if the unit is unknown."""
     unit = usual(written) if len(written) <= _LONGEST else ""
     if unit.endswith("2/hz"):
         return "a spectral density"

@@ -1,1 +1,1 @@
-"""Computation of design points: physics, solver, steady responses, and the connection to Dask."""
+"""Computation of design points: physics, solver, steady responses, and execution with Dask."""

@@ -1,4 +1,4 @@
-"""Finds the steady responses of a design point from many starts, and whether rounding decides between responses."""
+"""The steady responses of a design point from many starts, and whether rounding of the start decides between them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,10 +17,12 @@ from damperlab.worker.steady.settle import Settings, at_rest, settle
 from damperlab.worker.warm import warm
 
 NUDGES = (1, -1, 2, -2)
-"""Relative changes, in units of `NUDGE`, of the base velocity or, under a force, of the particle's gap at rest."""
+"""Relative changes of the rest state, in units of `NUDGE`: of the base velocity or, under a force, of the particle's
+gap.
+"""
 
 NUDGE = 2.0**-46
-"""Smallest relative change of a start, about 64 rounding errors, and far below any measurable difference."""
+"""Smallest relative change of a start: about 64 rounding errors, far below any measurable difference."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +32,11 @@ class Attractor:
     Attributes
     ----------
     starts : int
-        Number of drawn starts that lead to the response. Rest is one of the drawn starts.
+        Number of drawn starts that lead to the response, including rest.
     response : Response
         Response, measured from the first start that leads to it.
     from_rest, from_next_to_rest : bool
-        Whether rest leads to the response, and whether a start near rest, changed by `NUDGES`, does.
+        Whether rest leads to the response, and whether a start near rest (`NUDGES`) leads to it.
     """
 
     starts: int
@@ -61,7 +63,7 @@ class Attractors:
 
     @property
     def by_a_rounding(self) -> bool:
-        """Whether a start that differs from rest by rounding leads to another response than rest."""
+        """Whether a start that differs from rest only by rounding leads to a different response."""
         return any(one.from_next_to_rest and not one.from_rest for one in self.met)
 
     @property
@@ -98,7 +100,7 @@ def find_attractors(design: Design, starts: int, seed: int, settings: Settings) 
     design : Design
         The design point.
     starts, seed : int
-        Number of starts, of which the first is rest, and seed for drawing the other starts, as in an ensemble study.
+        Number of starts, and seed for drawing them, as in an ensemble study. The first start is rest.
     settings : Settings
         Criteria for a steady response.
     """

@@ -42,7 +42,7 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
     block : Block
         Part of the grid of the study. For a continuation, the part must have all frequencies.
     known : ndarray of bool, shape block.shape, optional
-        Mask of points with known results. These points may be left out and then keep fill values.
+        Mask of points with known results. These points may be skipped and then keep fill values.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
         for scene in scenes(study):
             warm(scene)
     if isinstance(study.start, Continuation):
-        # the next frequency needs the final state of a known point, so known points are computed too
+        # known points are computed too, because the next frequency starts from their final state
         _solve_rows(study, points, np.flatnonzero(~linear), values, block.shape[-1])
     elif isinstance(study.start, Ensemble):
         _solve_ensembles(study, study.start, points, chosen, values)
@@ -109,7 +109,7 @@ def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], val
 def _solve_stepped(
     study: Study, solver: Rk4Solver, points: Points, known: NDArray[np.bool_] | None, values: Values
 ) -> None:
-    """Compute each point from rest with fixed steps, also a point with a closed form, because the method is studied."""
+    """Compute each point from rest with fixed steps, even if a closed form exists."""
     settings = _settings(study)._replace(
         energies=None
     )  # fixed steps measure no energies, so one kernel serves every study
@@ -126,7 +126,7 @@ def _solve_stepped(
 def _solve_rows(
     study: Study, points: Points, chosen: NDArray[np.intp], values: Values, frequencies: int
 ) -> None:
-    """Compute each point from the final state at the previous frequency, or from rest at the first frequency of a row.
+    """Compute each point from the final state at the previous frequency; the first point of a row starts from rest.
 
     After a failure, the next point also starts from rest.
     """
@@ -148,7 +148,7 @@ def _solve_rows(
 
 
 def _shrinks(study: Study, r_before: float, r: float) -> float:
-    """Return the ratio of the base displacements at two frequencies, which is 1 for a constant displacement."""
+    """Return the ratio of the base displacements at two frequencies; 1 for a constant displacement."""
     constant = study.physical.constant if study.physical is not None else None
     if constant is None or study.forced:
         return 1.0

@@ -1,4 +1,4 @@
-"""Hashes the code of a compiled function, and the values of global names in the code."""
+"""Hashes of functions: of their code, and of the values of the global names in the code."""
 
 import enum
 import hashlib
@@ -12,7 +12,7 @@ import numpy as np
 
 _PACKAGE = "damperlab."
 UNKNOWN = "unknown"
-"""Fingerprint of a function that cannot be hashed. Two functions with this fingerprint are treated as different."""
+"""Fingerprint of a function that cannot be hashed. Such functions are always treated as different."""
 
 
 class _UnknownValue(Exception):
@@ -20,14 +20,14 @@ class _UnknownValue(Exception):
 
 
 def name_of(function: Callable[..., Any]) -> str:
-    """Return the identifier of a function, which consists of module and qualified name."""
+    """Return the identifier of a function: its module and its qualified name."""
     return f"{function.__module__}:{function.__qualname__}"
 
 
 def fingerprint(name: str) -> str:
     """Return the hash of the function with a given identifier (`name_of`).
 
-    Kernels that the function calls are included only by name, because each kernel has its own fingerprint.
+    The hash includes called kernels only by name, because each kernel has its own fingerprint.
 
     Returns
     -------
@@ -111,7 +111,9 @@ def _value(value: Any, seen: set[int]) -> Iterator[str]:
 
 
 def _foreign(value: Any) -> str:
-    """Return the name of an object of another package, whose version is part of the identity of every kernel."""
+    """Return the name of an object of another package. The version of the package is part of the identity of every
+    kernel.
+    """
     module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     name = getattr(value, "__qualname__", getattr(value, "__name__", ""))
     if not module or f"{module}.".startswith(_PACKAGE) or not name:

@@ -32,7 +32,8 @@ _OPTIONS = {"nogil": True, "error_model": "numpy"}
 class _PartType(types.Dispatcher):  # type: ignore[misc]
     """The numba type of a kernel that another kernel calls.
 
-    By default, numba compiles a function again for every literal number in a call. This type prevents the repetition.
+    By default, numba compiles a function again for every literal number in a call. This type prevents such
+    compilations.
     """
 
     def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
@@ -50,7 +51,7 @@ register_model(_PartType)(models.OpaqueModel)
 class Kernel:
     """A compiled function.
 
-    Kernels that call the function include its code. For calls from Python, the function is compiled separately.
+    Kernels that call this function include its code. For calls from Python, the function is compiled separately.
 
     Parameters
     ----------
@@ -68,7 +69,9 @@ class Kernel:
 
     @cached_property
     def whole(self) -> Any:
-        """numba's dispatcher for calls from Python. The kernels are stored on disk, unless numba compiles alone."""
+        """Dispatcher of numba for calls from Python. Compiled kernels are stored on disk, unless numba compiles alone
+        (`ALONE`).
+        """
         dispatcher = numba.njit(pipeline_class=WholeCompiler, **self._options)(self.py_func)
         if not ALONE:
             dispatcher._cache = KernelCache(self.py_func)
@@ -80,16 +83,16 @@ class Kernel:
         return _PartType(self._part)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the kernel, which is compiled first if the types of the arguments are new.
+        """Call the kernel. If the types of the arguments are new, the kernel is compiled first.
 
-        Default values are passed as arguments. numba would compile another kernel for an argument that is left out.
+        Default values are passed as arguments, because numba would compile another kernel for an omitted argument.
         """
         defaults = self.py_func.__defaults__ or ()
         left_out = self.py_func.__code__.co_argcount - len(arguments)
         return self.whole(*arguments, *defaults[len(defaults) - left_out :])
 
     def __reduce__(self) -> str:
-        """Pickle the kernel by name, as Python pickles functions."""
+        """Pickle the kernel by its name, as Python pickles functions."""
         return self.py_func.__qualname__
 
 
@@ -102,20 +105,20 @@ def _kernel(function: F, **options: Any) -> F:
 def kernel(function: F) -> F:
     """Compile a function at its first call, store the kernel on disk, and release the GIL during calls.
 
-    numba's `fastmath` is off, so sums are not re-ordered. A product and a sum in one expression are rounded once (see
-    `compiler`). So the results at a point have the same bits in any block, process and order. Division by zero gives
-    inf or NaN as in C; kernels return a status for numerical failures and raise no exception.
+    The option `fastmath` of numba is off, so sums are not re-ordered. A product and a sum in one expression are rounded
+    once (see `compiler`). So the results at a point have the same bits in any block, process and order. Division by
+    zero gives inf or NaN as in C. Kernels report numerical failures by a status and raise no exception.
 
-    The compiler decides which functions are inlined. With numba's default, the first compiled caller would decide. The
-    machine code, but not the results, would then depend on the kernels that a process has compiled before.
+    The compiler decides which functions are inlined. By default, numba would decide when it compiles the first caller.
+    The machine code, but not the results, would then depend on the kernels that a process has compiled before.
     """
     return _kernel(function, forceinline=False)
 
 
 def inlined(function: F) -> F:
-    """Compile a function as `kernel` does, and inline the function into all callers.
+    """Compile a function as `kernel` does, and inline the function into all its callers.
 
-    Use this decorator for small functions that the integration calls often. If such a function is not inlined, its
-    states pass through memory, which costs a quarter of the run time of a measured integration.
+    Use this decorator for small functions that the integration calls often. Without inlining, the states pass through
+    memory, which takes a quarter of the run time of a measured integration.
     """
     return _kernel(function, forceinline=True)

@@ -1,4 +1,4 @@
-"""Converts the points of a block into arguments of kernels. Without friction or particle, the argument is None."""
+"""Conversion of the points of a block into arguments of kernels."""
 
 from collections.abc import Iterator, Mapping
 
@@ -14,21 +14,21 @@ from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.response.measures import ACCELERATION, INTEGRATED
 
 LEAST_REBOUND = 1e-14
-"""Coefficient of restitution below which the rebound speed is less than the rounding error of the velocities."""
+"""Coefficient of restitution below which the rebound speed is within the rounding error of the velocities."""
 
 
 def rebound_of(restitution: float) -> float:
-    """Return the coefficient of restitution for the solver: 0 below `LEAST_REBOUND`, where the bodies stay together."""
+    """Return the coefficient of restitution for the solver, which is 0 below `LEAST_REBOUND`."""
     return restitution if restitution >= LEAST_REBOUND else 0.0
 
 
 def wants_energies(study: Study) -> bool | None:
-    """Return True if a study needs integrals over the motion; otherwise None, for kernels without the integrals."""
+    """Return True if a study needs integrals over the motion, else None for kernels without these integrals."""
     return True if (INTEGRATED | ACCELERATION) & set(study.metrics) else None
 
 
 def wants_acceleration(study: Study) -> bool | None:
-    """Return True if a study stores a measure of u''. Otherwise return None, which removes u'' from the kernels."""
+    """Return True if a study stores a measure of u'', else None for kernels without u''."""
     return True if ACCELERATION & set(study.metrics) else None
 
 
@@ -70,7 +70,7 @@ def wall_of(contact: Contact | None, restitution: float, mass_ratio: float) -> W
 
 
 def acting(before: Mapping[str, float]) -> tuple[float | None, float | None]:
-    """Return κ and G for the solver. A ratio of 0 becomes None, but under gravity without friction, κ remains 0.
+    """Return κ and G for the solver. A ratio of 0 becomes None, except that κ remains 0 under gravity without friction.
 
     Parameters
     ----------
@@ -84,7 +84,9 @@ def acting(before: Mapping[str, float]) -> tuple[float | None, float | None]:
 def kernel_arguments(
     study: Study, points: dict[str, NDArray[np.float64]], chosen: NDArray[np.intp]
 ) -> Iterator[tuple[int, float, float, float | None, Particle | None]]:
-    """Yield index, ζ, r, friction and particle of each chosen point. Friction or particle may be None."""
+    """Yield index, ζ, r, friction and particle of each chosen point. Friction and particle are None at points without
+    them.
+    """
     contact = study.contact
     contact_time = contact_time_of(contact)
     rubs = has_friction(points)

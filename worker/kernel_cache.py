@@ -1,12 +1,12 @@
-"""Loads compiled kernels from the package or from the user's cache, and stores new kernels in the user's cache.
+"""Cache of compiled kernels, in the package and in the user's cache folder, where new kernels are stored.
 
-The file of a kernel is found by the name and the types of the kernel and by everything that determines its bits
-(`identity`). Location and date of the sources do not matter, so a kernel that was compiled elsewhere can be loaded. If
-only other sources were edited, a kernel is reused, because its own functions have the same `fingerprint`.
+The file of a kernel depends on its name, on its types, and on everything that determines its bits (`identity`). The
+location and the date of the sources do not matter, so a kernel that was compiled elsewhere can be loaded. After a
+change of other sources, a kernel is reused if the `fingerprint` of each of its functions is unchanged.
 
-A file begins with a line of JSON, which states the identity of the kernel and the hash of its bytes. A file whose bytes
-do not match the hash is ignored. The rest of the file is a pickle, which can run any code when it is loaded. So pickles
-are read only from folders that nobody but the user, or the installer of the package, can write.
+A file begins with a line of JSON with the identity of the kernel and the hash of the other bytes. A file with a wrong
+hash is ignored. The rest of the file is a pickle, and loading a pickle can run any code. So files are read only from
+folders in which only the user, or the installer of the package, can write.
 """
 
 import hashlib
@@ -39,7 +39,9 @@ _HERE = Path(__file__).parent
 _COMPILER = ("worker/compiler", "worker/jit.py")
 _KERNELS = ("physics", "solver", "steady", "rk4.py", "accuracy/march.py")
 _SOURCES = (*_COMPILER, *(f"worker/{name}" for name in _KERNELS), "studies/variables.py")
-"""Sources that determine the kernels: compiler, solver, and the module with the codes of response class and status."""
+"""Sources that determine the kernels: the compiler, the solver, and the module with the codes of response class and
+status.
+"""
 _OPTIONS = (
     "BOUNDSCHECK",
     "OPT",
@@ -60,7 +62,7 @@ def source_hash() -> str:
 
 @cache
 def identity() -> dict[str, str]:
-    """Return everything that determines the bits of a kernel. Only kernels with an equal identity are loaded.
+    """Return all values that determine the bits of a kernel. Only kernels with an equal identity are loaded.
 
     Returns
     -------
@@ -83,7 +85,9 @@ def identity() -> dict[str, str]:
 
 @cache
 def folder_name() -> str:
-    """Return the name of the folder for kernels of this identity: source hash, and a hash of all other entries."""
+    """Return the name of the folder for kernels of this identity: the hash of the sources, and a hash of all other
+    entries.
+    """
     rest = sorted(pair for pair in identity().items() if pair[0] != "sources")
     return f"kernels-{source_hash()}-{hashlib.sha256(repr(rest).encode()).hexdigest()[:8]}"
 
@@ -94,8 +98,8 @@ def shipped_folder() -> Path:
 
 
 def is_private(folder: Path) -> bool:
-    """Return whether only this user and the superuser can write in a folder, or replace the folder or its parents."""
-    if not hasattr(os, "getuid"):  # outside POSIX systems, folders are assumed to be private
+    """Whether only this user and the superuser can write in a folder, or replace the folder or its parents."""
+    if not hasattr(os, "getuid"):  # without POSIX permissions, folders are assumed to be private
         return True
     trusted = (0, os.getuid())
     try:
@@ -113,7 +117,7 @@ def is_private(folder: Path) -> bool:
 
 
 def is_as_safe_as_the_package(folder: Path) -> bool:
-    """Return whether only users with write access to the sources of the package can write in a folder."""
+    """Whether only users with write access to the sources of the package can write in a folder."""
     try:
         inside, package = folder.stat(), _HERE.stat()
     except OSError:
@@ -128,9 +132,9 @@ def cache_folder() -> Path:
     Returns
     -------
     Path
-        A folder under DAMPERLAB_CACHE_DIR or, without this variable, under the cache folder of the user. If this folder
-        is not private or not writable, a folder under the temporary folder, or else a new temporary folder for this
-        process. The folder exists.
+        An existing folder: the first private and writable folder of three candidates. The first candidate is under
+        DAMPERLAB_CACHE_DIR or, without this variable, under the cache folder of the user. The second candidate is under
+        the temporary folder, and the third is a new temporary folder for this process.
     """
     wanted = os.environ.get("DAMPERLAB_CACHE_DIR")
     home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
@@ -152,7 +156,7 @@ CACHE_FOLDER = cache_folder()
 
 
 class KernelCache:
-    """Kernels of one function on disk, with the interface of numba's caches.
+    """Disk cache for the kernels of one function, with the interface of numba's caches.
 
     Parameters
     ----------
@@ -175,7 +179,7 @@ class KernelCache:
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Return the stored kernel for the types of a call, or None.
 
-        `context.refresh` is not called, because the call takes 0.4 s and is needed only before a compilation.
+        `context.refresh` is not called, because it takes 0.4 s and is needed only before a compilation.
         """
         file = self._file(signature)
         found = (
@@ -209,7 +213,7 @@ class KernelCache:
 
 
 def _spelled(kind: Any) -> str:
-    """Return types as text with the names of their fields, which numba leaves out."""
+    """Return types as text, including the field names, which numba omits."""
     if isinstance(kind, types.BaseNamedTuple):
         named = kind.instance_class
         fields = (f"{name}: {_spelled(each)}" for name, each in zip(kind.fields, kind, strict=True))
@@ -238,7 +242,7 @@ def _read(folder: Path, file: str, safe: Callable[[Path], bool]) -> _Stored | No
 
 
 def _taken_over(file: str) -> _Stored | None:
-    """Load a kernel of other sources whose own functions are unchanged, and store it under the present identity."""
+    """Load a kernel of other sources if its own functions are unchanged, and store it under the present identity."""
     for folder in CACHE_FOLDER.parent.glob(f"kernels-*-{folder_name().rpartition('-')[2]}"):
         found = _read(folder, file, is_private) if folder != CACHE_FOLDER else None
         if found and all(part == fingerprint(name) != UNKNOWN for name, part in found[0]["parts"].items()):
@@ -255,5 +259,5 @@ def _keep(path: Path, stored: _Stored) -> None:
         with NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as file:
             file.write(json.dumps(head).encode() + b"\n" + kernel)
         Path(file.name).replace(path)
-    except OSError:  # if the disk is full, only this process can use the kernel
+    except OSError:  # on a full disk, only this process can use the kernel
         Path(file.name).unlink(missing_ok=True)

@@ -1,13 +1,13 @@
-"""Lowers the priority of processes that compute, so that requests are answered first."""
+"""Lower priority for processes that compute, so that requests are answered first."""
 
 import os
 import sys
 
 NICENESS = 5
-"""Increment of the niceness, with which a process that answers requests gets three times as much processor time."""
+"""Increment of the niceness. A process that answers requests then gets three times as much processor time."""
 
 
 def stand_back() -> None:
-    """Lower the priority of this process. A second call would lower the priority further."""
+    """Lower the priority of this process. Every further call lowers the priority again."""
     if sys.platform != "win32":
         os.nice(NICENESS)

@@ -16,7 +16,9 @@ RETRIES = 2
 
 
 class Interrupted(RuntimeError):
-    """Raised if a study cannot continue for a reason outside its points. Finished blocks are kept for resuming."""
+    """Raised if a study cannot continue, for a reason outside its points. Finished blocks are kept, so the study can
+    resume.
+    """
 
 
 class Outage(Interrupted):
@@ -32,7 +34,7 @@ class SchedulerLost(Outage):
 
 @contextmanager
 def asking_the_cluster(client: "Client") -> Iterator[None]:
-    """Raise `SchedulerLost` if the connection to the scheduler is lost during a request, whatever error Dask raises."""
+    """Replace any error of Dask by `SchedulerLost` if the connection to the scheduler is lost."""
     try:
         yield
     except Exception as error:
@@ -56,11 +58,11 @@ class ClusterUnusable(RuntimeError):
 
 
 class Crashed(RuntimeError):
-    """Raised if the separate process that computed a block died, because of the block or of a lack of memory."""
+    """Raised if the process that computed a block died, because of the block or because of a lack of memory."""
 
 
 class Leaving(RuntimeError):
-    """Raised if a worker was asked to leave while it computed a block, which another worker then computes."""
+    """Raised if a worker must leave the cluster while it computes a block. Another worker then computes the block."""
 
 
 @dataclass(frozen=True)
@@ -80,5 +82,5 @@ class Failure:
 
 
 def is_full(error: OSError) -> bool:
-    """Return whether an error means a full disk or an exhausted quota."""
+    """Whether an error means a full disk or an exhausted quota."""
     return error.errno in (errno.ENOSPC, errno.EDQUOT)

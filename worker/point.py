@@ -1,4 +1,4 @@
-"""Computes the results, the final state and the time history of one design point with kernels that exist already."""
+"""Results, final state and time history of one design point, computed with kernels that exist already."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -56,7 +56,7 @@ class Design:
     particle : Particle, optional
         Particle with d/Z > 0, e in [0, 1], β ≥ 0 and a contact model; None without a particle.
     forced : bool
-        Whether the excitation is a force on the structure, and not a moving base. Lengths are then relative to F₀/k.
+        Whether the excitation is a force on the structure instead of a moving base. Lengths are then relative to F₀/k.
     """
 
     damping_ratio: float
@@ -87,14 +87,14 @@ class Simulation:
     Attributes
     ----------
     metrics : dict
-        Variables of the cube: for the steady response, or for the first `cycles` cycles if `cycles` was given.
+        Variables of the cube, for the steady response or for the first `cycles` cycles.
     state : dict
         Final u, u_rate, p and p_rate, absolute and relative to Z and Z ω_n; p and p_rate are None without a particle.
     events : dict
-        Numbers of impacts, velocity reversals (v' = 0, including stops) and attachments; empty if no cycle along the
+        Numbers of impacts, velocity reversals (v' = 0, including stops) and attachments; empty if no cycle of the
         steady response was integrated.
     cycles : int
-        Number of cycles up to the final state: from rest if `cycles` was given, otherwise along the steady response.
+        Number of cycles until the final state, from rest or along the steady response.
     history : dict of ndarray
         Time history of the last cycles (`HISTORY_COLUMNS`), empty if not requested.
     """
@@ -115,7 +115,9 @@ def simulate_ready(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> Simulation:
-    """Compute as `simulate` does. The run time of the result includes the compilation of missing kernels."""
+    """Compute a design point as `simulate` does. The run time in the result includes the compilation of missing
+    kernels.
+    """
     began = thread_time()
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
@@ -149,8 +151,8 @@ def simulate_ready(
 def asked_of(response: Mapping[str, Any], settings: Settings, rubbing: bool) -> dict[str, Any]:
     """Return the measures of a response that are reported.
 
-    Measures of the acceleration are reported only on request, and measures of the particle's friction only if the
-    particle has friction.
+    Measures of the acceleration are reported only on request. Measures of the particle's friction are reported only if
+    the particle has friction.
     """
     return {
         name: number
@@ -164,13 +166,13 @@ def _has_friction(particle: Particle | None) -> bool:
 
 
 def is_followed(design: Design, history: int, followed: bool) -> bool:
-    """Return whether to integrate along a steady response for display: on request, or for a particle without mass."""
+    """Whether to integrate the steady response for display: on request, or for a history or a particle without mass."""
     massless = design.particle is not None and not design.particle.mass_ratio > 0.0
     return followed or history > 0 or massless
 
 
 def show_orbit(design: Design) -> Simulation:
-    """Integrate one cycle from rest for display, with sampling and without measuring."""
+    """Integrate one cycle from rest for display. The motion is sampled but not measured."""
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     return _march(design, friction, 1, 1, {"status": int(Status.NOT_COMPUTED)}, thread_time())
 
@@ -197,9 +199,10 @@ def _steady(
 
 
 def _gap_of_one_at_rest(v: float, particle: Particle | None) -> float:
-    """Return the gap at the rear wall of a particle that stays at rest.
+    """Return the gap of a particle at rest, measured from the wall at u − p = +d/Z.
 
-    The particle is in its initial position or, if the cavity has moved beyond that, in the middle of the cavity.
+    The particle is in its initial position or, if the cavity no longer contains this position, in the middle of the
+    cavity.
     """
     if particle is None:
         return 0.0
@@ -219,13 +222,13 @@ def _march(
     began: float,
     start: Any = None,
 ) -> Simulation:
-    """Integrate a number of cycles from rest or from a given state, measure the motion, and sample the last cycles."""
+    """Integrate a number of cycles from rest or from a given state; measure the motion, and sample the last cycles."""
     particle, r, forced = design.particle, design.frequency_ratio, design.forced
     scene = make_scene(design.damping_ratio, r, friction, particle, True, forced)
     counts = scene.counts
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
-    meter = None if measured else Meter(sums)  # a steady response is measured already
+    meter = None if measured else Meter(sums)  # a steady response has already been measured
     peaks = np.zeros((2 * cycles + 1, 2))
     state = at_rest(r, friction, particle, forced) if start is None else start
     stored = stored_energy(state, design.base_rate, particle)
@@ -239,9 +242,7 @@ def _march(
         log.cursor[0] = 0
         before = (state, counts.copy(), sums.copy()) if sampled else None
         state, outcome = half_cycle(state, scene, meter, log)
-        if (
-            before is not None and log.cursor[0] > log.rows.shape[0]
-        ):  # the half cycle is repeated with enough rows
+        if before is not None and log.cursor[0] > log.rows.shape[0]:  # repeat the half cycle with enough rows
             log = empty_log(int(log.cursor[0]))
             state, counts[:], sums[:] = before
             state, outcome = half_cycle(state, scene, meter, log)
@@ -272,7 +273,7 @@ def _march(
 
 
 def _absolute(state: Any, design: Design, known: bool) -> dict[str, float | None]:
-    """Return a state at phase 0 in absolute coordinates, NaN if the state is unknown."""
+    """Return a state at phase 0 in absolute coordinates; NaN if the state is unknown."""
     end: dict[str, float | None] = {
         "u": state.v if known else nan,
         "u_rate": state.w + design.base_rate if known else nan,
@@ -303,7 +304,7 @@ def _measures(
     time = 2.0 * pi * cycles / design.frequency_ratio
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
-    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # over all cycles, not only over the last half
+    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # peaks of all cycles, not of the last half
     end = stored_energy(state, design.base_rate, design.particle)
     residual = energy_residual(sums, stored, end)
     return {
@@ -333,7 +334,7 @@ def _measures(
 
 
 def _mean_peaks(peaks: np.ndarray) -> dict[str, float | int]:
-    """Return mean peaks over windows of one cycle that begin at every half cycle. Row 0 of `peaks` is not used."""
+    """Return mean peaks over intervals of one cycle that begin at every half cycle. Row 0 of `peaks` is ignored."""
     of_cycles = np.empty((2, len(peaks) // 2))
     cycle_peaks(peaks, len(peaks) - 1, of_cycles)
     displacement, relative = of_cycles.mean(axis=1)

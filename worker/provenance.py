@@ -1,4 +1,4 @@
-"""Identity of the code that computes a cube, so that all blocks come from the same solver."""
+"""Identity of the code that computes a cube, which ensures that all blocks come from the same solver."""
 
 import hashlib
 import math
@@ -33,24 +33,24 @@ _FUNCTIONS: tuple[Callable[[float], float], ...] = (
 )
 """Functions of the C library that kernels and closed forms call."""
 _ARGUMENTS = tuple(8.0 * ((k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0) for k in range(1, 1001))
-"""Arguments for these functions, spread evenly from 0 to 8. Versions of the library differ at 1 to 10 arguments."""
+"""Arguments for these functions, spread evenly from 0 to 8. Two versions of the library differ at 1 to 10 arguments."""
 
 
 class WrongCode(RuntimeError):
-    """Raised if the code differs from the code of a study, so that new results would not match."""
+    """Raised if the code differs from the code of a study, because new results would not match."""
 
 
 @cache
 def code_hash() -> str:
     """Return the hash of all Python sources in `worker` and `studies`.
 
-    The hash must be equal for a coordinator and its workers. The hash covers more than the kernels, because a
-    coordinator and a worker that divide or store blocks differently would damage a cube.
+    A coordinator and its workers must have equal hashes. The hash covers more than the kernels, because a coordinator
+    and a worker that divide or store blocks differently would damage a cube.
 
     Returns
     -------
     str
-        Hash of 64 hex digits, which is equal for equal sources on all machines. Line endings have no effect.
+        Hash of 64 hex digits, equal for equal sources on all machines. Line endings have no effect.
     """
     root = Path(__file__).parent.parent
     digest = hashlib.sha256()
@@ -83,18 +83,18 @@ def identity() -> dict[str, str]:
 
 @cache
 def target() -> str:
-    """Return the target of the kernels, with a hash of the functions of the C library that are in use.
+    """Return the target of the kernels, with a hash of the functions of the C library.
 
-    For one target, kernels have the same machine code on every processor, and numpy's part of a result has the same
-    bits (`damperlab.studies.portable`). But exponentials and sines come from the C library, whose results may differ
-    between processors.
+    For one target, kernels have the same machine code on every processor, and numpy computes the same bits
+    (`damperlab.studies.portable`). However, exponentials and sines come from the C library, and may differ between
+    processors.
 
     Returns
     -------
     str
         Text such as "x86-64-v3 x86_64-unknown-linux-gnu, libm 0123abcd".
     """
-    # imported here, because this imports the compiler
+    # imported locally, because this module imports the compiler
     from damperlab.worker.kernel_cache import identity as identity_of_kernels
 
     return f"{identity_of_kernels()['target']}, libm {libm()}"
@@ -104,9 +104,9 @@ def target() -> str:
 def libm() -> str:
     """Return a hash of function values of the C library, 8 hex digits.
 
-    A C library selects one of several versions of a function for the processor. The results of the versions differ in
-    the last bits. glibc selects the same versions on all processors with AVX2 and FMA. Name and version number of the
-    library do not show this selection.
+    A C library selects a version of each function for the processor, and the versions differ in the last bits. glibc
+    selects the same versions on all processors with AVX2 and FMA. Name and version number of the library do not show
+    this selection.
     """
     digest = hashlib.sha256()
     for function in _FUNCTIONS:
@@ -116,7 +116,7 @@ def libm() -> str:
 
 @cache
 def computing() -> dict[str, str]:
-    """Return everything that determines the bits of results in this process, with descriptions.
+    """Return all values that determine the bits of results in this process, with descriptions.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def computing() -> dict[str, str]:
 
 
 def provenance() -> dict[str, str]:
-    """Return everything that is needed to compute a cube again.
+    """Return all values that are needed to reproduce a cube.
 
     Returns
     -------
@@ -145,12 +145,12 @@ def provenance() -> dict[str, str]:
 
 
 def one_identity(answers: Mapping[str, Mapping[str, str]]) -> Mapping[str, str]:
-    """Return the result of `computing` for a cluster. All workers must have the same identity.
+    """Return the result of `computing` that all workers of a cluster share.
 
     Parameters
     ----------
     answers : mapping
-        Result of `computing` on each worker. The keys are the addresses of the workers. At least one entry.
+        Results of `computing`, by the addresses of the workers; at least one.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def _words(facts: Mapping[str, str]) -> str:
 
 
 def require_solver(study_id: str, recorded: Mapping[str, str]) -> None:
-    """Refuse to recompute blocks of another solver before these blocks are marked as invalid.
+    """Refuse to recompute blocks of a study if another solver has computed its other blocks.
 
     Parameters
     ----------

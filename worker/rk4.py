@@ -1,6 +1,6 @@
 """The paper's method (Figure 2) for comparison: Runge–Kutta with fixed steps.
 
-Impacts are detected at the ends of steps, where the particle is already beyond the wall. Each impact and each reversal
+An impact is detected at the end of a step, when the particle is already beyond the wall. Each impact and each reversal
 causes an error of first order in the step.
 """
 

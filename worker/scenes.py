@@ -1,4 +1,4 @@
-"""Scenes: the combinations of forces and a requested result for which kernels are compiled."""
+"""Scenes: combinations of forces and a requested result, for which kernels are compiled."""
 
 from typing import Literal, NamedTuple
 
@@ -47,13 +47,13 @@ SECONDS: dict[Purpose, float] = {
     "stepped": 4.0,
     "rk4": 3.0,
 }
-"""Approximate CPU time [s] of compilation for each result, with friction and instantaneous contact of a particle."""
+"""Approximate CPU time [s] of compilation for each result, with friction and with instantaneous contact."""
 CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2, RUBBING: 1.6, FALLING: 1.7}
-"""Compile time for each contact relative to instantaneous contact."""
+"""Compile time for each contact, relative to instantaneous contact."""
 
 
 class Scene(NamedTuple):
-    """Combination of forces and a requested result, for which kernels are compiled.
+    """A combination of forces and a requested result, for which kernels are compiled.
 
     Parameters
     ----------
@@ -160,19 +160,19 @@ def _acting(study: Study, ratio: str) -> set[bool]:
 
 
 def _signs(values: np.ndarray) -> set[bool]:
-    """Return {True} if all of ascending values are above 0, {False} if no value is, and {False, True} otherwise."""
+    """Return {True} if all values (in ascending order) are above 0, {False} if none is, and {False, True} otherwise."""
     return {bool(value > 0.0) for value in values[[0, -1]]}
 
 
 def contact_in(cavity: Cavity, contact: Contact) -> str:
-    """Return the name of the contact of a particle in a cavity, for a scene."""
+    """Return the contact of a scene with a given cavity."""
     if not cavity.acts:
         return contact.model
     return FALLING if cavity.tilt_deg > 0.0 else RUBBING
 
 
 def contact_name(particle: Particle | None) -> str:
-    """Return the name of the contact of a particle for a scene; empty without a particle."""
+    """Return the contact of a scene with a given particle; empty without a particle."""
     if particle is None:
         return ""
     if particle.gravity is not None:

@@ -1,4 +1,4 @@
-"""Compiles kernels into the folder of the package, so that an installed wheel or image needs no compilation.
+"""Compilation of kernels into the folder of the package, so that an installed wheel or image needs no compilation.
 
 Run `python -m damperlab.worker.shipping` before building a wheel, or after installing a wheel into an image.
 """
@@ -17,7 +17,7 @@ KILOBYTE = 1e3
 
 
 def ship() -> None:
-    """Compile missing kernels into the folder of the package on all cores. Remove kernels of other sources first."""
+    """Remove kernels of other sources from the folder of the package, and compile missing kernels on all cores."""
     folder = shipped_folder()
     if folder.parent.exists():
         for other in folder.parent.iterdir():

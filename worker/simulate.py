@@ -1,4 +1,4 @@
-"""Computes one design point, and compiles missing kernels first."""
+"""Computation of one design point, with compilation of missing kernels."""
 
 from typing import Literal
 
@@ -24,8 +24,7 @@ def simulate(
     design : Design
         The design point.
     cycles : int, optional
-        Number of cycles to integrate and measure. By default, the integration continues until the response is steady,
-        and the steady response is measured.
+        Number of cycles to integrate and measure. By default, the steady response is computed and measured.
     history : int
         Number of last cycles in the time history.
     method : {"event", "rk4"}
@@ -35,8 +34,8 @@ def simulate(
     settings : Settings, optional
         Criteria for a steady response, by default the criteria of a study.
     followed : bool
-        Whether to integrate one cycle along the steady response and count its events, even without a time history. If
-        False, the final state is the state at phase 0, and kernels for this cycle are not needed.
+        Whether to integrate one cycle of the steady response and count its events, even without a time history. If
+        False, the final state is the state at phase 0, and no kernels for this cycle are needed.
 
     Returns
     -------

@@ -1,9 +1,8 @@
-"""Compiles kernels once per machine, in one process at a time.
+"""Compilation of kernels, once per machine and in one process at a time.
 
-Kernels are compiled for a scene, which is a combination of forces and a requested result. A file lock in the cache
-folder lets one process compile the kernels of a scene, while other processes wait and load them. Kernels are compiled
-by computing the smallest task of the scene once, so no list of kernels is needed. A marker file shows that all kernels
-of a scene exist.
+A scene is a combination of forces and a requested result. Its kernels are compiled by computing the smallest task of
+the scene once, so no list of kernels is needed. A file lock in the cache folder lets one process compile the kernels of
+a scene, while other processes wait and then load the kernels. A marker file shows that all kernels of a scene exist.
 """
 
 import os
@@ -32,7 +31,7 @@ except ImportError:  # outside POSIX systems there are no file locks and no memo
     fcntl = resource = None  # type: ignore[assignment]
 
 SHARE = 1 / 3
-"""Fraction of the memory per core up to which a process continues to compile scenes with other forces."""
+"""Memory limit for compiling further scenes with other forces, as a fraction of the memory per core."""
 LOOK_SECONDS = 1.0
 """Interval between checks whether the parent of a compiling process still exists [s]."""
 _LOADING = threading.RLock()
@@ -68,10 +67,10 @@ def _loaded(scene: Scene) -> None:
 def warm_alike(wanted: Sequence[Scene]) -> None:
     """Compile the first scene that no other process is compiling, and then further scenes with the same forces.
 
-    The forces in a scene determine most of its code, so scenes with the same forces are compiled in one process. For
+    The forces determine most of the code of a scene, so scenes with the same forces are compiled in one process. For
     example, compiling six scenes of a hybrid damper takes 44 s of CPU time in one process, and 69 s in separate
-    processes. Other scenes follow as long as the process uses little memory. Compiled parts stay in memory, 0.2 GB for
-    a large scene.
+    processes. Other scenes follow as long as the process uses little memory, because compiled parts remain in memory,
+    0.2 GB for a large scene.
 
     Parameters
     ----------
@@ -95,7 +94,7 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
 
 
 def _much() -> float:
-    """Return the memory [bytes] above which this process compiles no scenes with other forces."""
+    """Return the memory limit [bytes] for compiling scenes with other forces."""
     from dask.system import CPU_COUNT
     from distributed.system import MEMORY_LIMIT
 
@@ -173,7 +172,7 @@ def compile_apart(
                 require_done(process)
                 if 0 < len(left) < lacked:
                     running.append((start_apart(left, cache), len(left)))
-            if not running:  # the folder cannot be written, so the kernels are in another folder
+            if not running:  # the folder is not writable, so the kernels are in another folder
                 yield from ((scene, time.monotonic() - began) for scene in left)
                 return
             time.sleep(0.02)
@@ -192,7 +191,9 @@ def _seconds(file: Path) -> float | None:
 
 
 def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "subprocess.Popen[str]":
-    """Start a process that compiles some of the given scenes (`warm_alike`), and ends when this process ends."""
+    """Start a process that compiles some of the given scenes (`warm_alike`). The new process ends when this process
+    ends.
+    """
     command = [sys.executable, "-m", __name__, str(os.getpid()), *(scene.name for scene in wanted)]
     environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(cache)}
     return subprocess.Popen(
@@ -220,7 +221,7 @@ def marker(scene: Scene) -> str:
 
 @contextmanager
 def _alone(name: str, wait: bool) -> Iterator[bool]:
-    """Hold the lock of this machine for compiling a scene, and yield whether the lock is held."""
+    """Acquire the machine-wide lock for compiling a scene, and yield whether it was acquired."""
     if fcntl is None:
         yield True
         return
@@ -328,7 +329,7 @@ def _record(scene: Scene) -> None:
 
 
 def _end_with(parent: int) -> None:
-    """End this process when its parent has ended, because nobody needs the result."""
+    """End this process after its parent has ended, because the result is no longer needed."""
     while os.getppid() == parent:
         time.sleep(LOOK_SECONDS)
     os._exit(1)

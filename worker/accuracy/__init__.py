@@ -1,1 +1,4 @@
-"""Accuracy and stability of the solver: error against run time, and extreme cases. Imported only on demand."""
+"""Accuracy and stability of the solver: error against run time, and extreme cases.
+
+This package is imported only on demand.
+"""

@@ -1,4 +1,4 @@
-"""Scenes on which methods are compared, and the final states of these scenes in extended precision."""
+"""Scenes for the comparison of methods, and their final states in extended precision."""
 
 import json
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Scene:
 
     @property
     def gives_way(self) -> bool:
-        """Whether the walls of the cavity are compliant."""
+        """Whether the cavity has compliant walls."""
         return self.design.particle is not None and self.design.particle.wall is not None
 
 
@@ -70,8 +70,8 @@ class Reference:
     state : tuple of float
         Final values of u, u', p, p'.
     amplification : float
-        Ratio of a change of the final state to a small change of the initial state. Rounding of the inputs explains an
-        error of the final state below 1e-16 times this ratio.
+        Ratio of a change of the final state to a small change of the initial state. Rounding of the inputs can cause an
+        error of the final state of 1e-16 times this ratio.
     """
 
     state: State
@@ -80,7 +80,7 @@ class Reference:
 
 @cache
 def references() -> dict[str, Reference]:
-    """Read the reference of each scene from `references.json`, whose entry `how` documents the origin."""
+    """Read the reference of each scene from `references.json`. The entry `how` of this file documents the origin."""
     document = json.loads(
         (files("damperlab.worker.accuracy") / "references.json").read_text(encoding="utf-8")
     )

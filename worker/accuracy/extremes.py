@@ -1,4 +1,4 @@
-"""Extreme cases: designs at the ends of the allowed ranges, and events that coincide to the last bit."""
+"""Extreme cases: designs at the limits of the allowed ranges, and events that coincide to the last bit."""
 
 from dataclasses import dataclass
 from math import pi
@@ -46,7 +46,7 @@ def extreme_cases(long_run_cycles: int = LONG_RUN_CYCLES) -> list[Extreme]:
     Parameters
     ----------
     long_run_cycles : int
-        Number of cycles of the long runs, which a quick test may reduce.
+        Number of cycles of the long runs. A quick test may use a smaller number.
     """
     hybrid = Particle(2.0, 0.47, 0.1)
     quarter = pi / 4.0
@@ -138,7 +138,7 @@ def _stiffnesses() -> list[Extreme]:
 
 
 def _grazing() -> list[Extreme]:
-    """Return cases of grazing impacts, in which the clearance is almost the largest displacement within ten cycles."""
+    """Return cases of grazing impacts: the clearance is almost equal to the largest displacement within ten cycles."""
     cycles = 10
     peak = simulate(Design(ZETA, 1.0, 0.6), cycles).metrics["amplitude_ratio_max"]
     return [
@@ -159,10 +159,10 @@ def _grazing() -> list[Extreme]:
 def _chatter_until_release() -> list[Extreme]:
     """Return two cases of a locked mass, in which a chatter and the release of the particle nearly coincide.
 
-    In the first case the chatter ends just before the release, in the second case just after it. The locked mass moves
-    with its base. The larger e, the longer the chatter. From a certain e on, the particle is released before the
-    chatter ends, which changes the number of attachments in the first half cycle. Bisection finds the neighbouring
-    values of e on either side of this change.
+    In the first case, the chatter ends just before the release; in the second case, just after the release. The locked
+    mass moves with the base. A larger e gives a longer chatter. Above a certain e, the particle is released before the
+    chatter ends, which changes the number of attachments in the first half cycle. Bisection finds the two neighbouring
+    values of e between which this number changes.
     """
 
     def attachments(restitution: float) -> int:
@@ -193,7 +193,7 @@ def _chatter_until_release() -> list[Extreme]:
 
 
 def _turn_with_impact() -> list[Extreme]:
-    """Return cases in which a velocity reversal and an impact coincide up to rounding.
+    """Return cases in which a velocity reversal and an impact coincide within rounding.
 
     The clearance is the displacement of the mass at a reversal.
     """
@@ -201,7 +201,7 @@ def _turn_with_impact() -> list[Extreme]:
     turns = np.flatnonzero((history["v_rate"] == 0.0) & (history["time"] > 0.0))
     if turns.size == 0:
         return []
-    # The displacement at the reversal is the largest so far, so that no impact comes earlier.
+    # The displacement at this reversal is the largest so far, so that no impact happens earlier.
     u = np.abs(history["u"])
     first = next((int(i) for i in turns if u[i] >= 0.999 * u[: i + 1].max() and u[i] > 0.1), int(turns[0]))
     clearance = float(u[first])

@@ -1,4 +1,4 @@
-"""Integrates many cycles in one kernel call, so that measured run times do not include the Python interpreter."""
+"""Integration of many cycles in one kernel call, so that measured run times do not include the Python interpreter."""
 
 import numpy as np
 
@@ -26,7 +26,7 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     cycles : int
         Number of excitation cycles.
     meter : Meter or None
-        Meter filled with zeros, which records energies and peaks; with None, the kernel computes no energies or peaks.
+        Meter filled with zeros, which records energies and peaks; None if energies and peaks are not computed.
 
     Returns
     -------

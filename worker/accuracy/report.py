@@ -1,4 +1,4 @@
-"""Measures the data of the accuracy report, and writes the report in Markdown."""
+"""Measurement of the data for the accuracy report, and the report in Markdown."""
 
 import os
 import platform
@@ -18,8 +18,8 @@ from damperlab.worker.provenance import code_version
 
 FIGURE = "work-precision.png"
 STEADY_POINTS, STEADY_CYCLES, STEADY_SEED, EXTREME_CYCLES = 160, 4000, 7, 1000
-"""Settings for checking steady responses: number of random points, length of the integrations in cycles, seed of the
-points, and length of the integrations for extreme cases in cycles.
+"""Settings for checking steady responses: number of random points, cycles of each integration, seed of the points, and
+cycles of each integration for extreme cases.
 """
 
 
@@ -61,14 +61,14 @@ def make_report(
 
 
 def advantages(diagram: Diagram) -> dict[str, dict[str, float | None]]:
-    """Compare the run time of the event-driven solver with the run time of every other method at the smallest error.
+    """Compare the run times of other methods, at their smallest errors, with the run time of the event-driven solver.
 
     Returns
     -------
     dict
-        For each method, `error` and `microseconds` of its most accurate run, and `times_slower`, the ratio of this run
-        time to the longest run time of the event-driven solver. `times_slower` is None if the method was more accurate
-        than the event-driven solver. Methods without a result are left out.
+        For each method, `error` and `microseconds` of its most accurate run, and `times_slower`. `times_slower` is the
+        ratio of this run time to the longest run time of the event-driven solver, or None if the method was more
+        accurate than the event-driven solver. Methods without a result are omitted.
     """
     ours = [curve for curve in diagram.curves if not curve.setting]
     slowest = max(point.microseconds for curve in ours for point in curve.points)

@@ -1,4 +1,4 @@
-"""Integrates each extreme case with the solver and with the paper's method, and checks the results."""
+"""Integration of each extreme case with the solver and with the paper's method, and checks of the results."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
@@ -20,7 +20,7 @@ from damperlab.worker.solver.observe.meter import METERS, Meter
 STEPS = 400
 """Number of steps per cycle in the paper's method."""
 SAMPLED_CYCLES = 10
-"""Number of first cycles whose time history is checked for penetration, and for loss of momentum at impacts."""
+"""The time history of this number of cycles from rest is checked for penetration and for loss of momentum."""
 _SLOWEST_SAMPLED = 0.01
 """Frequency ratio below which only one cycle is checked, because such a cycle contains very many natural periods."""
 
@@ -43,7 +43,7 @@ class Row:
         |work in − losses − change of stored energy| relative to the largest energy, and the limit on this residual.
     penetration : float or None
         Largest excess of |u − p| over d/Z in the checked cycles, relative to d/Z + max |u| + 1, where 1 is the
-        amplitude of the base. Each of these terms contributes rounding errors to the excess. None without a particle.
+        amplitude of the base; None without a particle. Rounding errors of the excess are proportional to this sum.
     momentum_error : float or None
         Largest change of u' + β p' across an impact, relative to |u'| + β |p'| + (1 + β) r before the impact; None
         without an impact.

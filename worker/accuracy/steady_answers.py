@@ -1,10 +1,10 @@
-"""Compares steady responses from the solver with plain integrations, for random points and extreme cases.
+"""Comparison of steady responses from the solver with plain integrations, for random points and extreme cases.
 
-In this module, a response that the solver finds is called an answer. Each answer is compared with an integration from
-the same start in class, period, amplitude and impacts, and a periodic answer must have a stable Floquet multiplier. If
-the answer differs from the integration, a second integration starts from the final state of the solver. If the answer
-agrees with the second integration, the verdict is `several responses`: rounding decides which response is reached, or
-the transient is longer than the first integration.
+An answer is a response found by the solver. Class, period, amplitude and impacts of each answer are compared with an
+integration from the same start. A periodic answer must also have a stable Floquet multiplier. If the answer differs
+from the integration, a second integration starts from the final state of the solver. If the second integration agrees,
+the verdict is `several responses`: rounding decides which response is reached, or the transient is longer than the
+first integration.
 """
 
 from collections import Counter
@@ -31,26 +31,27 @@ from damperlab.worker.steady.start import at_rest
 SETTINGS = Settings(4000, 0.02, 1e-9)
 """Criteria for a steady response, equal to the defaults of a study."""
 MODELS = ("instant", "instant", "instant", "dwell", "instant", "instant", "instant", "compliant")
-"""Contact models of successive random points. After the last model, the sequence starts again."""
+"""Contact models of successive random points; the sequence repeats after the last model."""
 SIGMA = 4.0
-"""Largest allowed difference in stated errors, which a normally distributed error exceeds in 1 of 16,000 cases."""
+"""Largest allowed difference, in stated errors. A normally distributed error exceeds this limit in 1 of 16,000 cases.
+"""
 HALF_WIDTH = 1.96
 """Half width of a 95 % interval, as a multiple of the stated error."""
 
 _LONGEST_REPEAT = 128  # longest period that is searched, in half cycles
-_SAME = 1e-7  # relative difference of peaks below which a motion is periodic
+_SAME = 1e-7  # largest relative difference of the peaks of a periodic motion
 TRANSIENT = "a transient longer than the run"
-"""Verdict on an irregular answer if the integration becomes periodic only after more cycles than the solver ran."""
+"""Verdict on an irregular answer if the integration becomes periodic only after the end of the solver's run."""
 WARNED = "a transient that the answer warns of"
 """Verdict instead of `TRANSIENT` if the status of the answer reports a stable orbit nearby."""
-_REMEMBERED = 1024  # number of last half cycles in which a period is searched
+_REMEMBERED = 1024  # a period is searched in this number of half cycles, at the end of an integration
 _EXACT = 1e-6  # allowed relative difference of amplitudes on the same orbit, because a transient remains
 
 Halves = NDArray[np.float64]
 
 
 class Point(NamedTuple):
-    """One design point: the first arguments of `settle`."""
+    """One design point, as the first arguments of `settle`."""
 
     damping_ratio: float
     frequency_ratio: float
@@ -107,7 +108,7 @@ class Compared(NamedTuple):
 
 
 def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
-    """Yield an endless sequence of random points from the whole cube, with contact models in the order of `models`."""
+    """Yield random points from the complete cube without end, with contact models in the order of `models`."""
     random = np.random.default_rng(seed)
     turn = 0
     while True:
@@ -135,7 +136,8 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
 def truth_of(halves: Halves) -> Truth:
     """Evaluate the recorded half cycles of an integration.
 
-    A period is searched in the last `_REMEMBERED` half cycles. Without a period, means over all half cycles are taken.
+    A period is searched in the last `_REMEMBERED` half cycles. If there is no period, the means are over all half
+    cycles.
     """
     windows = np.maximum(halves[:-1, 0], halves[1:, 0])
     period_halves = _repeat(halves[-_REMEMBERED:])
@@ -192,7 +194,7 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         return "agrees", np.nan
     if steady:
         slow = response.floquet_multiplier > 0.99
-        # the integration has not settled; if the motion decays slowly, the answer may not have settled either
+        # the integration has not settled; if the transient decays slowly, the answer may still be correct
         unknown = SIGMA * truth.error + response.amplitude_error
         if slow and abs(response.amplitude_ratio - truth.amplitude) <= unknown:
             return "agrees", np.nan
@@ -219,7 +221,7 @@ def compared(point: Point, cycles: int) -> Compared | None:
 
 
 def _held(point: Point, response: Response, end: State, cycles: int) -> Compared | None:
-    """Compare an answer as `compared` does. `end` is the state in which the solver stopped."""
+    """Compare an answer as `compared` does; `end` is the final state of the solver."""
     if response.status > Status.MAX_CYCLES:
         return None
     halves = np.empty((cycles, 3))
@@ -236,7 +238,7 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
         if verdict_there == "agrees":
             verdict, deviation = f"several responses ({verdict})", there
         elif verdict == "not periodic, but the integration is":
-            # if the motion is irregular when the solver stops, the solver cannot find an orbit that is reached later
+            # the solver cannot find an orbit that the motion reaches only after the end of the solver's run
             halves = np.empty((_REMEMBERED, 3))
             before = max(0, 2 * int(response.cycles) - _REMEMBERED)
             _, outcome = march_halves(*point, point.rest(), before, halves)
@@ -246,7 +248,7 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
 
 
 def every(found: Iterable[Point], cycles: int) -> Iterator[Compared]:
-    """Yield the comparison for each point. Points at which the solver or the integration failed are left out."""
+    """Yield the comparison for each point. Points at which the solver or the integration failed are omitted."""
     for point in found:
         one = compared(point, cycles)
         if one is not None:
@@ -271,8 +273,8 @@ def table(answers: list[Compared]) -> dict[str, Any]:
 def extreme_answers(cases: Iterable[Extreme], cycles: int) -> list[dict[str, Any]]:
     """Compare the answers for extreme cases with integrations, and return JSON-able rows.
 
-    Cases without friction and particle have a closed form and are left out. The verdict "not compared" means
-    that the solver or the integration failed.
+    Cases without friction and particle have a closed form and are omitted. The verdict "not compared" means that the
+    solver or the integration failed.
     """
     rows = []
     for case in cases:

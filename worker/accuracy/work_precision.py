@@ -1,4 +1,4 @@
-"""Measures error, run time and order of convergence of every method on every scene."""
+"""Measurement of error, run time and order of convergence of every method on every scene."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -14,15 +14,15 @@ from damperlab.worker.accuracy.methods import METHODS, Method
 
 REPEATS = 5
 SHORTEST_SECONDS = 0.02
-"""Time for which a short call is repeated [s], because the fastest scene takes only about a microsecond."""
+"""Least total time of repeated calls [s], because a call on the fastest scene takes only about a microsecond."""
 SLOW_SECONDS = 0.3
 """Time above which a call is not repeated [s]."""
 ROUNDING = 1e-16
 """Smallest relative error in the report, because the reference is rounded to doubles."""
 FLOOR = 1e-11
-"""Relative error below which an error is attributed to rounding, and is left out of the order of convergence."""
+"""Errors below this relative error are attributed to rounding and are omitted from the order of convergence."""
 LARGEST = 0.3
-"""Relative error above which the motion is different, and the error is left out of the order of convergence."""
+"""Errors above this relative error belong to a different motion and are omitted from the order of convergence."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def observed_order(points: Sequence[Measurement]) -> float | None:
     """Return the order p of error ∝ setting⁻ᵖ, the median slope over all pairs of settings (Theil 1950, Sen 1968).
 
     If events are detected up to one step late, the error varies irregularly with the step. The median of the slopes is
-    insensitive to single errors that are small by chance. Errors below `FLOOR` or above `LARGEST` are left out.
+    insensitive to single errors that are small by chance. Errors below `FLOOR` or above `LARGEST` are omitted.
     """
     usable = [(p.setting, p.error) for p in points if p.error is not None and FLOOR < p.error < LARGEST]
     if len(usable) < 3:

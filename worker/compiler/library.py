@@ -10,19 +10,19 @@ _ENVIRONMENT = "_ZN08NumbaEnv"
 
 
 class Part(JITCodeLibrary):  # type: ignore[misc]
-    """A function that other kernels call, kept as LLVM IR, which is linked into each of these kernels."""
+    """LLVM IR of a function that other kernels call. The IR is linked into each of these kernels."""
 
     function: Callable[..., Any]
     """Python function from which this code is compiled."""
 
     def finalize(self) -> None:
-        """Mark the part complete without optimising or emitting it."""
+        """Mark the part as complete, without optimisation and without machine code."""
         self._raise_if_finalized()
         self._finalized = True
 
 
 class Whole(JITCodeLibrary):  # type: ignore[misc]
-    """A function that Python calls, with its own copy of all called functions."""
+    """Machine code of a function that Python calls, with its own copy of all called functions."""
 
     function: Callable[..., Any]
     """Python function from which this code is compiled."""
@@ -46,15 +46,15 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
                 variable.linkage = binding.Linkage.internal
         super()._optimize_final_module()
         for function in self._final_module.functions:
-            # The functions become private, so that the loader does not use another kernel's copy. This follows the
-            # optimisation, so that inlining is unaffected.
+            # The functions become private, so that the loader does not use another kernel's copy.
+            # They become private only after the optimisation, so that inlining is unaffected.
             if not function.is_declaration and function.linkage == binding.Linkage.linkonce_odr:
                 function.linkage = binding.Linkage.internal
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
         """Serialise the machine code in numba's storage format.
 
-        A stub with only the defined names replaces the IR, which is not linked again.
+        A stub with only the defined names replaces the IR, because the IR is not linked again.
         """
         self._ensure_finalized()
         names = [
@@ -69,9 +69,10 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
 
 
 def _needed(library: JITCodeLibrary) -> list[JITCodeLibrary]:
-    """List each library that `library` needs, directly or through a part, once and after all libraries that use it.
+    """List the libraries that `library` needs, directly or through a part. Each library follows all libraries that use
+    it.
 
-    The order matters: LLVM links a discardable (linkonce) function only if a library linked earlier needs this
+    The order matters, because LLVM links a discardable (linkonce) function only if an earlier library needs the
     function.
     """
     seen = set()

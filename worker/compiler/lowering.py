@@ -18,8 +18,8 @@ _DOUBLE = llvm.DoubleType()
 class FromTyped(lowering.Lower):  # type: ignore[misc]
     """Lowers typed IR to LLVM IR, with two differences from numba.
 
-    An argument that is never reassigned stays a value. If several blocks used an argument, numba would store it in
-    memory and load all of it at each use. LLVM would have to remove most of these loads again.
+    An argument that is never reassigned remains a value. If several blocks use an argument, numba would store it in
+    memory, and load all of it at each use. LLVM would then have to remove most of these loads.
 
     A product and a sum in one expression are rounded once, as in C (FP_CONTRACT ON).
 
@@ -44,15 +44,15 @@ class FromTyped(lowering.Lower):  # type: ignore[misc]
         return _holds_references(self.context, self.typeof(name))
 
     def incref(self, typ: Any, value: Any) -> None:
-        """Increment the reference counts of a value.
+        """Increment the reference counts in a value.
 
-        A value without counted references, for example a scene, is skipped, because numba would unpack all its fields.
+        A value without counted references, such as a scene, is skipped, because numba would unpack all its fields.
         """
         if _holds_references(self.context, typ):
             super().incref(typ, value)
 
     def decref(self, typ: Any, value: Any) -> None:
-        """Decrement the reference counts of a value."""
+        """Decrement the reference counts in a value."""
         if _holds_references(self.context, typ):
             super().decref(typ, value)
 
@@ -77,7 +77,7 @@ class FromTyped(lowering.Lower):  # type: ignore[misc]
         return self.context.cast(self.builder, self.loadvar(name.name), self.typeof(name.name), types.float64)
 
     def _fused(self, one: Any, other: Any, added: Any) -> Any:
-        """Emit `one` · `other` + `added`, rounded once, or twice if the target has no fused multiply-add."""
+        """Emit code for `one` · `other` + `added`, rounded once, or twice if the target has no fused multiply-add."""
         form = llvm.FunctionType(_DOUBLE, [_DOUBLE] * 3)
         function = self.builder.module.declare_intrinsic("llvm.fmuladd", [_DOUBLE], form)
         return self.builder.call(function, [one, other, added])
@@ -90,7 +90,7 @@ def _holds_references(context: Any, typ: Any) -> bool:
 
 
 def _is_product(name: Any, value: Any) -> bool:
-    """Whether an operand is a product in the same expression, and not a named variable."""
+    """Whether an operand is a product in the same expression instead of a named variable."""
     return name.name.startswith("$") and getattr(value, "opname", "") == "fmul"
 
 
@@ -101,7 +101,7 @@ class Lowering(typed_passes.NativeLowering):  # type: ignore[misc]
     lowering_class = FromTyped
 
     def run_pass(self, state: Any) -> bool:
-        """Lower the function that `state` holds."""
+        """Lower the function in `state`."""
         state.library = self._library(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.function = state.func_id.func
         state.library.enable_object_caching()
@@ -124,7 +124,7 @@ class LowerPart(Lowering):
     _library = Part
 
     def run_pass(self, state: Any) -> bool:
-        """Lower a function without an address, and give its callers a placeholder that is never called."""
+        """Lower a function to IR. Its callers receive a placeholder without code, which is never called."""
         super().run_pass(state)
         lowered = state["cr"]
         name = lowered.fndesc.qualname

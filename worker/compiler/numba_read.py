@@ -1,8 +1,8 @@
-"""Test whether the compiler was written for the installed version of numba.
+"""Check that the compiler was written for the installed version of numba.
 
-The compiler overrides and calls methods outside numba's public interface. The sources of these methods were reviewed in
-the version that pyproject.toml allows. If a source differs, numba compiles kernels without this compiler (`ALONE`):
-more slowly, again in every process, and with other last digits of results.
+The compiler overrides and calls methods outside numba's public interface, reviewed in the version that pyproject.toml
+allows. If the source of such a method differs, numba compiles kernels without this compiler (`ALONE`). Compilation is
+then slower and is repeated in every process, and the last digits of results differ.
 """
 
 import hashlib

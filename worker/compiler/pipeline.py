@@ -1,4 +1,4 @@
-"""The passes for compiling a kernel."""
+"""The compiler passes of a kernel."""
 
 import gc
 from collections.abc import Iterator
@@ -14,14 +14,14 @@ from damperlab.worker.compiler.type_branches import FoldTypeTests
 
 
 class _Flags(compiler.Flags):  # type: ignore[misc]
-    """numba's flags, compared by the options that were set.
+    """Compiler flags of numba, which are equal if the same options are set.
 
-    The flags are part of the key under which numba stores the types of each call. numba's own class compares all forty
-    options.
+    Flags are compared whenever numba looks up the types of a call. The class of numba compares all forty options, which
+    is slow.
     """
 
     __slots__ = ()
-    # numba's hash depends only on the names of the options, so it is equal for all flags
+    # in numba, all flags have the same hash, because the hash depends only on the names of the options
     _ANY = hash(compiler.Flags())
 
     def __hash__(self) -> int:
@@ -34,7 +34,9 @@ class _Flags(compiler.Flags):  # type: ignore[misc]
 
 
 class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
-    """A compiler without numba's passes for closures, literal loops and array expressions, which kernels do not use."""
+    """Compiler that omits numba's passes for closures, literal loops and array expressions, which kernels do not
+    contain.
+    """
 
     _lower: type[Lowering]
 
@@ -88,7 +90,9 @@ class WholeCompiler(_Compiler):
         self.state.flags.no_cfunc_wrapper = True
 
     def compile_extra(self, function: Any) -> Any:
-        """Compile without the garbage collector, which would visit millions of live nodes repeatedly."""
+        """Compile a function while the garbage collector is off, because it would visit millions of live nodes
+        repeatedly.
+        """
         with _no_collection():
             return super().compile_extra(function)
 
@@ -97,8 +101,7 @@ class WholeCompiler(_Compiler):
 def _no_collection() -> Iterator[None]:
     """Pause the garbage collector.
 
-    Afterwards all objects are moved to the oldest generation (freeze, unfreeze), so that collections of young objects
-    skip them.
+    Afterwards, freeze and unfreeze move all objects to the oldest generation, which collections of young objects skip.
     """
     collecting = gc.isenabled()
     gc.disable()

@@ -1,4 +1,4 @@
-"""The target processor of kernels: the same on every machine with AVX2."""
+"""The target processor of kernels, which is the same on every machine with AVX2."""
 
 import os
 
@@ -19,15 +19,15 @@ def target_of(triple: str, features: dict[str, bool], wanted: str = "") -> tuple
     features : dict of bool
         Features of the machine's processor.
     wanted : str
-        `generic` selects the baseline of the architecture on any processor. Results then have equal bits on all
-        machines of a cluster, with and without AVX2.
+        `generic` selects the baseline of the architecture on every processor. Machines with and without AVX2 then
+        compute equal bits.
 
     Returns
     -------
     processor, features : str
-        Processor and features in LLVM's notation. An x86-64 processor without AVX2 gets the baseline `x86-64`. Code for
-        this baseline is slower and gives different last bits, since a product and a sum are rounded twice. Other
-        architectures get `generic`.
+        Processor and features in LLVM's notation. An x86-64 processor without AVX2 gets the baseline `x86-64`. This
+        code is slower and gives different last bits, because a product and a sum are rounded twice. Other architectures
+        get `generic`.
     """
     if not triple.startswith("x86_64"):
         return "generic", ""

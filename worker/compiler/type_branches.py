@@ -1,4 +1,4 @@
-"""Type tests that are evaluated at compile time: whether a field is None, and to which class a named tuple belongs."""
+"""Evaluation of type tests at compile time: whether a field is None, and whether a named tuple belongs to a class."""
 
 import operator
 from typing import Any
@@ -10,11 +10,12 @@ from numba.core.compiler_machinery import FunctionPass, register_pass
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class FoldTypeTests(FunctionPass):  # type: ignore[misc]
-    """Replaces type tests by their results, so that numba drops the branches that are not taken.
+    """Replaces type tests by their results, so that numba omits the branches that are never taken.
 
-    numba drops a branch on `x is None` if x is an argument. This pass does the same for fields of named tuples in an
-    argument, at any depth, and for `isinstance(x, C)`, where C is a class of named tuples. So a kernel can be written
-    in plain Python for complete scenes. The compiled kernel contains no code for elements that a scene lacks.
+    By itself, numba evaluates `x is None` at compile time if x is an argument. This pass also evaluates the test for
+    fields of named tuples in an argument, at any depth. In addition, it evaluates `isinstance(x, C)` for a class C of
+    named tuples. So a kernel can be written in plain Python for complete scenes, and contains no code for elements that
+    a scene lacks.
     """
 
     _name = "damperlab_fold_type_tests"
@@ -35,7 +36,9 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
         return True
 
     def _answer(self, value: Any, code: Any, arguments: Any) -> Any:
-        """Return the constant value of an expression; None if the types of the arguments do not determine the value."""
+        """Return the value of an expression as a constant; None if the types of the arguments do not determine the
+        value.
+        """
         if not isinstance(value, ir.Expr):
             return None
         if value.op in ("getattr", "static_getitem"):
@@ -60,7 +63,7 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
 
 
 def _definition(name: ir.Var, code: Any) -> Any:
-    """Return the value assigned to a variable; None if several branches assign the variable."""
+    """Return the expression assigned to a variable; None if several branches assign the variable."""
     try:
         return code.get_definition(name)
     except KeyError:

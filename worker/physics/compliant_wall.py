@@ -1,17 +1,17 @@
-"""A compliant wall: a spring and a dashpot in parallel, which push but never pull.
+"""A compliant wall: a spring and a dashpot in parallel that push but never pull.
 
-Its force is max(0, K pen + C pen') while the particle penetrates the wall by pen > 0, and 0 otherwise. In free space,
-starting from pen = 0 and pen' = v, the force falls to 0 after the contact time, and the bodies separate with speed e v.
-The energy left in the spring is lost. Let T be the contact time, ζ_c the damping ratio of the reduced mass on the wall,
-and θ = acos ζ_c. Then ln e = −2 θ cot θ and ω_c = 2θ/(T sin θ). For an overdamped wall, hyperbolic functions replace
-the trigonometric functions.
+The force of the wall is max(0, K pen + C pen') while the particle penetrates the wall by pen > 0, and 0 otherwise.
+After an impact in free space with pen' = v, the force falls to 0 at the end of the contact time, and the bodies
+separate with speed e v. The energy that remains in the spring is lost. Let T be the contact time, ζ_c the damping ratio
+of the reduced mass on the wall, and θ = acos ζ_c. Then ln e = −2 θ cot θ and ω_c = 2θ/(T sin θ). For an overdamped
+wall, hyperbolic functions replace the trigonometric functions.
 """
 
 from math import cos, cosh, inf, log, pi, sin, sinh, tan, tanh
 
 from damperlab.worker.jit import kernel
 
-# Largest number of iterations; the bisection ends earlier when its bounds are neighbouring floating-point numbers.
+# Largest number of bisections; the search ends earlier if the bounds are neighbouring floating-point numbers.
 _BISECTIONS = 200
 
 
@@ -67,7 +67,7 @@ def calibrate(restitution: float, contact_time: float) -> tuple[float, float]:
 
 @kernel
 def wall_constants(restitution: float, contact_time: float, mass_ratio: float) -> tuple[float, float]:
-    """Return stiffness K over k and damping C over k/ω_n of the wall with a given e and contact time."""
+    """Return stiffness K over k and damping C over k/ω_n of a wall with a given e and contact time."""
     rate, damping = calibrate(restitution, contact_time)
     mass = reduced_mass(mass_ratio)
     return mass * rate * rate, 2.0 * mass * damping * rate

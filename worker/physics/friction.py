@@ -34,9 +34,8 @@ _ROUNDING = 1e-14
 def breakaway(friction_ratio: float, force_most: float) -> float:
     """Force at which a sticking mass starts to slip: γ_F, plus a margin for the rounding of the force.
 
-    If the force just reaches γ_F, for example at γ_F = r² and v = 0, rounding decides whether friction holds the mass.
-    Without the margin, rounding would start and stop the mass endlessly. `force_most` is the largest excitation of the
-    mass.
+    If the largest force equals γ_F, for example at γ_F = r² and v = 0, rounding errors would start and stop the mass
+    endlessly without this margin. `force_most` is the largest excitation of the mass.
     """
     return friction_ratio + _ROUNDING * (friction_ratio + force_most)
 

@@ -37,7 +37,8 @@ def rebound(u_rate: float, p_rate: float, restitution: float, mass_ratio: float)
 
 @inlined
 def part(leaving_speed: float, mass_ratio: float) -> tuple[float, float]:
-    """Changes of velocity when two attached bodies separate with a given relative speed; momentum is conserved.
+    """Return the velocity changes of two attached bodies that separate with a given relative speed; momentum is
+    conserved.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def part(leaving_speed: float, mass_ratio: float) -> tuple[float, float]:
 
 @inlined
 def kept_energy(approach_speed: float, restitution: float, mass_ratio: float) -> float:
-    """Energy that is recovered when the bodies separate, over M (Z ω_n)²: ½ β/(1+β) e² (approach speed)²."""
+    """Energy recovered when the bodies separate, over M (Z ω_n)²: ½ β/(1+β) e² (approach speed)²."""
     return 0.5 * mass_ratio / (1.0 + mass_ratio) * (restitution * approach_speed) ** 2
 
 

@@ -1,1 +1,1 @@
-"""Event-driven solver: exact linear motion between events, which are roots of Taylor polynomials."""
+"""Event-driven solver: the motion between events is linear and exact, and events are roots of Taylor polynomials."""

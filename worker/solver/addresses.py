@@ -1,10 +1,11 @@
-"""Plain addresses of arrays, for use inside an integration.
+"""Addresses of arrays, which replace the arrays inside an integration.
 
-numba counts the references to each array argument of a function by atomic instructions, which would take five sixths of
-an integration's run time. So the integrator passes only addresses of arrays to the functions that it calls. The caller
+For every array argument, numba counts the references by atomic instructions. In an integration, this counting would
+take five sixths of the run time. The integrator therefore passes addresses to the functions that it calls. The caller
 of the integrator keeps the arrays alive.
 
-Indices are checked only with NUMBA_BOUNDSCHECK=1, when one-dimensional arrays take the place of addresses.
+Indices into an address are not checked. With NUMBA_BOUNDSCHECK=1, one-dimensional arrays replace the addresses, and
+numba checks their indices.
 """
 
 from typing import Any, Protocol
@@ -21,7 +22,7 @@ from damperlab.worker.jit import inlined
 
 
 class Floats(Protocol):
-    """A sequence of numbers: a one-dimensional array, or the address of an array."""
+    """A one-dimensional array of numbers, or the address of an array."""
 
     def __getitem__(self, i: int, /) -> float:
         """Return one number of the sequence."""
@@ -33,23 +34,23 @@ class Floats(Protocol):
 if numba.config.DISABLE_JIT:
 
     def address(array: Any, first: int) -> Any:
-        """Return the flat array from element `first` on, in plain Python."""
+        """Return a flat view of the array that begins at element `first`, if numba is disabled."""
         return array.reshape(-1)[first:]
 
 elif numba.config.BOUNDSCHECK:
 
     @inlined
     def address(array: Any, first: int) -> Any:
-        """Return the flat array from element `first` on."""
+        """Return a flat view of the array that begins at element `first`."""
         return array.reshape(-1)[first:]
 
 else:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def address(typingctx: Any, array: Any, first: Any) -> Any:
-        """Return the address of element `first` of a contiguous array, or of an array given by its address.
+        """Return the address of element `first`.
 
-        The array must outlive this address.
+        The first argument is a contiguous array or the address of an array. The array must outlive the result.
         """
         known = isinstance(array, types.CPointer) or (isinstance(array, types.Array) and array.layout == "C")
         if not known or not isinstance(first, types.Integer):
@@ -66,7 +67,7 @@ else:
 
 
 def _flat(context: Any, builder: Any, kind: types.Array, array: Any) -> Any:
-    """Return the flat form of an array: its address or, if indices are checked, a one-dimensional array."""
+    """Return the address of an array or, if numba checks indices, a one-dimensional view of the array."""
     whole = cgutils.create_struct_proxy(kind)(context, builder, array)
     if not numba.config.BOUNDSCHECK:
         return whole.data
@@ -106,7 +107,7 @@ def _value_on_addresses(context: Any, builder: Any, kind: Any, value: Any) -> An
 if numba.config.DISABLE_JIT:
 
     def on_addresses(value: Any) -> Any:
-        """Flatten an array, or the arrays in a tuple, in plain Python."""
+        """Flatten an array, or all arrays in a named tuple, if numba is disabled."""
         if isinstance(value, np.ndarray):
             return value.reshape(-1)
         if isinstance(value, tuple):
@@ -117,10 +118,10 @@ else:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def on_addresses(typingctx: Any, value: Any) -> Any:
-        """Return a named tuple in which addresses replace the arrays, at any depth.
+        """Return a nested named tuple with addresses in place of its arrays.
 
-        The arrays must be contiguous and outlive the result. If an array remained, numba would count the references to
-        this array at every event.
+        The arrays must be contiguous and must outlive the result. For a remaining array, numba would count the
+        references at every event.
         """
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -1,7 +1,7 @@
 """Array operations for kernels, written as loops over the elements.
 
-NumPy's functions would add shape checks and error messages to every kernel. Even the copy of one array would compile a
-hundred functions.
+NumPy's functions would add shape checks and error messages to every kernel. Copying a single array with NumPy would
+compile a hundred functions.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @kernel
 def filled(size: int, value: float) -> Array:
-    """An array of shape (size,) whose elements all have the same value."""
+    """Array of shape (size,), filled with one value."""
     array = np.empty(size)
     for i in range(size):
         array[i] = value
@@ -23,7 +23,7 @@ def filled(size: int, value: float) -> Array:
 
 @kernel
 def zero_matrix(rows: int, columns: int) -> Array:
-    """A matrix of zeros of shape (rows, columns)."""
+    """Matrix of zeros, shape (rows, columns)."""
     matrix = np.empty((rows, columns))
     for i in range(rows):
         for j in range(columns):
@@ -33,7 +33,7 @@ def zero_matrix(rows: int, columns: int) -> Array:
 
 @kernel
 def zero_counts(size: int) -> NDArray[np.int64]:
-    """An array of integer zeros of shape (size,)."""
+    """Array of integer zeros, shape (size,)."""
     counts = np.empty(size, np.int64)
     for i in range(size):
         counts[i] = 0
@@ -42,7 +42,7 @@ def zero_counts(size: int) -> NDArray[np.int64]:
 
 @kernel
 def unit_matrix(size: int) -> Array:
-    """An identity matrix of shape (size, size)."""
+    """Identity matrix, shape (size, size)."""
     matrix = zero_matrix(size, size)
     for i in range(size):
         matrix[i, i] = 1.0
@@ -51,7 +51,7 @@ def unit_matrix(size: int) -> Array:
 
 @kernel
 def copy_matrix(source: Array, out: Array) -> None:
-    """Copy a matrix into the leading rows and columns of another matrix."""
+    """Copy a matrix into the leading rows and columns of `out`."""
     for i in range(source.shape[0]):
         for j in range(source.shape[1]):
             out[i, j] = source[i, j]
@@ -59,7 +59,7 @@ def copy_matrix(source: Array, out: Array) -> None:
 
 @kernel
 def add_product(sign: float, left: Array, right: Array, out: Array) -> None:
-    """Add the product of two matrices, multiplied by a sign, to the leading rows and columns of a third matrix."""
+    """Add sign · left · right to the leading rows and columns of `out`."""
     for i in range(left.shape[0]):
         for j in range(right.shape[1]):
             for k in range(right.shape[0]):

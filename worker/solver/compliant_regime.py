@@ -11,14 +11,14 @@ from damperlab.worker.solver.state import State
 
 
 class CompliantRegime(NamedTuple):
-    """The linear equation of motion that holds while a compliant wall pushes.
+    """The linear motion while a compliant wall pushes the particle.
 
     Attributes
     ----------
     sticks, offset
         Whether friction holds the mass, and the offset of the centre of the motion, as in `Regime`.
     motion, between : CompliantMotion
-        The motion in contact, and the form of this motion in which only y' is a fast coordinate.
+        The motion in contact, and the same motion with only y' as a fast coordinate.
     """
 
     sticks: bool
@@ -40,7 +40,7 @@ def wall_of(scene: Scene) -> Wall:
 
 @inlined
 def buffers_of(scene: Scene) -> Buffers:
-    """Buffers for the expansion of a motion in contact."""
+    """Buffers for the Taylor polynomials of the motion in contact."""
     buffers: Buffers = scene.loaded.buffers
     return buffers
 

@@ -1,4 +1,4 @@
-"""The dwell of the particle on a wall during the contact time."""
+"""The dwell, during which the particle stays on a wall for the contact time."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.particle import Particle
@@ -7,7 +7,7 @@ from damperlab.worker.solver.state import Dwell
 
 @inlined
 def dwell_at_rest(particle: Particle | None) -> Dwell | None:
-    """Dwell of a particle that has met no wall yet; None if contacts take no time."""
+    """Dwell of a particle that has not met a wall yet; None if impacts are instantaneous."""
     if particle is None:
         return None
     if particle.contact_time is None and particle.wall is None:
@@ -17,7 +17,7 @@ def dwell_at_rest(particle: Particle | None) -> Dwell | None:
 
 @inlined
 def no_dwell(dwell: Dwell | None) -> Dwell | None:
-    """Return a dwell of length 0; None if contacts take no time."""
+    """Return a dwell of length 0; None if impacts are instantaneous."""
     if dwell is None:
         return None
     return Dwell(0.0, 0.0)
@@ -25,7 +25,7 @@ def no_dwell(dwell: Dwell | None) -> Dwell | None:
 
 @inlined
 def dwell_on(dwell: Dwell | None, time: float) -> Dwell | None:
-    """Return the dwell after a given time has passed."""
+    """Return the dwell that remains after a given time."""
     if dwell is None:
         return None
     return Dwell(max(dwell.left - time, 0.0), dwell.speed)

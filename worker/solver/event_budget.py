@@ -1,4 +1,4 @@
-"""Limits on the number of events of an integration, and on successive events without progress in time."""
+"""Limits on the number of events in an integration, and on successive events without progress in time."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ _NO_TIME = 1e-15  # a segment of at most this length, relative to `scale`, makes
 
 @inlined
 def spend(counts: NDArray[np.int64], time: float, scale: float) -> int:
-    """Return ARRIVED if an integration may continue after a segment of length `time`, otherwise the outcome."""
+    """Return ARRIVED if the integration may continue after a segment of length `time`, else the reason for its end."""
     if counts[SEGMENTS] > counts[BUDGET]:
         return OUT_OF_EVENTS
     if time <= _NO_TIME * scale:

@@ -16,7 +16,7 @@ CLEARANCE = 7  # The particle is clear of a compliant wall.
 PUSHED_AGAIN = 8  # A compliant wall pushes again.
 REST = 9  # A particle with friction has come to rest in its cavity.
 
-# Indices into the counts of an integration, an int64 array of COUNTS elements.
+# Indices into the event counts of an integration, an int64 array of length COUNTS.
 IMPACTS = 0
 TURNS = 1
 ATTACHMENTS = 2
@@ -27,14 +27,14 @@ COUNTS = 6
 
 
 class Outcome(IntEnum):
-    """Outcome of an integration: the members of `Status` with which an integration can end."""
+    """Outcome of an integration, with values of `Status`."""
 
     ARRIVED = Status.CONVERGED
     OUT_OF_EVENTS = Status.TOO_MANY_EVENTS
     STALLED = Status.NO_PROGRESS
 
 
-# The members as plain numbers, for kernels.
+# The outcomes as plain integers, for kernels.
 ARRIVED = int(Outcome.ARRIVED)
 OUT_OF_EVENTS = int(Outcome.OUT_OF_EVENTS)
 STALLED = int(Outcome.STALLED)

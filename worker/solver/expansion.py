@@ -1,4 +1,4 @@
-"""Expansion of the motion without contact with a compliant wall, and the state of the mass on its polynomials."""
+"""Taylor polynomials of a segment without compliant contact, and the motion of the mass from the polynomials."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.addresses import Floats
@@ -21,7 +21,7 @@ def expand_motion(
     relative: Floats,
     absolute: Floats,
 ) -> None:
-    """Expand the polynomials of a segment: x and, if a particle or a meter needs it, x + s."""
+    """Write the Taylor coefficients of x and, if a particle or a meter needs them, of x + s."""
     base = scene.base
     if regime.sticks:
         expand_base(base, phase, absolute)
@@ -39,7 +39,7 @@ def expand_motion(
 def _combine_both(
     x: float, w: float, phase: Phase, motion: LinearMotion, relative: Floats, absolute: Floats
 ) -> None:
-    """Write the coefficients of x and x + s, as `combine` does; the rows of x and w at the start are the same for both."""
+    """Write the coefficients of x and of x + s, which share the rows for the initial x and w."""
     rows, absolute_rows, first, second = motion.relative_rows, motion.absolute_rows, phase.first, phase.second
     for n in range(TERMS):
         free = x * rows[n] + w * rows[TERMS + n]
@@ -49,7 +49,7 @@ def _combine_both(
 
 @inlined
 def mass_at(state: State, t: float, sticks: bool, relative: Floats) -> tuple[float, float]:
-    """Displacement v and velocity w of the mass at a time t after a state, from the polynomial of x."""
+    """Displacement v and velocity w of the mass at time t after `state`, from the polynomial of x."""
     if sticks:
         return state.v, 0.0
     return state.v + change(relative, t), slope(relative, t)

@@ -1,9 +1,9 @@
-"""Integrate through half an excitation cycle, or through a record, from event to event.
+"""Event-driven integration over half an excitation cycle, or over a record.
 
-Absent elements of a scene are None, and the compiler drops the code for them. If `friction` is None, velocity reversals
-are not searched and the mass never sticks. If `particle` is None, there is no gap, no impact and no sustained contact.
-If `meter` is None, no peaks are measured; if `meter.energies` is None, no integrals are measured. If `log` is None, no
-history is recorded.
+An absent element of a scene is None, and the compiler omits its code. Without `friction`, the mass never sticks, and
+velocity reversals are not searched. Without `particle`, there is no gap, no impact and no sustained contact. Without
+`meter`, no peaks are measured; without `meter.energies`, no integrals are measured. Without `log`, no history is
+recorded.
 """
 
 from damperlab.worker.jit import inlined, kernel
@@ -45,14 +45,14 @@ from damperlab.worker.solver.transition_log import (
 def half_cycle(
     state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, int]:
-    """Integrate through half an excitation cycle and mirror the state, or through a complete record without mirroring.
+    """Integrate over half an excitation cycle and mirror the state, or integrate over a complete record.
 
     Parameters
     ----------
     state : State
         State at phase 0 of the (mirrored) base, or at the start of the record.
     scene : Scene
-        The scene, whose event counts are increased.
+        The scene. The integration increases its event counts.
     meter : Meter or None
         Meter that records peaks and integrals of the motion; None if nothing is measured.
     log : Log, Transitions or None
@@ -73,7 +73,7 @@ def half_cycle(
 def half_cycle_on_addresses(
     state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, int]:
-    """`half_cycle` for a scene, a meter and a log whose arrays have been replaced by addresses.
+    """`half_cycle` with addresses in place of the arrays of scene, meter and log.
 
     Callers that integrate many half cycles replace the arrays only once.
     """
@@ -122,10 +122,10 @@ def half_cycle_on_addresses(
 
 @inlined
 def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
-    """Return the rest of a panel as a segment without events, and whether the absence of events is proved.
+    """Return the rest of a panel as a segment, and whether this segment provably contains no event.
 
-    A complete panel is first integrated by its matrix, and the states at both ends may prove that no event lies between
-    these states. For part of a panel, the state at the start alone may prove this, and the end state is computed later.
+    A complete panel is first integrated by its matrix, and the proof uses the states at both ends. For part of a panel,
+    the proof uses only the start state, and the end state is computed later.
     """
     regime = regime_of(state, scene)
     bounds = motion_bounds(state, regime, span, scene.base)
@@ -140,7 +140,7 @@ def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
 
 @inlined
 def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> State:
-    """Integrate a panel without events by its matrix."""
+    """Integrate over a complete panel without events, by its matrix."""
     base, motion, offset = scene.base, regime.motion, regime.offset
     v = state.v
     w = 0.0
@@ -165,13 +165,13 @@ def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> Sta
 def _to_event(
     segment: Segment, is_free: bool, whole: bool, scene: Scene, meter: Meter | None, curves: Curves
 ) -> tuple[Segment, int]:
-    """Return a segment up to its first event, and the kind of the event; NOTHING if there is no event."""
+    """Return a segment up to its first event, and the kind of this event; NOTHING if the segment has no event."""
     t, kind = segment.time, NOTHING
     if not is_free:
         t, kind = next_event(segment, scene, curves)
     end, phase_end = segment.end, segment.phase_end
     if kind != NOTHING or not whole:
-        # a complete panel is integrated by its matrix, so that the motion has the same bits whatever is observed
+        # a complete panel always ends by its matrix, so that observables do not change the bits
         end = _advance(segment, t, scene, curves)
     if kind != NOTHING or (meter is not None and meter.energies is not None and not whole):
         expand_excitation(scene.base, segment.phase, curves.excitation)
@@ -198,7 +198,7 @@ def _advance(segment: Segment, t: float, scene: Scene, curves: Curves) -> State:
 
 @inlined
 def _flown(state: State, opening: float, t: float, particle: Particle) -> tuple[float, float]:
-    """Gap and velocity of a particle after a flight of length t; `opening` is p − u gained at constant velocity p'."""
+    """Gap and velocity of a particle after a flight of duration t; `opening` is the change of p − u at constant p'."""
     gap, p_rate = state.gap + state.wall * opening, state.p_rate
     if particle.friction is not None:
         gained = acceleration_of(state, particle) * t

@@ -17,11 +17,11 @@ class LinearMotion(NamedTuple):
     Attributes
     ----------
     compliance : float
-        κ = 1 over the inertia.
+        κ, the inverse of the inertia.
     xx … wc : float
-        Map of (x, w, sin φ, cos φ) at the start of a panel to x and w at the end.
+        Coefficients of the map from (x, w, sin φ, cos φ) at the start of a panel to x and w at its end.
     relative_rows, absolute_rows : array, shape (4 · TERMS,)
-        Taylor coefficients of x and of x + s, with one row for a unit value of each of x₀, w₀, sin φ and cos φ.
+        Taylor coefficients of x and of x + s: one row each for unit x₀, w₀, sin φ and cos φ.
     forms : array, shape (3 · PAIRS + 4,), or None
         Integrals over a panel (`quadratic_forms.motion_forms`); None if no meter needs energies.
     """

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 RUBBING = "rubbing"
-"""Model of the contact of a particle with friction in its cavity; impacts are instantaneous."""
+"""Contact model of a particle with friction in its cavity; impacts are instantaneous."""
 FALLING = "falling"
-"""Model of the contact of a particle under gravity in its cavity."""
+"""Contact model of a particle under gravity in its cavity."""
 
 
 class Wall(NamedTuple):
@@ -14,7 +14,7 @@ class Wall(NamedTuple):
     Attributes
     ----------
     stiffness, damping : float
-        K over k, C over k/ω_n.
+        Stiffness K over k, and damping C over k/ω_n.
     """
 
     stiffness: float
@@ -31,12 +31,12 @@ class Particle(NamedTuple):
     contact_time : float or None
         Time for which the particle stays on a wall after an impact [1/ω_n]; None if the particle leaves immediately.
     wall : Wall or None
-        Compliant walls, whose constants replace e; None if walls are rigid.
+        Stiffness and damping of compliant walls, which replace e; None for rigid walls.
     friction : float or None
-        κ > 0 of a particle with friction in its cavity, whose impacts are instantaneous. The value is 0 if gravity acts
-        without friction, and None if neither acts.
+        κ of a particle with friction in its cavity; 0 if only gravity acts, None without friction and gravity. With
+        friction or gravity, impacts are instantaneous.
     gravity : float or None
-        G > 0 along the cavity, towards negative u; None if the cavity is level.
+        G > 0, which acts along the cavity towards negative u; None if the cavity is level.
     """
 
     clearance_ratio: float
@@ -49,7 +49,7 @@ class Particle(NamedTuple):
 
 
 def with_floats(particle: Particle) -> Particle:
-    """Convert the numbers of a particle to floats, because a kernel is compiled for only one type."""
+    """Convert the numbers of a particle to floats, the only type for which kernels are compiled."""
     contact_time = None if particle.contact_time is None else float(particle.contact_time)
     wall = (
         None if particle.wall is None else Wall(float(particle.wall.stiffness), float(particle.wall.damping))

@@ -1,4 +1,4 @@
-"""The regime of a motion between events, and a segment of the motion."""
+"""Regimes and segments of the motion between events."""
 
 from typing import NamedTuple
 
@@ -11,17 +11,17 @@ from damperlab.worker.solver.state import State
 
 
 class Regime(NamedTuple):
-    """The linear equation of motion that holds between two events.
+    """The linear equation of motion between two events.
 
     Attributes
     ----------
     sticks : bool
         Whether friction holds the mass on the base.
     offset : float
-        Offset of the centre of the motion: ±γ_F in slip, plus the pull of a particle with friction; 0 if friction holds
-        the mass.
+        Offset of the spring centre: ±γ_F in slip, plus the pull of a particle with friction; 0 if friction holds the
+        mass.
     motion : LinearMotion
-        The motion in slip, of the mass alone or with the particle in sustained contact.
+        The motion in slip, for the mass alone or with the particle in sustained contact.
     """
 
     sticks: bool
@@ -61,8 +61,8 @@ class Segment(NamedTuple):
     Attributes
     ----------
     start, end : State
-        States at the start and at the end. Before the search for events, `end` of a complete panel is the state that
-        results without an event, and `end` of a shorter segment is not known yet.
+        States at the start and at the end. Before the search for events, `end` of a complete panel is its end state
+        without events, and `end` of a shorter segment is not valid.
     phase, phase_end : Phase
         Phase at the start and at the end of the segment.
     regime : Regime
@@ -90,7 +90,7 @@ def window_at(base: Excitation, k: int) -> Span:
 
 @inlined
 def slip_regime(slip: float, friction: float | None) -> tuple[bool, float]:
-    """Return whether friction holds the mass, and the offset of the centre of its motion: ±γ_F in slip, else 0."""
+    """Return whether friction holds the mass, and the offset of the spring centre: ±γ_F in slip, else 0."""
     if friction is not None:
         return slip == 0.0, slip * friction
     return False, 0.0
@@ -98,7 +98,7 @@ def slip_regime(slip: float, friction: float | None) -> tuple[bool, float]:
 
 @inlined
 def regime_of(state: State, scene: Scene) -> Regime:
-    """Regime of a state without contact with a compliant wall."""
+    """Regime of a state without the force of a compliant wall."""
     sticks, offset = slip_regime(state.slip, scene.friction)
     if not sticks:
         offset = with_pull(offset, state, scene.particle)
@@ -107,7 +107,7 @@ def regime_of(state: State, scene: Scene) -> Regime:
 
 @inlined
 def motion_of(riding: float, scene: Scene) -> LinearMotion:
-    """Motion of the mass, together with the particle if the particle is in sustained contact with a rigid wall."""
+    """Motion of the mass alone, or of mass and particle in sustained contact with a rigid wall."""
     if scene.particle is not None and scene.particle.wall is None:
         return _choose(scene.free, scene.loaded, riding)
     return scene.free
@@ -115,4 +115,4 @@ def motion_of(riding: float, scene: Scene) -> LinearMotion:
 
 @inlined
 def _choose(free: LinearMotion, loaded: LinearMotion, riding: float) -> LinearMotion:
-    return free if riding < 1.0 else loaded  # the values of the usual case are then loaded alone
+    return free if riding < 1.0 else loaded  # in the usual case, only the values of `free` are then loaded

@@ -20,7 +20,7 @@ from damperlab.worker.solver.particle import Particle
 class Scene(NamedTuple):
     """Data of an integration.
 
-    Absent elements are None, and the compiler drops the code for them in every function that receives the scene.
+    An absent element is None, and the compiler omits its code in every function that receives the scene.
 
     Attributes
     ----------
@@ -29,8 +29,7 @@ class Scene(NamedTuple):
     free : LinearMotion
         The motion of the primary mass alone.
     loaded : LinearMotion, Contact or None
-        The motion with the particle in sustained contact with a rigid wall, or in contact with a compliant wall; None
-        without a particle.
+        The motion in sustained contact with a rigid wall, or in contact with a compliant wall; None without a particle.
     friction : float or None
         γ_F; None without friction.
     particle : Particle or None
@@ -38,7 +37,7 @@ class Scene(NamedTuple):
     scratch : array, shape (4, TERMS)
         Polynomials of the present segment (`Curves`).
     counts : int64 array, shape (COUNTS,)
-        Counts of events, which an integration increases; counts[BUDGET] is the largest allowed number of segments.
+        Event counts, which an integration increases; counts[BUDGET] is the largest allowed number of segments.
     """
 
     base: Any
@@ -51,7 +50,7 @@ class Scene(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """Polynomials of a segment: x, x + s, the excitation (s or the force), and intermediate results."""
+    """Polynomials of a segment: x, x + s and the excitation (s or the force), and a work array."""
 
     relative: Floats
     absolute: Floats
@@ -61,7 +60,7 @@ class Curves(NamedTuple):
 
 @inlined
 def curves_of(scene: Scene) -> Curves:
-    """Buffers for expanding the segments of an integration."""
+    """Buffers for the polynomials of a segment."""
     return Curves(
         address(scene.scratch, 0),
         address(scene.scratch, TERMS),
@@ -90,7 +89,7 @@ def make_scene(
     particle : Particle or None
         The particle.
     energies : True or None
-        Whether a meter needs integrals (`observe.meter.Meter`).
+        True if a meter needs integrals (`observe.meter.Meter`), else None.
     forced : bool
         Whether a force on the structure replaces the shaken base. Lengths are then divided by F₀/k.
     """

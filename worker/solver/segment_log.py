@@ -34,7 +34,7 @@ _WIDTH = len(COLUMNS)
 
 
 class Log(NamedTuple):
-    """Rows of a log; cursor[0] counts the rows so far, including rows beyond the capacity, which are not stored."""
+    """Segment log. cursor[0] counts all segments; rows beyond the capacity are not stored."""
 
     rows: NDArray[np.float64]
     cursor: NDArray[np.int64]

@@ -3,8 +3,8 @@
 A sliding particle has p'' = κ sgn(u' − p') and pulls the mass in the opposite direction with the force βκ sgn(u' − p').
 While |u''| ≤ κ, friction can carry the particle along with the mass. A pushing wall carries the particle along at any
 u''. Gravity adds −G to p'', and the condition for friction becomes |u'' + G| ≤ κ. With gravity, u is measured from the
-rest position of the mass with the particle on its lower wall. So the force βG acts on the mass while the mass does not
-carry the particle.
+rest position of the mass with the particle on its lower wall. A sliding particle does not load the mass with its
+weight, so the force βG then acts on the mass.
 """
 
 from damperlab.worker.jit import inlined
@@ -14,7 +14,7 @@ from damperlab.worker.solver.state import Slide, State
 
 @inlined
 def slide_at_rest(particle: Particle | None) -> Slide | None:
-    """Return the `Slide` of a particle that the mass carries; None with neither friction nor gravity."""
+    """Return the `Slide` of a particle that the mass carries; None without friction and gravity."""
     if particle is None:
         return None
     if particle.friction is None:
@@ -58,7 +58,7 @@ def down_of(slide: Slide | None) -> float:
 
 @inlined
 def order_of(slide: Slide | None) -> int:
-    """Number of leading Taylor coefficients of u' − p' that are zero; 0 without friction of the particle."""
+    """Number of leading Taylor coefficients of u' − p' that are zero; 0 for a particle without friction."""
     if slide is None:
         return 0
     return slide.order
@@ -66,7 +66,7 @@ def order_of(slide: Slide | None) -> int:
 
 @inlined
 def fall_of(slide: Slide | None, particle: Particle) -> float:
-    """Acceleration of a free particle by gravity; 0 without gravity."""
+    """Acceleration of gravity, with the sign of `Slide.down`; 0 without gravity."""
     if particle.gravity is not None and slide is not None and slide.down is not None:
         return particle.gravity * slide.down
     return 0.0
@@ -74,10 +74,10 @@ def fall_of(slide: Slide | None, particle: Particle) -> float:
 
 @inlined
 def with_pull(force: float, state: State, particle: Particle | None) -> float:
-    """Add the force of the particle to a force on the mass against u, over k Z.
+    """Return a force on the mass plus the force of a sliding particle, both positive against u and over k Z.
 
-    The added force is βp'' if the mass does not carry the particle, and otherwise 0. With gravity, βp'' includes −βG,
-    because the mass does not bear the particle's weight.
+    The force is βp'' while the particle slides, and 0 while the mass carries the particle. With gravity, βp'' includes
+    −βG, because the mass does not bear the weight of a sliding particle.
     """
     if particle is not None:
         if particle.friction is not None and state.riding == 0.0:
@@ -87,7 +87,7 @@ def with_pull(force: float, state: State, particle: Particle | None) -> float:
 
 @inlined
 def acceleration_of(state: State, particle: Particle) -> float:
-    """Acceleration p'' between impacts of a particle that the mass does not carry."""
+    """Acceleration p'' of a sliding particle between impacts; 0 without friction and gravity."""
     if particle.friction is not None and state.slide is not None:
         return with_fall(particle.friction * state.slide.direction, state.slide, particle)
     return 0.0
@@ -95,7 +95,7 @@ def acceleration_of(state: State, particle: Particle) -> float:
 
 @inlined
 def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """Add the acceleration by gravity, if there is gravity, to an acceleration of the particle."""
+    """Return an acceleration of the particle plus the acceleration of gravity, if there is gravity."""
     if particle.gravity is not None:
         return acceleration + fall_of(slide, particle)
     return acceleration
@@ -103,7 +103,7 @@ def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> f
 
 @inlined
 def without_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """Subtract the acceleration by gravity from a particle's acceleration; friction or a wall supplies the rest."""
+    """Return an acceleration of the particle minus the acceleration of gravity: the share of friction or of a wall."""
     if particle.gravity is not None:
         return acceleration - fall_of(slide, particle)
     return acceleration
@@ -111,7 +111,7 @@ def without_fall(acceleration: float, slide: Slide | None, particle: Particle) -
 
 @inlined
 def largest_of(particle: Particle) -> float:
-    """Largest |p''| of a particle that the mass does not carry."""
+    """Largest |p''| of a sliding particle; 0 without friction and gravity."""
     if particle.friction is None:
         return 0.0
     if particle.gravity is None:

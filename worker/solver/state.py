@@ -11,7 +11,7 @@ class Dwell(NamedTuple):
     Attributes
     ----------
     left : float
-        Time until detachment [1/ω_n]. It is 0 in sustained contact, in flight, and always on a compliant wall.
+        Time until detachment [1/ω_n]; 0 in sustained contact, in flight, and on a compliant wall.
     speed : float
         Approach speed [Z ω_n] when the particle met the wall; on a compliant wall, the present rate of penetration.
     """
@@ -51,20 +51,20 @@ class State(NamedTuple):
         +1 if the particle last touched the wall at u − p = +d/Z, −1 if it last touched the other wall.
     gap : float
         Distance of the particle from the wall last touched, exactly 0 after an impact. The gap is negative during
-        penetration of a compliant wall. The gap is accurate in a short flight, where u − p would lose digits as a
-        difference of large numbers.
+        penetration of a compliant wall. In a short flight, the gap is more accurate than u − p, a difference of large
+        numbers.
     p_rate : float
         Absolute particle velocity.
     riding : float
-        1 while the particle moves with the mass: on its wall or, with friction, carried in the cavity. Also 1 while a
-        compliant wall pushes the particle; 0 while the particle flies.
+        1 while the particle moves with the mass, on a wall or carried by friction, and while a compliant wall pushes
+        the particle; 0 while the particle flies or slides.
     slip_order, gap_order : int
-        Number of leading Taylor coefficients of w, and of the gap (in compliant contact, of the wall force), that are
-        zero after the latest event.
+        Numbers of leading Taylor coefficients that are zero after the latest event: for w, and for the gap or, in
+        compliant contact, the wall force.
     dwell : Dwell or None
         Data of contacts with a finite duration; None if impacts are instantaneous.
     slide : Slide or None
-        Sliding of a particle with friction or gravity; None with neither.
+        Sliding of a particle with friction or gravity; None without friction and gravity.
     """
 
     v: float
@@ -84,14 +84,14 @@ class State(NamedTuple):
 def advanced(
     state: State, v: float, w: float, gap: float, p_rate: float, dwell: Dwell | None, gap_order: int
 ) -> State:
-    """Return a later state in the same regime, in which neither w nor u' − p' is known to be zero any more."""
+    """Return a later state in the same regime, in which the orders of w and of u' − p' are reset to 0."""
     slide = slide_on(state.slide)
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, gap_order, dwell, slide)
 
 
 @inlined
 def slide_on(slide: Slide | None) -> Slide | None:
-    """Return the slide at a later time, at which u' − p' is not known to be zero any more."""
+    """Return the slide with its order reset to 0."""
     if slide is None:
         return None
     return Slide(slide.direction, 0, slide.down)

@@ -1,4 +1,4 @@
-"""The motion of the structure alone, which has no events, as one map over half a cycle."""
+"""The motion of a structure without a damper, which has no events, as one linear map over half a cycle."""
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.excitation.sine import Sine
@@ -8,7 +8,7 @@ from damperlab.worker.solver.state import State
 
 @kernel
 def march_alone(state: State, halves: int, base: Sine, free: LinearMotion) -> State:
-    """Integrate the structure alone through half cycles, mirrored as in `integrate.half_cycle`.
+    """Integrate the structure alone over half cycles, mirrored as in `integrate.half_cycle`.
 
     The maps of all panels are composed once. Each half cycle is then one map (v, w) → −(P (v, w) + g).
 

@@ -1,7 +1,7 @@
 """Log of the transitions in a half cycle, for the variational equations.
 
-Between two transitions the motion is linear and its state-transition matrix depends only on the time. So panels without
-events need not be logged.
+Between two transitions the motion is linear, and its state-transition matrix depends only on the time. So panels
+without events need not be logged.
 """
 
 from typing import Any, NamedTuple
@@ -34,7 +34,7 @@ WIDTH = 24
 
 
 class Transitions(NamedTuple):
-    """Rows of a log; cursor[0] counts the rows so far, including rows beyond the capacity, which are not stored.
+    """Transition log. cursor[0] counts all rows; rows beyond the capacity are not stored.
 
     Attributes
     ----------

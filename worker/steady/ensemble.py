@@ -1,4 +1,4 @@
-"""Random start states at one design point, and the responses to which these starts lead."""
+"""Random start states at one design point, and groups of their responses."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -38,17 +38,17 @@ def drawn_starts(
         Number of starts, and the study's seed.
     coordinates : sequence of float
         The six coordinates of the point. The draw depends only on these coordinates and the seed, not on the division
-        into blocks. A longer ensemble begins with the starts of a shorter ensemble.
+        of a study into blocks. A longer ensemble begins with the starts of a shorter ensemble.
     damping_ratio, frequency_ratio, friction, particle, forced
         Parameters of `settle`.
 
     Yields
     ------
     State
-        The mass moves as in a harmonic motion u = a sin(rτ + ψ) at τ = 0, with uniformly distributed ψ and ln a. The
-        lower limit of a is the amplitude of the base, or the static displacement under a force. The upper limit is the
-        amplitude of the structure alone (at least 2 Z, at most `HIGHEST`). The position of the particle in its cavity
-        and the velocity of the particle relative to the mass, within ± a r, are uniformly distributed.
+        The mass has the displacement and velocity of u = a sin(rτ + ψ) at τ = 0, with uniformly distributed ψ and ln a.
+        The lower limit of a is the amplitude of the base, or the static displacement under a force. The upper limit is
+        the amplitude of the structure alone (at least 2 Z, at most `HIGHEST`). The position of the particle in its
+        cavity and the velocity of the particle relative to the mass, within ± a r, are uniformly distributed.
     """
     yield at_rest(frequency_ratio, friction, particle, forced)
     bits = np.asarray(coordinates, dtype="<f8").view("<u8")
@@ -88,9 +88,9 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
     Periodic responses are equal if class, period and impacts per period agree, and if the amplitudes agree within 10⁻⁶
     plus four times the error. Modulated and chaotic responses are treated as one kind, since no finite run
     distinguishes the two with certainty. Two such responses are equal if the mean amplitudes agree within four standard
-    errors. Sorted by amplitude, successive equal responses form one group. Locked rest positions form an interval and
-    are treated as one response, but different motions of a particle between the walls are different responses. Mirror
-    images agree in every measure, so they are treated as one response.
+    errors. Responses are sorted by amplitude, and successive equal responses form one group. The rest positions of a
+    locked mass form an interval and are treated as one response, but different motions of the particle are different
+    responses. Mirror images agree in every measure and are treated as one response.
     """
     kinds: dict[tuple[int, ...], list[int]] = {}
     for index, response in enumerate(responses):
@@ -121,9 +121,9 @@ def ensemble_values(responses: Sequence[Response]) -> dict[str, float | int]:
     Returns
     -------
     dict
-        The response to which most starts lead, measured from the first of these starts, and the variables of the
-        ensemble. `cycles` is the total over all starts. If every start failed, the response is the failed response of
-        the first start.
+        The most frequent response, measured from the first start that leads to it, and the variables of the ensemble.
+        `cycles` is the total over all starts. If every start failed, the response is the failed response of the first
+        start.
     """
     found = attractors(responses)
     stored = responses[found[0][0]] if found else responses[0]

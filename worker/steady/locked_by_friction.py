@@ -1,4 +1,4 @@
-"""Rules that show that friction holds the mass permanently, or that the present motion tends to such a state."""
+"""Tests for a locked mass, which friction holds permanently, and for motions that tend to a locked state."""
 
 from math import inf, pi, sqrt
 
@@ -15,7 +15,7 @@ from damperlab.worker.solver.state import State
 from damperlab.worker.steady.run import begin_probe
 from damperlab.worker.steady.section.recurrence import recurrence
 
-_CREEP = 1e-2  # excess displacement, over min(1, P r²), below which creep cannot overshoot the locked set
+_CREEP = 1e-2  # excess displacement, over min(1, P r²), below which creep cannot overshoot the locked range
 _TIE = 1e-12
 _REPEATS = (
     1e-9  # displacements and the particle's velocity repeat if they change by at most this value in a cycle
@@ -24,10 +24,10 @@ _REPEATS = (
 
 @inlined
 def _edge(friction: float, forcing: float) -> float:
-    """Largest displacement γ_F − P at which friction holds the mass permanently; negative if friction never does."""
+    """Largest |v| at which friction holds the mass permanently, γ_F − P; negative if there is no such position."""
     edge = friction - forcing
     if edge < 0.0 and edge > -_TIE * forcing:
-        return 0.0  # γ_F = r² up to the rounding of r²
+        return 0.0  # γ_F equals P within rounding
     return edge
 
 
@@ -42,14 +42,14 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
     """Return the locked state to which a one-sided creep tends, and whether the motion is such a creep.
 
     Let P be the largest forcing: r² for a shaken base, 1 for a force. For γ_F ≥ P every rest position |v| ≤ γ_F − P is
-    locked permanently. From a position that is outside this range by x, the mass slips inwards by about 4.5 x²/(P r²)
-    in each cycle. So the distance x falls only as 1/N over N cycles, and the limit is used instead of an integration. A
-    particle at rest keeps its position if it stays clear of both walls.
+    locked permanently. From a distance x outside this range, the mass slips inwards by about 4.5 x²/(P r²) in each
+    cycle. So x falls only as 1/N over N cycles, and the limit replaces an integration. A particle at rest must stay
+    clear of both walls, and keeps its position.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
-    # The forcing exceeds friction by less than x, for the time √(8x/P)/r. The slip lasts one and a half times as long
-    # and covers 4.5 x²/(P r²).
+    # In each cycle, the forcing exceeds friction by less than x, for the time √(8x/P)/r.
+    # The slip lasts one and a half times as long and covers 4.5 x²/(P r²).
     if (
         edge >= 0.0
         and state.slip == 0.0
@@ -71,11 +71,11 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
 
 @kernel
 def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) -> tuple[State, float]:
-    """Return the limit of a one-sided creep on a shaken base, like `creep_limit`, for a particle with friction.
+    """Return the limit of a one-sided creep on a shaken base, for a particle with friction (compare `creep_limit`).
 
-    A sliding or carried particle pulls the held mass with at most β min(κ, r²), at the time when the base pulls most.
-    So friction holds the mass up to the edge |v| = γ_F − r² − β min(κ, r²). A cycle is integrated with the mass held at
-    this edge, to test whether the particle's motion repeats.
+    A sliding or carried particle adds at most β min(κ, r²) to the largest inertial force. So friction holds the mass
+    permanently up to the edge |v| = γ_F − r² − β min(κ, r²). One cycle is integrated with the mass at this edge, to
+    test whether the motion of the particle repeats.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) ->
 
 @kernel
 def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.float64], half: int) -> bool:
-    """Whether friction has held the mass for a cycle and always will: P + |v| ≤ γ_F, with the particle at rest."""
+    """Whether the mass is locked: P + |v| ≤ γ_F, the particle at rest, and no motion of the mass for a cycle."""
     return (
         state.slip == 0.0
         and state.p_rate == 0.0
@@ -135,26 +135,25 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     Returns
     -------
     limit : State
-        State with the particle at rest and the mass at its present position. A mass that still creeps is at the edge
-        |v| = γ_F − P of the range in which friction holds the mass permanently.
+        State with the particle at rest and the mass at its present position. If the mass still creeps, its position is
+        the edge of the locked range, |v| = γ_F − P.
     way_left : float
         Bound on the distance from `limit` to the final position of the mass; infinite if no bound is known.
 
     Notes
     -----
-    Let c be the largest speed with which the walls creep, and s the speed of the particle. After an impact, the
-    particle is no faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle only lose
-    energy. In all impacts together the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to the
-    mass.
+    Let c be the largest creep speed of the walls, and s the speed of the particle. After an impact, the particle is no
+    faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle only lose energy. In all
+    impacts together the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to the mass.
 
-    At a time τ from its maximum, |rτ| ≤ π, the forcing is below the limit of friction and spring by at least P (1 − cos
-    rτ) ≥ 2P (rτ/π)². So a slip that begins with the velocity W and passes one maximum ends within the time
-    2a + W π²/(2P r² a²), for any a up to π/r; here a = W^¼. If |v| is below γ_F − P by a margin, W divided by this
-    margin is also a bound on the time. The mass may also move with the velocity W during a creep slip and during a
+    Let τ be the time from a maximum of the forcing, |rτ| ≤ π. The forcing is below the limit of friction and spring by
+    at least P (1 − cos rτ) ≥ 2P (rτ/π)². So a slip that begins with the velocity W and passes one maximum ends within
+    the time 2a + W π²/(2P r² a²), for any a up to π/r; here a = W^¼. If |v| is below γ_F − P by a margin, W divided by
+    this margin is also a bound on the time. The mass may also move with the velocity W during a creep slip and during a
     contact, so the durations of a creep slip and of a contact are added. A compliant wall whose largest force stays
     within the margin does not move the mass.
 
-    A displacement outwards makes the mass creep more, so the bound is computed a second time, for an outward
+    Impacts that move the mass outwards increase the creep. So the bound is computed a second time, for an outward
     displacement of twice the first bound. Two assumptions are confirmed by integrations, but not proved. First, the
     impacts during the creep, at most one per cycle, move the mass no farther than the bound allows. Second, twice the
     first bound is itself a bound if the second bound exceeds this value.
@@ -180,13 +179,13 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 
 @kernel
 def slows_down(friction: float, particle: Particle, scene: Scene) -> bool:
-    """Whether every motion ends with mass and particle at rest, as under a force below the friction limit."""
+    """Whether every motion ends with mass and particle at rest: the force stays below the friction limit, and e < 1."""
     return _edge(friction, largest_forcing(scene.base)) >= 0.0 and particle.restitution < 1.0
 
 
 @kernel
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
-    """Bound on the total displacement of a locked mass by impacts, for outward motion of at most `moved`."""
+    """Bound on the displacement of a locked mass by all impacts, from a position farther outwards by `moved`."""
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
     restitution = _restitution_of_a_held_wall(particle)
@@ -219,7 +218,7 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
 def _restitution_of_a_held_wall(particle: Particle) -> float:
     """Largest restitution at a wall that friction holds at rest.
 
-    At a compliant wall at rest, the mass in contact is β instead of the reduced mass β/(1 + β), so the damping ratio is
+    At a compliant wall at rest, the mass β of the particle replaces the reduced mass β/(1 + β), so the damping ratio is
     smaller by the factor √(1 + β). So the restitution is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
     """
     if particle.wall is not None:

@@ -33,11 +33,11 @@ from damperlab.worker.steady.section.recurrence import LONGEST, RING
 EVENTS_PER_CYCLE = 100
 """Largest average number of events per cycle, over `max_cycles` cycles; a run with more events ends early."""
 
-# Largest number of events in a cycle and, in addition, in each panel. With more events, impacts follow too fast to be
-# resolved.
+# Largest number of events in a cycle: a fixed number plus a number for each panel.
+# With more events, impacts follow too fast to be resolved.
 _EVENTS_AT_ONCE = 2000
 _EVENTS_PER_WINDOW = 4
-_WINDOWS_PER_EVENT = 128  # number of panels without events that take about as long as one event
+_WINDOWS_PER_EVENT = 128  # number of panels without events that cost about as much time as one event
 _LOG_ROWS = 4096
 
 
@@ -64,7 +64,7 @@ class Notes(NamedTuple):
     log : Transitions
         Transitions of one half cycle, from which the Jacobian is computed.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
-        Jacobian of the orbit that was searched last.
+        Jacobian from the latest search for an orbit.
     candidate_point, candidate_departure : array, shape (SECTION_SIZE,)
         Section point of the candidate orbit, and the recorded difference between the run and this point.
     candidate_jacobian : array, shape (SECTION_SIZE, SECTION_SIZE)
@@ -146,7 +146,7 @@ def notes_on_addresses(notes: Notes) -> Notes:
 def work_done(scene: Scene, half: int) -> int:
     """Computational work of a run so far, in events.
 
-    The work is a count and not a time, so that the same study has the same bits everywhere.
+    Work is counted, not timed, so that a study has the same bits on every machine.
     """
     done: int = scene.counts[SEGMENTS] + half * scene.base.windows // _WINDOWS_PER_EVENT
     return done
@@ -186,7 +186,7 @@ def advance(
     half : int
         Number of half cycles since the start of the run.
     outcome : int
-        ARRIVED, or the reason of an early end.
+        ARRIVED, or the reason for an early end.
     """
     # unpacked once, because numba counts references on unpacking, which would take a third of the run time
     trace, ring, struck = notes.trace, notes.ring, notes.struck

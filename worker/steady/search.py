@@ -1,4 +1,5 @@
-"""The run towards the steady response, which ends when the motion repeats, or when an orbit or the mean peak is known.
+"""The run towards the steady response. The run ends when the motion repeats, or when an orbit or the mean peak is
+known.
 
 The search for orbits uses copies of the state and separate counts, so the search does not change the run.
 """
@@ -37,9 +38,9 @@ from damperlab.worker.steady.stopping_rules import (
 )
 
 _UNBOUNDED = int(Status.UNBOUNDED)
-# Number of half cycles between two examinations of the section, which is doubled while metering. The number is even, so
-# that whole cycles lie between two examinations. `_SHORT_CHUNK` is used if a half cycle has more than `_LONG_HALF`
-# panels and so takes long.
+# Number of half cycles between two examinations of the section, doubled while metering.
+# Even numbers ensure that whole cycles lie between two examinations.
+# `_SHORT_CHUNK` is used if a half cycle has more than `_LONG_HALF` panels and so takes long.
 _CHUNK = 32
 _SHORT_CHUNK = 8
 _LONG_HALF = 1000  # Number of panels above which a half cycle takes long.
@@ -48,8 +49,9 @@ _SPARE_EVENTS = 20_000
 # Value of `metered_halves` during the burn-in; `advance` and `look_farther` treat all negative numbers alike.
 _NOT_METERED = -1
 _LOCKED_LAG = 2  # Period of a locked mass [half cycles], which is the period of the excitation.
-# `_AT_ONCE` is the remaining displacement of the mass at which a run may end before the metered cycles suffice for a
-# mean. `_SMALL` is the least amplitude to which `tolerance` refers afterwards. Both are relative to F₀/k.
+# Limits for a mass under a force while the particle slows down, relative to F₀/k.
+# Before the metered cycles suffice for a mean, the run may end if the remaining displacement is below `_AT_ONCE`.
+# Afterwards, `tolerance` refers to the amplitude, but at least to `_SMALL`.
 _AT_ONCE = 1e-6
 _SMALL = 1e-2
 
@@ -71,8 +73,8 @@ class Found(NamedTuple):
     mean : Estimate
         Estimate from the metered cycles; meaningful only if no repetition was found.
     known : bool
-        Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit
-        is known that the run may still reach.
+        Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit was
+        found near the run.
     way_left : float
         Bound on the distance from `orbit` to the final position of a locked mass while the particle still moves.
     """
@@ -166,9 +168,10 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
 
 @kernel
 def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: Notes) -> tuple[Orbit, float]:
-    """Return the locked state that the run has reached or tends to, and a bound on the remaining displacement.
+    """Return the locked state of the run, or the locked state to which the run tends, and a bound on the remaining
+    displacement.
 
-    The period of the state is 0 if no such state exists.
+    The period of the returned orbit is 0 if no such state exists.
     """
     if scene.particle is not None and scene.particle.friction is not None:
         if scene.friction is not None and not has_force(scene.base):
@@ -252,8 +255,8 @@ def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> 
 def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
     """Whether the peaks of the metered cycles grow, with no sign of an end.
 
-    Without viscous damping at resonance, a cycle of amplitude A supplies π A and loses 4 γ_F A to friction as long as
-    the particle meets no wall. So growth never ends if γ_F < π/4. In all other cases the trend of the peaks decides.
+    At resonance without viscous damping and without impacts, a cycle of amplitude A gains the energy π A and loses 4
+    γ_F A to friction. So growth never ends if γ_F < π/4. In all other cases the trend of the peaks decides.
     """
     undamped = scene.base.two_zeta == 0.0 and scene.base.frequency_ratio == 1.0 and scene.counts[IMPACTS] == 0
     undamped = undamped and not rubs(scene.particle)

@@ -89,19 +89,21 @@ def settle(
     Returns
     -------
     response : Response
-        The response, whose status gives the outcome of the search. No error is raised.
+        The response. The field `status` gives the outcome of the search; no error is raised.
     end : State
         State on the steady response, at phase 0 of the mirrored base.
 
     Notes
     -----
-    The run continues until one of these conditions is met. First, the run repeats to rounding, or its remaining
-    distance from repetition is below `periodic_tolerance`, and the orbit does not repel the run. Second, Newton's
-    method finds a periodic orbit that is stable by its multipliers, and the run approaches this orbit as the
-    linearisation predicts. Third, friction holds the mass permanently, or the mass creeps to such a position. Fourth,
-    under a force and with a decelerating particle, the remaining displacement is within `tolerance`. Fifth, after a
-    burn-in, the standard error of the mean peak is below `tolerance`, a moving particle has met a wall, and the run
-    does not tend to rest. Last, `max_cycles` or the limit on events is reached.
+    The run ends as soon as one of these conditions is met:
+
+    1. The run repeats, within rounding or within `periodic_tolerance`, on an orbit that does not repel the run.
+    2. Newton's method finds a stable periodic orbit, and the run approaches this orbit as the linearisation predicts.
+    3. Friction holds the mass permanently, or the mass creeps to such a position.
+    4. Under a force, the particle slows down, and the remaining displacement of the mass is within `tolerance`.
+    5. After a burn-in, the standard error of the mean peak is below `tolerance`, a moving particle has met a wall, and
+       the run does not tend to rest.
+    6. `max_cycles` or the limit on events is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies, forced)
     notes = make_notes(settings.max_cycles, settings.energies, settings.acceleration)
@@ -136,7 +138,7 @@ def _measured_orbit(
     state = found.orbit.state
     cycles = found.look.half // 2
     period_halves = _shortest_period(state, found, scene, probe, notes)
-    # measured over whole cycles, since the mirrored map of an odd period_halves is half a period
+    # an odd period_halves is half a period of the response, so twice as many half cycles are measured
     halves = 2 * period_halves if period_halves % 2 == 1 else period_halves
     begin_probe(probe, scene, halves)
     begin_trace(state, probe, notes)

@@ -8,18 +8,19 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.steady.response.standard_errors import Estimate
 
 LARGEST_BURN_IN = 0.2
-"""Largest fraction of `max_cycles`, or of the allowed events, for a burn-in; without damping this is the only bound."""
+"""Largest burn-in, as a fraction of `max_cycles` and of the allowed events; without damping, the only limit."""
 FEWEST_MEASURED = 768
 """Least number of measured cycles for which a standard error is used."""
 
 _TRANSIENT_LEFT = 0.02  # Fraction of a free vibration that remains after the burn-in.
-# Frequency ratio, 1/e, below which a burn-in is longer. At this ratio the remaining transient is 0.02 e² = 15 % of the
-# response's velocity, which the test of stationarity detects.
+# Frequency ratio, 1/e, below which a burn-in is longer.
+# At this ratio, the remaining transient is 0.02 e² = 15 % of the response's velocity.
+# The test of stationarity detects a transient of this size.
 _SLOW = 0.37
 _CORRELATIONS = 100.0  # Least number of correlation times in the measured cycles.
-# Smallest and largest ratio of the number of cycles at one check to the number at the previous check. An estimated
-# error is uncertain by a tenth, so the number of cycles that it requires is uncertain by a fifth. A later check could
-# exceed the required number by this much.
+# Smallest and largest ratio of the numbers of cycles at two successive checks.
+# An error estimate is uncertain by a tenth, so the required number of cycles is uncertain by a fifth.
+# A larger ratio could exceed the required number by more than this.
 _SOONEST_LOOK = 1.05
 _LATEST_LOOK = 1.25
 
@@ -38,12 +39,12 @@ class Settings(NamedTuple):
 def burn_in_of(scene: Scene, settings: Settings) -> int:
     """Number of half cycles after which the free vibration of the structure, e^(−ζτ), has nearly decayed.
 
-    The burn-in ends when `_TRANSIENT_LEFT` of the vibration remains, after ln(50) r/(2πζ) = 0.62 r/ζ cycles and at
-    least one. A longer transient is detected from the data (`standard_errors.estimate`).
+    The burn-in ends when `_TRANSIENT_LEFT` of the vibration remains, after ln(50) r/(2πζ) = 0.62 r/ζ cycles, but at
+    least one cycle. A longer transient is detected from the data (`standard_errors.estimate`).
 
     Far below resonance a run from rest starts with the velocity r of the base, whereas the response's velocity relative
-    to the base is of the order r³. So for r below `_SLOW` the transient must decay further. With a particle, which is
-    carried along, the transient decays as e^(−ζτ/(1 + β)).
+    to the base is of the order r³. So for r below `_SLOW` the transient must decay further. With a carried particle,
+    the transient decays as e^(−ζτ/(1 + β)).
     """
     longest = LARGEST_BURN_IN * settings.max_cycles
     base = scene.base
@@ -74,8 +75,8 @@ def is_known(mean: Estimate, settings: Settings) -> bool:
 def next_estimate(mean: Estimate, settings: Settings) -> int:
     """Number of metered cycles at the next check, planned from the current estimate.
 
-    The time of a check is fixed in advance. Checks that were repeated until the error happened to be small would
-    understate the error.
+    Each check is planned in advance. Checking repeatedly until the error happens to be small would understate the
+    error.
     """
     measured = mean.last - mean.first
     needed = _CORRELATIONS * mean.correlation

@@ -1,1 +1,1 @@
-"""Contact of particle and structure: transitions at events with rigid walls; compliant walls are in `compliant`."""
+"""Contact of particle and structure: transitions at events, and compliant walls in `compliant`."""

@@ -1,4 +1,4 @@
-"""Completion of a chatter, a sequence of ever faster impacts, after which mass and particle move on together."""
+"""Completion of a chatter, which is a sequence of ever faster impacts that ends in sustained contact."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.dwell import is_brief
@@ -6,14 +6,15 @@ from damperlab.worker.solver.excitation.excitation import largest_forcing, with_
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 
-# A chatter is completed before its last impact: the bodies join with their common momentum, which the omitted impacts
-# would not change. The error is of the order of (remaining time)³. Times are fractions of a panel. `_CHATTER_LEFT` is
-# the remaining time at which a chatter is completed if the push is steady and the mass does not come to rest within
-# that time.
+# The last impacts of a chatter are omitted: the bodies join at the velocity that conserves their momentum.
+# The error is of the order of (remaining time)³. Remaining times are fractions of a panel.
+#
+# A chatter is completed at the remaining time `_CHATTER_LEFT` if the acceleration of the wall is steady.
+# The mass must not come to rest in this time.
 _CHATTER_LEFT = 5e-6
-# Largest relative change of the wall's acceleration, within `_CHATTER_LEFT`, during a push that is considered steady.
+# Largest relative change of the wall's acceleration within `_CHATTER_LEFT` that is considered steady.
 _STEADY_PUSH = 1e-3
-# Remaining time at which a chatter is completed in any case; no other event happens in such a short time.
+# Remaining time at which every chatter is completed, because no other event happens in such a short time.
 _NOTHING_LEFT = 1e-8
 _LEAST_LOSS = 1e-3  # lower limit of the relative loss of speed in an impact
 
@@ -38,12 +39,12 @@ def is_chatter_over(
         The scene, and its particle.
     """
     base = scene.base
-    # Each remaining flight is shorter than the previous flight by the factor e. At e = 1 only friction shortens the
-    # flights, so a lower limit replaces 1 − e.
+    # Each flight is shorter than the previous flight by the factor e.
+    # At e = 1 only friction shortens the flights, so a lower limit replaces 1 − e.
     impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_LOSS)
     is_over = impulse_left <= _NOTHING_LEFT * base.window * closing
-    # with a finite contact time, a chatter continues until its speed is within rounding, since each contact holds the
-    # particle again
+    # With a finite contact time, each impact holds the particle again.
+    # A chatter therefore continues until its speed is within rounding.
     is_over = is_over and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
     if particle.contact_time is None:
         is_over = is_over or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)
@@ -54,7 +55,7 @@ def is_chatter_over(
 def _is_steady_end(
     w: float, leaving: float, impulse_left: float, u_acceleration: float, closing: float, scene: Scene
 ) -> bool:
-    """Whether a chatter ends soon and no other event happens before its end."""
+    """Whether a chatter ends soon under a steady acceleration of the wall, with no other event before its end."""
     base = scene.base
     chatter_left = _CHATTER_LEFT * base.window
     if impulse_left > chatter_left * closing:

@@ -9,7 +9,7 @@ from damperlab.worker.solver.regime import slip_regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State, in_flight
 
-# below this fraction of the present accelerations, the acceleration of an opening gap is a rounding error
+# fraction of the present accelerations below which the acceleration of the gap is a rounding error
 _STILL = 1e-9
 
 
@@ -18,8 +18,8 @@ def detach(state: State, phase: Phase, scene: Scene) -> State:
     """Return the state after the wall stops pushing: the particle flies on with the velocity of the wall."""
     _, offset = slip_regime(state.slip, scene.friction)
     opening = -state.wall * acceleration_alone(state.v, state.w, state.slip, phase, scene)
-    # At a detachment found as a root, the relative acceleration is zero up to rounding. Then the rate of this
-    # acceleration opens the gap.
+    # At a detachment found as a root, the relative acceleration is zero within rounding.
+    # The time derivative of this acceleration then opens the gap.
     scale = largest_forcing(scene.base) + abs(state.w) + abs(state.v) + abs(offset)
     order = 2 if opening > _STILL * scale else 3
     return in_flight(

@@ -66,8 +66,8 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene) -> State:
     """Return the state after the mass comes to rest on the base: sticking, slipping on or slipping back.
 
     If the particle is on a wall, a detachment is tried first. If the wall would then move away from the particle, the
-    particle detaches. Otherwise the particle stays on the wall, and friction is determined for both masses together.
-    Exactly one of these cases is consistent. A particle that dwells on its wall cannot detach.
+    particle detaches. Otherwise the particle stays on the wall, and friction acts on both masses together. Exactly one
+    of these cases is consistent. A particle that dwells on its wall cannot detach.
     """
     slip = slip_from_rest(state.v, 0.0, 1.0, False, phase, scene)
     riding = 0.0
@@ -101,7 +101,7 @@ def _impact(
             meter.sums[IMPACT_LOSS] += impact_loss(approach, particle.restitution, particle.mass_ratio)
     before = u_rate - wall * approach
     if particle.contact_time is not None:
-        # a touch at a speed within rounding starts no dwell; a dwell would hold the particle for the contact time
+        # a touch within rounding starts no dwell, which would hold the particle for the contact time
         if is_blow:
             jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
             dwell = Dwell(particle.contact_time, approach)
@@ -118,8 +118,7 @@ def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter:
     leaving = particle.restitution * approach_speed(state.dwell)
     jump, p_jump = part(state.wall * leaving, particle.mass_ratio)
     if scene.friction is not None:
-        # if the particle leaves without relative speed, friction is determined again, as for a particle in sustained
-        # contact
+        # a particle that leaves without relative speed remains in contact, so friction is determined again
         if leaving == 0.0 and state.w + jump == 0.0:
             riding = in_contact(
                 state,
@@ -148,7 +147,7 @@ class Parting(NamedTuple):
     speed : float
         Speed of separation [Z ω_n].
     u_rate_before : float
-        Absolute velocity of the mass just before the separation, which determines the rounding of velocities.
+        Absolute velocity of the mass just before the separation, a reference for rounding errors.
     """
 
     wall: float
@@ -169,8 +168,8 @@ def _part(
     closing = wall * u_acceleration  # acceleration of the wall towards the particle
     rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     if leaving == 0.0 and closing == 0.0:
-        # Without relative speed and acceleration, the particle attaches. The next search for a detachment uses the time
-        # derivative of the acceleration.
+        # Without relative speed and acceleration, the particle attaches.
+        # The next search for a detachment uses the time derivative of the acceleration.
         closing = rounding
     dwell = no_dwell(state.dwell)
     is_over = is_chatter_over(w, leaving, u_acceleration, closing, scene, particle)
@@ -189,7 +188,7 @@ def _part(
 def _join(
     state: State, wall: float, w: float, p_rate: float, dwell: Dwell | None, phase: Phase, scene: Scene
 ) -> State:
-    """Return the state in which particle and primary mass move on together at the velocity w relative to the base."""
+    """Return the state of mass and particle that move on together, with velocity w relative to the base."""
     slip = slip_at(w, state.slip, scene)
     slip_order = 0
     if scene.friction is not None and scene.particle is not None:

@@ -1,8 +1,8 @@
 """Transition at an event for a particle with friction: the slip of both bodies is determined together.
 
-Bodies of equal velocity move on together under the force between them for which u'' = p''. A larger force reduces u''
-and increases p''. So the particle starts to slide if the largest friction, βκ, is insufficient; the push of a wall has
-no upper limit. The friction of the structure is determined for each trial force.
+Bodies of equal velocity move on together if the force between them gives u'' = p''. A larger force on the particle
+reduces u'' and increases p''. So the particle starts to slide if the required force exceeds the largest friction, βκ;
+the push of a wall has no upper limit. The friction of the structure is determined for each trial force.
 """
 
 from damperlab.worker.jit import inlined
@@ -32,7 +32,7 @@ from damperlab.worker.solver.sliding import direction_of, with_fall, without_fal
 from damperlab.worker.solver.state import Slide, State
 
 _SPEED_ROUNDING = 1e-14  # Below this fraction of the velocities, an outgoing speed is a rounding error.
-# Below this fraction of the present accelerations, the acceleration of a slide is a rounding error.
+# Fraction of the present accelerations below which the relative acceleration of a slide is a rounding error.
 _STILL = 1e-9
 
 
@@ -75,14 +75,14 @@ def _slide(state: State, direction: float, order: int) -> Slide | None:
 
 @inlined
 def _sliding(state: State, w: float, slip: float, p_rate: float, direction: float) -> State:
-    """Return the state with the same positions and new velocities, in which the mass does not carry the particle."""
+    """Return a state with the same positions, new velocities and a sliding particle."""
     slide = _slide(state, direction, 0)
     return State(state.v, w, slip, state.wall, state.gap, p_rate, 0.0, 0, 0, state.dwell, slide)
 
 
 @inlined
 def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: Slide | None) -> State:
-    """Return the state with new slip, contact and sliding."""
+    """Return the state with new orders, `riding` and `slide`."""
     return State(
         state.v,
         state.w,
@@ -106,7 +106,7 @@ def _pull(state: State, direction: float, particle: Particle, friction: float) -
 
 @inlined
 def _response(state: State, pull: float, inertia: float, phase: Phase, scene: Scene) -> tuple[float, float]:
-    """Slip of the mass and u'' under a pull of the particle, with the inertia of the bodies that move together."""
+    """Direction of slip and u'' of bodies with a given inertia, under a pull of the particle."""
     base = scene.base
     slip = 0.0
     offset = pull
@@ -125,7 +125,7 @@ def _response(state: State, pull: float, inertia: float, phase: Phase, scene: Sc
 def _torn_to(state: State, phase: Phase, scene: Scene, particle: Particle) -> float:
     """Sign of u' − p' of a particle that starts to slide.
 
-    The particle leaves its wall or, without contact with a wall, lags behind the accelerating mass.
+    The particle leaves the wall that it touches or, away from walls, lags behind the accelerating mass.
     """
     if state.gap == 0.0:
         return -state.wall
@@ -143,16 +143,16 @@ def _together(
     particle: Particle,
     friction: float,
 ) -> State:
-    """Return the state of mass and particle with equal velocities: the mass carries the particle, or sliding starts.
+    """Return the state after mass and particle reach equal velocities: either common motion, or the start of a slide.
 
     Parameters
     ----------
     state : State
         State with the common velocity. Its slip is used only if the mass moves; its contact and sliding are not used.
     loose : float
-        Direction in which the particle is known to start sliding; 0 if the direction is to be determined.
+        Direction in which the particle certainly starts to slide; 0 if the direction is to be determined.
     slips : bool
-        Whether the mass, at rest on the base, is known to slip.
+        Whether the mass, at rest on the base, certainly starts to slip.
     """
     limit = breakaway(friction, largest_forcing(scene.base))
     on_wall = state.gap == 0.0

@@ -18,7 +18,7 @@ def slip_from_rest(
     v : float
         Displacement of the mass relative to the base.
     wall_force : float
-        Force of a compliant wall against u; 0 without such a wall.
+        Force of a compliant wall on the mass, positive against u; 0 without such a wall.
     inertia : float
         Inertia of the bodies that move with the mass.
     must_slip : bool

@@ -1,4 +1,4 @@
-"""Bounds on the motion over a span, from the state at the start of the span alone."""
+"""Bounds on the motion over a span, computed only from the state at its start."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import (
@@ -17,9 +17,9 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) ->
     Notes
     -----
     Let W and X be bounds on |w| and |x| over a span of slip of length T, where x is the displacement from the shifted
-    spring centre. Then W = |w₀| + T (κ(2ζ W + X) + max |s''|) and X = |x₀| + T W, which are solved for W. A force on the
-    structure adds its largest value to X in the first equation. T is at most a panel (`taylor.LARGEST_WINDOW`), so the
-    denominator of W stays above 0.5.
+    spring centre. Then W = |w₀| + T (κ(2ζ W + X) + max |s''|) and X = |x₀| + T W. These equations are solved for W. A
+    force on the structure adds its largest value to X in the first equation. T is at most a panel
+    (`taylor.LARGEST_WINDOW`), so the denominator of W stays above 0.5.
     """
     base_most = base_derivative_bound(base, span.phase, 2)
     if regime.sticks:
@@ -35,7 +35,10 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) ->
 
 @inlined
 def u_derivative_bound(order: int, segment: Segment, base: Excitation) -> float:
-    """Bound on the derivative of u of order 2 to 5 over a segment, by differentiating the equation of motion."""
+    """Bound on the derivative of u of a given order, 2 to 5, over a segment.
+
+    The bound follows from derivatives of the equation of motion.
+    """
     if segment.regime.sticks:
         return base_derivative_bound(base, segment.phase, order)
     return _in_slip(order, segment, base)

@@ -35,8 +35,8 @@ def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitati
 def is_free_between(segment: Segment, scene: Scene) -> bool:
     """Whether bounds prove that a complete panel has no event.
 
-    Each event is a zero of a function of time. Inside the panel, this function is at least the smaller of its end
-    values, minus time²/8 times a bound on its curvature.
+    Each event is a zero of a function of time. Inside a panel of length h, this function is at least its smaller end
+    value minus h²/8 times a bound on its curvature.
     """
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     window: float = base.window
@@ -122,10 +122,10 @@ def given_to(state: State, phase: Phase, regime: Regime, base: Excitation, parti
 def stays_carried(
     start: State, end: State, before: float, after: float, margin: float, particle: Particle
 ) -> bool:
-    """Whether the mass keeps carrying a particle between two states, with the required accelerations at these states.
+    """Whether the mass carries a particle from one state to another, given the required accelerations at both states.
 
-    Without friction only a pushing wall carries the particle. A particle at rest on its wall stays there if nothing
-    moves.
+    Without friction, only a pushing wall carries the particle. If nothing moves, a particle at rest on its wall stays
+    there.
     """
     if particle.friction is not None:
         rubs = particle.friction
@@ -137,7 +137,7 @@ def stays_carried(
 
 @inlined
 def is_held(state: State, given: float, friction: float, margin: float) -> bool:
-    """Whether the mass keeps carrying a particle if the required acceleration changes by less than a margin."""
+    """Whether the mass carries a particle as long as the required acceleration changes by less than a margin."""
     if state.gap == 0.0:
         return state.wall * given + friction > margin
     return friction - abs(given) > margin

@@ -38,14 +38,14 @@ from damperlab.worker.solver.sliding import (
 )
 from damperlab.worker.solver.state import State
 
-# Ratio of the bound on the second derivative of p(t)/t^k to the bound on the (k + 2)th derivative of p, for k = 0 to 3:
-# 2/(k + 2)!. k is the number of roots at t = 0 that are divided out.
+# 2/(k + 2)! for k = 0 to 3, where k roots at t = 0 are divided out of a function p.
+# This factor converts a bound on the derivative of p of order k + 2 into a bound on the curvature of p(t)/t^k.
 _CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 
 
 @inlined
 def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, int]:
-    """Return time and kind of the first event in a segment; without an event, the segment's length and NOTHING."""
+    """Return time and kind of the first event in a segment, or the length of the segment and NOTHING."""
     t, kind = segment.time, NOTHING
     if scene.friction is not None:
         t, kind = _friction_event(segment, scene, scene.friction, curves)
@@ -139,7 +139,7 @@ def _wall_event(
 def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floats, out: Floats) -> None:
     """Write the coefficients of gap/t^order.
 
-    If the particle has just left the wall, the lowest coefficients of the gap are zero.
+    If the particle has just left the wall, the `order` lowest coefficients of the gap are zero.
     """
     for i in range(TERMS):
         out[i] = 0.0

@@ -1,1 +1,1 @@
-"""The excitation: a harmonic base, a harmonic force or a record, with one interface for the integrator."""
+"""The excitation: a harmonic base motion, a harmonic force or a ground-motion record."""

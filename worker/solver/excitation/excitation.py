@@ -1,8 +1,8 @@
-"""The excitation of the structure: a base shaken by a sine or a record, or a sinusoidal force on the structure.
+"""The excitation of the structure: a base shaken by a sine or by a record, or a sinusoidal force on the structure.
 
-The integrator accesses the excitation only through the functions of this module. The compiler keeps only the branch of a
-record or of a sine. A shaken base and a force are both a `Sine`, which two amplitudes distinguish: products with 1 and
-sums with 0 are exact, so the force does not change the bits of a motion on a shaken base.
+The integrator accesses the excitation only through the functions of this module. The compiler keeps only the branch for
+a record or for a sine. A `Sine` is a shaken base or a force, depending on its amplitudes. Products with 1 and sums with
+0 are exact, so the absent force does not change the bits of the motion on a shaken base.
 """
 
 from typing import NamedTuple
@@ -25,7 +25,7 @@ class Phase(NamedTuple):
     Attributes
     ----------
     first, second : float
-        Factors of the rows of Taylor coefficients: sin φ and cos φ, or s'' and s''' of a record.
+        Factors of the two rows of Taylor coefficients: sin φ and cos φ, or s'' and s''' of a record.
     position, rate : float
         s and s'; 0 under a force.
     inertia_force : float
@@ -64,7 +64,7 @@ def phase_at(base: Excitation, k: int) -> Phase:
 
 @inlined
 def phase_until(base: Excitation, k: int) -> Phase:
-    """Phase at the end of panel k, as the limit from within the panel, because s'' of a record may jump there."""
+    """Phase at the end of panel k: the limit from within the panel, because s'' of a record may jump at its end."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k] + base.jerk[k] * base.window
         return _phase_of_record(
@@ -105,7 +105,7 @@ def base_velocity(base: Excitation, excitation: Floats, t: float) -> float:
 
 @inlined
 def expand_base(base: Excitation, phase: Phase, out: Floats) -> None:
-    """Write the Taylor coefficients of the base displacement s after a phase."""
+    """Write the Taylor coefficients of the base displacement s, about the time of `phase`."""
     expand_excitation(base, phase, out)
     if isinstance(base, Sine):
         for n in range(TERMS):
@@ -114,7 +114,7 @@ def expand_base(base: Excitation, phase: Phase, out: Floats) -> None:
 
 @inlined
 def expand_excitation(base: Excitation, phase: Phase, out: Floats) -> None:
-    """Write the Taylor coefficients of the base displacement s, or of the force, after a phase."""
+    """Write the Taylor coefficients of the base displacement s, or of the force, about the time of `phase`."""
     for n in range(TERMS):
         out[n] = phase.first * base.rows[n] + phase.second * base.rows[TERMS + n]
     if isinstance(base, RecordBase):
@@ -124,7 +124,7 @@ def expand_excitation(base: Excitation, phase: Phase, out: Floats) -> None:
 
 @inlined
 def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
-    """Add position and velocity of the base, which the rows of a record lack, to the coefficients of u."""
+    """Under a record, add the position and velocity of the base to the coefficients of x + s."""
     if isinstance(base, RecordBase):
         out[0] += phase.position
         out[1] += phase.rate
@@ -143,8 +143,8 @@ def travel(base: Excitation, phase: Phase, end: Phase) -> float:
 def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, out: Floats) -> None:
     """Write the Taylor coefficients of `sign` times the friction force that holds the mass.
 
-    The part that balances the spring is left out. The rest is the inertial force on a shaken base, or the exciting
-    force.
+    The constant part that balances the spring is omitted. The other part balances the inertial force on a shaken base,
+    or the exciting force.
     """
     if isinstance(base, RecordBase):
         factor = sign * inertia
@@ -160,7 +160,7 @@ def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, 
 
 @inlined
 def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
-    """Bound on the derivative of s of order 2 to 5 until the end of the panel."""
+    """Bound on the derivative of s of a given order, 2 to 5, until the end of the panel."""
     if isinstance(base, RecordBase):
         if order == 2:
             return phase.most
@@ -172,7 +172,7 @@ def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
 
 @inlined
 def with_force_bound(bound: float, base: Excitation, order: int) -> float:
-    """Return `bound` plus a bound on the derivative of the force of order 0 to 3."""
+    """Return `bound` plus a bound on the derivative of the exciting force of a given order, 0 to 3."""
     if isinstance(base, RecordBase):
         return bound
     return bound + _times_power(base.force, base.frequency_ratio, order)
@@ -187,7 +187,7 @@ def _times_power(a: float, r: float, order: int) -> float:
 
 @inlined
 def forcing_derivative_bound(base: Excitation, phase: Phase, order: int, inertia: float) -> float:
-    """Bound on the derivative, of order 1 or 2, of the friction force required to hold the mass."""
+    """Bound on the first or second derivative of the friction force that holds the mass."""
     return with_force_bound(inertia * base_derivative_bound(base, phase, order + 2), base, order)
 
 
@@ -199,7 +199,7 @@ def force_to_hold(phase: Phase, v: float, inertia: float) -> float:
 
 @inlined
 def largest_forcing(base: Excitation) -> float:
-    """Largest |s''|, or largest exciting force, of the complete motion; the scale of the rounding errors of forces."""
+    """Largest |s''|, or largest exciting force, of the complete motion; a reference for rounding errors of forces."""
     return largest_to_hold(base, 1.0)
 
 
@@ -213,7 +213,7 @@ def largest_to_hold(base: Excitation, inertia: float) -> float:
 
 @inlined
 def has_force(base: Excitation) -> bool:
-    """Whether a force excites the structure and the base is at rest."""
+    """Whether the excitation is a force on the structure, with the base at rest."""
     if isinstance(base, RecordBase):
         return False
     return base.force > 0.0
@@ -221,7 +221,7 @@ def has_force(base: Excitation) -> bool:
 
 @inlined
 def amplitudes(base: Excitation) -> tuple[float, float]:
-    """Ratios of s, and of the force on the structure, to the displacement whose coefficients are `base.rows`."""
+    """Ratios of s and of the force on the structure to the function with the Taylor coefficients `base.rows`."""
     if isinstance(base, RecordBase):
         return 1.0, 0.0
     return base.displacement, base.force
@@ -229,7 +229,7 @@ def amplitudes(base: Excitation) -> tuple[float, float]:
 
 @inlined
 def contact_forcing(base: Excitation) -> CompliantForcing:
-    """Data on the excitation for the motion in contact with a compliant wall."""
+    """Data of the excitation for the motion in contact with a compliant wall."""
     if isinstance(base, RecordBase):
         return CompliantForcing(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
     r = base.frequency_ratio

@@ -1,4 +1,4 @@
-"""A record divided into panels, with velocity and displacement of the base."""
+"""A ground-motion record divided into panels, with velocity and displacement of the base."""
 
 from math import ceil
 from typing import NamedTuple
@@ -33,7 +33,7 @@ class RecordBase(NamedTuple):
     largest : float
         Largest |s''| of the record.
     rows : array, shape (2 · TERMS,)
-        Taylor coefficients of s without the terms of order 0 and 1, for s'' = 1 and for s''' = 1.
+        Taylor coefficients of s for s'' = 1 and for s''' = 1, without the terms of order 0 and 1.
     """
 
     two_zeta: float

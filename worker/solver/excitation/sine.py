@@ -19,7 +19,7 @@ class Sine(NamedTuple):
     """A harmonic excitation over half a cycle: a base displacement s or a force, equal to sin φ.
 
     Lengths are divided by the amplitude Z of the base or, under a force of amplitude F₀, by F₀/k. One kernel serves
-    both, because only two amplitudes distinguish a force from a shaken base.
+    both, because a force and a shaken base differ only in their amplitudes.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Sine(NamedTuple):
     sine, cosine : array, shape (windows + 1,)
         sin φ and cos φ at the panel ends.
     rows : array, shape (2 · TERMS,)
-        Taylor coefficients of the factors of sin φ and cos φ in sin(φ + r t).
+        Taylor coefficients of cos(r t) and sin(r t), the factors of sin φ and cos φ in sin(φ + r t).
     forms : array, shape (5,), or None
         Integrals of the sine over a panel (`quadratic_forms.base_forms`); None if no meter needs energies.
     """

@@ -1,4 +1,4 @@
-"""The equations of the motion in contact with a compliant wall, and the `Contact` made from the equations."""
+"""Equations of motion in contact with a compliant wall, and the `Contact` made from them."""
 
 from math import sqrt
 
@@ -31,8 +31,8 @@ from damperlab.worker.solver.particle import Particle, Wall
 
 Array = NDArray[np.float64]
 
-# Largest product of the length of a span of the complete motion and the fastest rate of the contact. The first omitted
-# Taylor term is then 0.5^16/16!, below 1e-18.
+# Longest span of the complete motion, times the fastest rate of the contact.
+# The first omitted Taylor term is then 0.5^16/16!, below 1e-18.
 _LONGEST = 0.5
 _APART = 10.0  # ratio of rates above which fast and slow motion are separated
 
@@ -121,7 +121,7 @@ def _contact_motion(
         if fast == 2:
             weight = sqrt(rates[0, 0] * rates[1, 1] - rates[0, 1] * rates[1, 0])
         else:
-            # y is part of the slow motion; the rate of y is the lower rate of the contact, times 1.5 as a margin
+            # y is part of the slow motion, with the lower rate of the contact; the factor 1.5 is a margin
             slow_step = min(forcing.window, LARGEST_WINDOW / max(1.0, 1.5 * contact_slow))
     return CompliantMotion(
         share,
@@ -156,9 +156,9 @@ def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, b
 
 @kernel
 def _fill_vibration(to_fast: Array, from_fast: Array, p: Array, b: Array, fast: int) -> None:
-    """Fill the matrix that gives f = q − Pr from the coordinates, and the matrix that gives (Bf, f + PBf) from f.
+    """Fill `to_fast`, which maps the coordinates to f = q − Pr, and `from_fast`, which maps f to (Bf, f + PBf).
 
-    The symbols are those of `compliant_motion`. A single fast coordinate takes the second of the two places.
+    The symbols are defined in `compliant_motion`. A single fast coordinate takes the second of the two places.
     """
     n = DIM - fast
     place = 2 - fast

@@ -2,27 +2,27 @@
 
 The coordinates are X = x − μy and y = u − p ∓ d, where x = v + σγ_F (σ the direction of slip). y has the sign of the
 wall: wall · y is the penetration of the particle. Let μ = β/(1 + β) and κ = 1/(1 + β), and let g be the force on the
-structure, 0 on a shaken base. With stiffness K over k and damping C over k/ω_n of the wall, the contact force is
-F = Ky + Cy'. This force moves the common centre of mass only through the spring and dashpot of the structure,
+structure, 0 on a shaken base. The wall has the stiffness K over k and the damping C over k/ω_n, so the contact force is
+F = Ky + Cy'. The contact force moves the common centre of mass only through the spring and dashpot of the structure,
 
     X'' = −s'' + κ(g − (2ζ(X' + μy') + X + μy)),    y'' = g − (2ζ(X' + μy') + X + μy) − F/μ,
 
-so X is slow even if the wall is stiff. While friction holds the mass, X stands for v, and y'' = s'' − κF/μ. The
-excitation adds two coordinates: sin φ and cos φ, or s'' and the s''' that is constant between the samples of a record.
+so X is slow even if the wall is stiff. While friction holds the mass, X is v, and y'' = s'' − κF/μ. The excitation adds
+two coordinates: sin φ and cos φ, or s'' and s''' of a record.
 
-The motion has two expansions. The complete expansion is used over spans that are limited by the fastest rate of the
-contact. The slow expansion describes the motion that remains after the vibration of the contact has decayed. The slow
-motion is an invariant subspace of the same equations, so the slow expansion is exact. If y and y' are both fast, the
-slow expansion is used over complete panels, however stiff the wall is. In z' = Az, let q be the fast coordinates: only
-y' if the wall is overdamped and yields slowly, else y and y'. Let r be the other coordinates. Then
+The motion has two expansions. The complete expansion is used over short spans, limited by the fastest rate of the
+contact. The slow expansion describes the motion after the vibration of the contact has decayed. This slow motion lies
+in an invariant subspace of the same equations, so the slow expansion is exact. If y and y' are both fast, the slow
+expansion is used over complete panels, however stiff the wall is. In z' = Az, let q be the fast coordinates: only y' if
+the wall is overdamped and yields slowly, else y and y'. Let r be the other coordinates. Then
 
     q = Pr + f,   r = ξ + Bf,   ξ' = Gξ,   f' = Λf,
     A_qr + A_qq P = PG,   G = A_rr + A_rq P,   Λ = A_qq − P A_rq,   BΛ = GB + A_rq.
 
-P solves a Riccati equation and B a linear equation. Both are found by iteration, and each step multiplies the error by
+P solves a Riccati equation and B a linear equation. P and B are found by iteration. Each step multiplies the error by
 about the ratio of slow to fast rates. A strongly damped wall has two very different rates, both fast compared with the
-structure. Then y' soon depends on the other coordinates, but y still decays. For this case a third expansion treats y
-as a slow coordinate (`Contact.slipping_between`).
+structure. Then y' soon follows from the other coordinates, while y still decays. For this case a third expansion treats
+y as a slow coordinate (`Contact.slipping_between`).
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 
 class CompliantForcing(NamedTuple):
-    """Data on the excitation for the motion in contact, whose coordinates are `Phase.first` and `Phase.second`.
+    """Data of the excitation in contact, whose two coordinates are `Phase.first` and `Phase.second`.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class CompliantForcing(NamedTuple):
 
 
 class CompliantMotion(NamedTuple):
-    """Motion in contact while the mass slips or sticks.
+    """The motion in contact, either in slip or in stick.
 
     Attributes
     ----------
@@ -75,9 +75,9 @@ class CompliantMotion(NamedTuple):
     rows, slow_rows : array, shape (4 · DIM · TERMS,)
         Taylor coefficients of x, x + s, y and F for a unit initial value of each coordinate (`compliant_rows`).
     to_fast : array, shape (2 · DIM,)
-        Matrix that gives f = q − Pr from the coordinates. A single fast coordinate takes the second row.
+        Matrix that maps the coordinates to f = q − Pr. A single fast coordinate takes the second row.
     from_fast : array, shape (DIM · 2,)
-        Matrix that gives the contribution of f to the coordinates, (Bf, f + PBf).
+        Matrix that maps f to its contribution to the coordinates, (Bf, f + PBf).
     rates, inverse : array, shape (4,)
         Λ and its inverse.
     """
@@ -107,9 +107,9 @@ class Buffers(NamedTuple):
     excitation : array
         Coefficients of s or, if the base is at rest, of the force on the structure.
     rate, scratch : array
-        Work arrays, which every call overwrites.
+        Work arrays.
     start : array
-        The first DIM entries are the coordinates at the start; `raise_over_long_step` overwrites these entries.
+        The first DIM entries are the coordinates at the start of a segment; `measure_long_step` overwrites them.
     """
 
     relative: NDArray[np.float64]
@@ -123,7 +123,7 @@ class Buffers(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """The motion in contact with a compliant wall, which replaces the `LinearMotion` in sustained contact.
+    """The motion in contact with a compliant wall. In a scene, it replaces the `LinearMotion` of sustained contact.
 
     Attributes
     ----------
@@ -131,7 +131,8 @@ class Contact(NamedTuple):
         The motion in contact while the mass slips, and while friction holds the mass.
     slipping_between, held_between : CompliantMotion
         The motions `slipping` and `held` with only y' treated as fast. `fast` is 1 if y and y' are both fast and their
-        rates are very different. Otherwise `fast` is 0, and the motion is not used. All elements of `rows` are 0.
+        rates are very different. Otherwise `fast` is 0, and the motion is not used. Only `slow_rows` are used; `rows`
+        contains zeros.
     buffers : Buffers
         Work arrays.
     """

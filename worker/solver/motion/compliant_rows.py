@@ -45,9 +45,9 @@ def fill_rows(
     rows : array, shape (4 · DIM · TERMS,)
         Taylor coefficients of x, x + s, y and F, with one row per quantity and coordinate.
     generator : array, shape (DIM, DIM)
-        Matrix that gives the rates of the first `units` coordinates.
+        Matrix that maps the first `units` coordinates to their rates.
     lift : array, shape (DIM, DIM)
-        Matrix that gives all six coordinates from the first `units` coordinates.
+        Matrix that maps the first `units` coordinates to all six coordinates.
     share : float
         Factor of y in x = X + share · y.
     held : bool

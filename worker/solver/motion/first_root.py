@@ -1,9 +1,9 @@
-"""First crossing of zero by a smooth function, found by proof instead of sampling.
+"""First zero crossing of a smooth function, located by bounds on its curvature instead of by samples.
 
 An interval is dismissed only if a bound on the curvature proves that the function stays positive in this interval.
 Newton's method is used only if the same bound proves that the function is monotone in the interval. Every other
-interval is halved. Two close roots (a grazing impact) are found if the function changes sign by more than its rounding
-error. Of three or more roots within this error, a later root may be returned.
+interval is halved. Two close roots (a grazing impact) are found if the function between them is below zero by more than
+rounding. Of three or more roots within rounding, a later root may be returned.
 """
 
 from math import inf, sqrt
@@ -55,7 +55,7 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
         zero, the caller drops these coefficients first. Otherwise a root soon after the trivial root at 0 would be
         missed.
     sign : float
-        ±1: the function is sign · p and is positive, or zero and rising, just after `start`.
+        ±1. The function sign · p is positive, or zero and rising, just after `start`.
     start, end : float
         Search interval.
     curvature : float
@@ -83,8 +83,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     else:
         f0 = sign * value(polynomial, start)
         d0 = sign * slope(polynomial, start)
-    # the given bound follows from the size of the motion; where the function is small, the bound from its coefficients
-    # is far sharper
+    # The given bound follows from the size of the motion.
+    # Where the function is small, the bound from its coefficients is far sharper.
     curvature = min(curvature, curvature_bound(polynomial, end))
     low = start
     high = end
@@ -112,8 +112,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
                 clear = True
             else:
                 guess = middle - f / d  # root of the tangent
-                # f(high) <= f + d radius + curvature radius²/2 < 0, so the root is inside, and the function need not be
-                # evaluated at the end
+                # The root is inside, because f(high) <= f + d radius + curvature radius²/2 < 0.
+                # So the function need not be evaluated at the end.
                 if guess + 0.5 * turning * radius / abs(d) < high:
                     return _newton(polynomial, sign, low, high, max(guess, low))
                 if sign * value(polynomial, high) > 0.0:
@@ -131,16 +131,15 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
             high = min(end, low + 4.0 * radius)
         else:
             high = middle
-    # the remaining interval cannot be resolved, because the function is zero within rounding; the sign at the end
-    # decides
+    # the function is zero within rounding in the remaining interval, so the sign at its end decides
     return end if sign * value(polynomial, end) < 0.0 else inf
 
 
 @inlined
 def first_beyond(polynomial: Floats, offset: float, limit: float, end: float, curvature: float) -> float:
-    """First time in [0, end] at which |p + offset| exceeds a limit; inf if it does not. Changes the lowest coefficient.
+    """First time in [0, end] at which |p + offset| exceeds a limit; inf if there is no such time.
 
-    `curvature` is a bound on |p''| over the interval.
+    `curvature` is a bound on |p''| over the interval. The lowest coefficient of p is changed.
     """
     polynomial[0] += offset + limit
     below = first_crossing(polynomial, 1.0, 0.0, end, curvature)

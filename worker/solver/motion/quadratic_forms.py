@@ -13,9 +13,9 @@ from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 
-# Gauss–Legendre rule on [0, 1] with 6 points: exact to degree 11, error below 1e-16 of the integrand on the longest
-# panel. Nodes and weights are written out, because NumPy computes them from eigenvalues, whose last bits depend on the
-# processor.
+# Gauss–Legendre rule on [0, 1] with 6 points, exact to degree 11.
+# On the longest panel, the error is below 1e-16 of the integrand.
+# NumPy would compute the nodes from eigenvalues, whose last bits depend on the processor.
 NODES: NDArray[np.float64] = np.array(
     [
         0.03376524289842399,
@@ -51,7 +51,7 @@ def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
     Returns
     -------
     array, shape (5,)
-        The coefficients of sin φ and cos φ in ∫s, and those of sin²φ, 2 sin φ cos φ and cos²φ in ∫s².
+        Coefficients of sin φ and cos φ in ∫s, and of sin²φ, 2 sin φ cos φ and cos²φ in ∫s².
     """
     forms = filled(5, 0.0)
     for i in range(_POINTS):
@@ -83,7 +83,8 @@ def motion_forms(
     two_zeta : float
         2ζ.
     excitation, displacement, force
-        Taylor coefficients of the excitation, and the ratios of s and of the force g to it, as in `taylor.motion_rows`.
+        Taylor coefficients of the excitation, and the ratios of s and of the force g to the excitation
+        (`taylor.motion_rows`).
     relative, absolute : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s.
     window : float

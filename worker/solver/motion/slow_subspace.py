@@ -11,7 +11,7 @@ from damperlab.worker.solver.array_loops import add_product, copy_matrix, larges
 Array = NDArray[np.float64]
 
 CENTRE, CENTRE_RATE, BASE_FIRST, BASE_SECOND, Y, Y_RATE = range(6)
-"""Indices of the coordinates of a contact (`compliant_motion.py`): X, X', two of the excitation, y, y'."""
+"""Indices of the coordinates of a contact (`compliant_motion.py`): X, X', two coordinates of the excitation, y, y'."""
 DIM = 6
 """Number of coordinates."""
 _ITERATIONS = 60
@@ -63,7 +63,7 @@ def split(a: Array, fast: int) -> tuple[Array, Array, Array, Array, bool]:
         if change == 0.0:
             break
     converged = converged and change <= _ROUNDING * largest_element(b)
-    # a single fast coordinate takes the second of two places, so that the same code handles one or two coordinates
+    # a single fast coordinate takes the second of two places, so that the same code handles one or two fast coordinates
     whole = zero_matrix(2, 2)
     whole_inverse = zero_matrix(2, 2)
     for i in range(2):

@@ -1,13 +1,13 @@
 """Taylor polynomials of the motion between events.
 
-Every regime is linear, so its closed form is an entire function whose Taylor coefficients follow from a two-term
-recurrence without any transcendental function. Unlike the textbook form (particular plus homogeneous solution), the
-recurrence has no cancellation near resonance or at ζ = 0, r = 1. Panels are short enough for the remainder to lie below
-rounding: 0.4^16/16! ≈ 2e-20.
+Every regime is linear, so its solution is an entire function. The Taylor coefficients follow from a two-term recurrence
+without transcendental functions. Unlike the textbook form (particular plus homogeneous solution), the recurrence has no
+cancellation near resonance or at ζ = 0, r = 1. Panels are short enough for the remainder to lie below rounding:
+0.4^16/16! ≈ 2e-20.
 
-The recurrence is linear in the state at the start of a segment (x, w, sin φ, cos φ), so it is evaluated once per motion
-for a unit value of each of these four numbers. The coefficients of a segment are then a weighted sum of four constant
-rows. The processor adds several numbers of a row in one instruction.
+The coefficients are linear in (x, w, sin φ, cos φ) at the start of a segment. The recurrence is therefore evaluated
+only once per motion, for a unit value of each of these four numbers. The coefficients of a segment are a weighted sum
+of the four resulting rows, which the processor computes with vector instructions.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.array_loops import filled, zero_matrix
 
 ORDER = 15
-"""Degree of the polynomials, whose sixteen coefficients fill vector registers of any width."""
+"""Degree of the polynomials; sixteen coefficients fill vector registers of any width."""
 
 TERMS = ORDER + 1
 
@@ -30,7 +30,7 @@ the frequencies of structure and excitation.
 
 @kernel
 def base_rows(frequency_ratio: float) -> NDArray[np.float64]:
-    """Taylor coefficients of the factors of sin φ and cos φ in s = sin(φ + r t), a flat array of 2 · TERMS numbers."""
+    """Taylor coefficients of cos(r t) and sin(r t), the factors of sin φ and cos φ in sin(φ + r t)."""
     rows = filled(2 * TERMS, 0.0)
     rows[0] = 1.0
     rows[TERMS + 1] = frequency_ratio

@@ -1,4 +1,4 @@
-"""The vibration of a contact, which is the fast part f of the motion: value, decay, and contribution to the motion."""
+"""The vibration of a contact, which is the fast part f of the motion: value, decay and contributions."""
 
 from math import cos, exp, sin, sqrt
 from typing import NamedTuple

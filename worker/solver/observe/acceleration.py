@@ -1,6 +1,6 @@
 """Observables of u'' on one segment: ∫u''² and the largest |u''|.
 
-The polynomial of x + s contains u'' as computed from the forces on the mass, so x'' and s'' do not cancel.
+The polynomial of x + s is computed from the forces on the mass, so x'' and s'' do not cancel in u''.
 """
 
 from damperlab.worker.jit import kernel

@@ -1,4 +1,4 @@
-"""Energies and squares on one segment, by Gauss's rule on the polynomials of the segment."""
+"""Energies and squares on one segment, by Gauss quadrature of its polynomials."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.addresses import Floats

@@ -1,4 +1,4 @@
-"""Accumulation of observables on a segment without a compliant wall."""
+"""Accumulation of observables on a segment without compliant contact."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import expand_base
@@ -20,7 +20,7 @@ from damperlab.worker.solver.scene import Curves, Scene
 
 @inlined
 def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> bool:
-    """Measure a panel without events from its end states, if possible; return whether the measurement is complete."""
+    """Measure a panel without events from its end states alone; return False if polynomials are needed."""
     if meter is None:
         return True
     if isinstance(scene.base, RecordBase):

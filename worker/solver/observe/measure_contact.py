@@ -1,4 +1,4 @@
-"""Observables on one segment in contact with a compliant wall, or of a particle that still penetrates the wall."""
+"""Observables on one segment in contact with a compliant wall, or in flight with residual penetration."""
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.compliant_regime import AnyRegime, buffers_of
@@ -31,7 +31,7 @@ def measure_contact(
 def integrate_contact(
     meter: Meter, moved: float, t: float, damping: float, regime: AnyRegime, scene: Scene
 ) -> None:
-    """Add a segment to energies, squares and the time in which friction holds the mass (see `measure_contact`)."""
+    """Add a segment to energies, squares and the sticking time (see `measure_contact`)."""
     buffers = buffers_of(scene)
     if meter.energies is not None:
         curves = curves_in_contact(buffers)

@@ -1,6 +1,6 @@
 """Observables over a long step of a decaying contact vibration: the slow motion plus the vibration's contribution.
 
-The integrals of the slow motion are those of an ordinary segment (`measure_contact.py`).
+The slow motion is integrated like an ordinary segment (`measure_contact.py`).
 """
 
 from typing import NamedTuple
@@ -66,7 +66,10 @@ def measure_long_step(
     regime: CompliantRegime,
     scene: Scene,
 ) -> None:
-    """Add a long step of length t to all requested observables; inside the step, no displacement exceeds a peak."""
+    """Add a long step of length t to all requested observables.
+
+    `longest_step` ensures that no displacement inside the step exceeds a recorded peak.
+    """
     sums, base, buffers = meter.sums, scene.base, buffers_of(scene)
     integrate_contact(meter, v_end - v_start, t, wall_of(scene).damping, regime, scene)
     if meter.acceleration is not None:
@@ -91,8 +94,8 @@ def measure_vibration(
 
     Notes
     -----
-    Integrated by parts, ∫ p l·f dt is the series Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f], which ends because p is a polynomial.
-    J = ∫ f fᵀ dt solves ΛJ + JΛᵀ = [f fᵀ].
+    Integration by parts gives ∫ p l·f dt = Σ (−1)ᵏ [p⁽ᵏ⁾ l·Λ⁻ᵏ⁻¹ f]. The sum is finite, because p is a polynomial. J =
+    ∫ f fᵀ dt solves ΛJ + JΛᵀ = [f fᵀ].
     """
     sums, base, motion, buffers = meter.sums, scene.base, regime.motion, buffers_of(scene)
     rate, offset = buffers.rate, regime.offset
@@ -102,7 +105,7 @@ def measure_vibration(
     if regime.sticks:
         w = LinearForm(0.0, 0.0)
         transmitted = form_of_wall_force(motion, wall_of(scene))
-    if has_force(base):  # the force does work as the mass moves
+    if has_force(base):  # the force does work on the moving mass
         sums[WORK_IN] += _by_parts(buffers.excitation, 0.0, w, t, before, after, regime, scene)
     else:
         rate_into(buffers.excitation, 0, rate)
@@ -224,8 +227,8 @@ def _raise_acceleration(
     """Raise the peak to the largest |u''| of a long step, for slow motion and vibration together.
 
     The length of the step does not depend on u'', so that a point has the same bits whether u'' is measured or not. The
-    step is divided into spans in which a polynomial represents the vibration. The division ends when the slow motion
-    and the envelope of the vibration prove that no higher value follows.
+    step is divided into spans in which a polynomial represents the vibration. The division ends when slow motion and
+    envelope of the vibration exclude a higher value.
     """
     sums, motion, buffers = meter.sums, regime.motion, buffers_of(scene)
     slow, both, scratch = buffers.rate, buffers.start, buffers.scratch

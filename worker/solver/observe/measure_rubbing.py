@@ -11,9 +11,9 @@ from damperlab.worker.solver.sliding import with_pull
 def measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
     """Add the sliding time and the friction loss of a particle that slides in its cavity.
 
-    The work of a shaken base is integrated with the offset of the spring centre. This offset includes the particle's
-    pull, which the spring does not transmit. The work of the pull is therefore added here, for a slipping mass and for
-    a mass that friction holds.
+    The work of a shaken base is integrated from the offset of the spring centre, which includes the pull of the
+    particle. The spring does not transmit this pull, so the work of the pull is added here, for a slipping and for a
+    sticking mass.
     """
     if scene.particle is not None:
         if scene.particle.friction is not None:

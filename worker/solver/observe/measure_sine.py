@@ -1,4 +1,4 @@
-"""Observables on one segment under a harmonic excitation: peaks, sticking time; on request, energies, mean square."""
+"""Observables on one segment under a harmonic excitation: peaks, sticking time, energies and squares."""
 
 from math import sqrt
 
@@ -22,12 +22,13 @@ from damperlab.worker.solver.observe.meter import (
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
 
-# Gauss–Lobatto rule on [0, 1] with 6 points, exact to degree 9. `_LOBATTO_NODES` are the four nodes between the ends.
+# Gauss–Lobatto rule on [0, 1] with 6 points, exact to degree 9.
+# `_LOBATTO_NODES` are the four nodes between the ends.
 # `_LOBATTO_WEIGHTS` are the weights of the ends, of the outer two and of the inner two of these nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
 _LOBATTO_NODES = (0.5 - 0.5 * _OUTER, 0.5 - 0.5 * _INNER, 0.5 + 0.5 * _INNER, 0.5 + 0.5 * _OUTER)
 _LOBATTO_WEIGHTS = (1.0 / 30.0, (14.0 - sqrt(7.0)) / 60.0, (14.0 + sqrt(7.0)) / 60.0)
-# Order of the last term used; the next term, 0.4^12/12! = 4e-14, is less than the error of the rule.
+# Order of the last Taylor term used; the next term, 0.4^12/12! = 4e-14, is below the error of the quadrature.
 _TOP = 11
 
 
@@ -81,7 +82,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
             sums[SQUARE] += v * (v * base.window + 2.0 * moved) + square
             return
         f = regime.motion.forms
-        assert f is not None  # for a meter with energies, the motion has been made with forms
+        assert f is not None  # a motion for a meter with energies always has forms
         x = start.v + offset
         p = products(x, start.w, sine, cosine)
         sums[WORK_IN] += quadratic(f, WORK, p)
@@ -99,7 +100,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
 
 @inlined
 def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
-    """Work of the base on a mass that friction holds: the increase in kinetic energy at the velocity of the base."""
+    """Work of the base on a sticking mass: the increase of the kinetic energy of the mass."""
     r2 = frequency_ratio * frequency_ratio
     before = segment.phase.position
     after = segment.phase_end.position
@@ -109,7 +110,7 @@ def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
 
 @inlined
 def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
-    """Add a segment that is not a complete panel to the sums, but not to the peaks, by Lobatto's rule."""
+    """Add a part of a panel to the sums, but not to the peaks, by Gauss–Lobatto quadrature."""
     sums, base, regime, t = meter.sums, scene.base, segment.regime, segment.time
     if regime.sticks:
         sums[STUCK] += t
@@ -230,9 +231,10 @@ def _highest(
     ):  # the slope is monotone: there is one extremum if the slope changes sign, else none
         if rate * rate_end >= 0.0:
             return 0.0
-        # The first estimate is the root of a parabola through slope and curvature at the start and slope at the end.
-        # Two Newton steps follow. Each step squares the error of the time, and the error of the extremum is of the
-        # order of the square of this error.
+        # The first estimate is the root of a parabola for the slope.
+        # The parabola matches slope and curvature at the start, and the slope at the end.
+        # Two Newton steps follow, and each step squares the error of the time.
+        # The error of the extremum is of the order of the square of this error.
         half = 0.5 * curve
         last = (rate_end - rate - curve * t) / (t * t)
         root = sqrt(max(half * half - last * rate, 0.0))

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.array_loops import filled
 
-# Indices of the sums of a meter. Energies are over k Z², times over 1/ω_n. The first five sums and PARTICLE_LOSS are
-# integrals.
+# Indices of the sums of a meter. Energies are over k Z², and times over 1/ω_n.
+# The first five sums and PARTICLE_LOSS are integrals.
 WORK_IN = 0
 VISCOUS_LOSS = 1
 FRICTION_LOSS = 2
@@ -23,7 +23,7 @@ PARTICLE_LOSS = 9  # Energy lost by the friction of the particle.
 SLIDING = 10  # Time in which the particle slides.
 METERS = 11
 
-# Additional sums of a meter under a record. Under a harmonic excitation, a meter with `acceleration` has the last two.
+# Additional sums of a meter under a record. Under a harmonic excitation, a meter with `acceleration` uses the last two.
 RELATIVE_SQUARE = METERS  # ∫ v² dτ.
 ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ.
 ACCELERATION_PEAK = METERS + 2  # Largest |u''|; under a harmonic excitation since the last reset.
@@ -41,7 +41,7 @@ class Meter(NamedTuple):
     energies : True or None
         If None, energies and squares are not integrated, and their entries in `sums` are meaningless.
     acceleration : True or None
-        Whether u'' is measured; None only under a harmonic excitation, because the sums of a record contain u''.
+        True if u'' is measured, as always under a record; else None.
     """
 
     sums: NDArray[np.float64]

@@ -1,7 +1,6 @@
-"""Stable orbits near a run, to which the run tends or may tend.
+"""Stable orbits near a run, as candidates for its response.
 
-An orbit is accepted as the response only if the run approaches the orbit just as the linearisation of the orbit
-predicts.
+An orbit is accepted as the response only if the run approaches the orbit as the linearisation of the orbit predicts.
 """
 
 from math import inf, sqrt
@@ -33,9 +32,9 @@ _TRIAL_PERIODS = 4  # Newton's method is started only if at least this number of
 _ATTRACTS = 1.0 - 1e-9
 _REACH = 0.1  # Largest relative distance of an orbit that the run is assumed to approach.
 _FAR_REACH = 0.5  # Largest relative distance of an orbit that is considered near the run.
-# A candidate is confirmed when the distance of the run from the orbit has fallen to `_CLOSED_IN` times the first
-# distance. A fall to `_CLOSED_IN_SLOWLY` is sufficient if the run has followed the linearisation for `_LONG` half
-# cycles. Within this time a run that only passes the orbit would have left the orbit.
+# A candidate is confirmed when the run's distance from the orbit has fallen to `_CLOSED_IN` times the first distance.
+# `_CLOSED_IN_SLOWLY` is sufficient if the run has followed the linearisation for `_LONG` half cycles.
+# Within this time, a run that only passes the orbit would have left the orbit.
 _CLOSED_IN = 0.3
 _CLOSED_IN_SLOWLY = 0.7
 _LONG = 256
@@ -127,7 +126,7 @@ def is_beside_stable_orbit(
 ) -> bool:
     """Whether Newton's method from the present state leads to a stable orbit of this period.
 
-    A run that does not repeat while such an orbit exists may be a transient that ends on this orbit.
+    If so, a run that does not repeat may be a transient that ends on this orbit.
     """
     reach = _FAR_REACH * look.scale
     _, found, _ = newton_orbit(state, period_halves, reach, look, scene, probe, notes)
@@ -172,7 +171,7 @@ def closing_in(
     to `_CLOSED_IN` times the first distance. After `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient. This long
     test is necessary, because a run may seem for a while to approach an orbit whose basin ends close by. A stretch with
     more or fewer impacts than the orbit confirms nothing, because the linearisation does not apply to this stretch.
-    Without impacts the orbit must attract every motion within reach; otherwise the candidate is dropped.
+    Without impacts, the candidate is dropped unless the orbit attracts all motions (`attracts_all`).
     """
     orbit = candidate.orbit
     nothing = no_candidate(orbit.state)
@@ -242,7 +241,7 @@ def _follows(
     orbit_point : array, shape (SECTION_SIZE,)
         Section coordinates of the orbit.
     departure : array, shape (SECTION_SIZE,)
-        Section coordinates of the run minus those of the orbit, `periods` periods ago.
+        Section coordinates of the run minus section coordinates of the orbit, `periods` periods ago.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian over one period.
     periods, size : int

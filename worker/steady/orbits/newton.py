@@ -25,7 +25,7 @@ from damperlab.worker.steady.stability.variational import propagate
 Array = NDArray[np.float64]
 
 _ITERATIONS = 10
-_CLOSED = 1e-13  # Relative distance from closure up to which an orbit is closed within rounding.
+_CLOSED = 1e-13  # Largest relative residual of an orbit that is closed within rounding.
 _SINGULAR = 1e-11  # Pivot of 1 − M below which the orbit is not isolated.
 
 

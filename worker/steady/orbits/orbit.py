@@ -1,4 +1,4 @@
-"""A periodic orbit, found by Newton's method or from the repetition of the run, and the multiplier of the orbit."""
+"""Periodic orbits, found by Newton's method or from a run that repeats, and their multipliers."""
 
 from math import inf
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from damperlab.worker.steady.section.recurrence import RING, settled_period, sta
 from damperlab.worker.steady.stability.multipliers import spectral_radius
 from damperlab.worker.steady.stopping_rules import Settings
 
-_REPELS = 1e-6  # an orbit repels if its largest multiplier exceeds one by more than this
+_REPELS = 1e-6  # an orbit repels if its largest multiplier exceeds one by more than this value
 
 
 class Orbit(NamedTuple):
@@ -39,7 +39,7 @@ class Orbit(NamedTuple):
 
 
 class SectionLook(NamedTuple):
-    """Data of the run at a section, for the search for an orbit.
+    """Data of a run at a section point, for the search for orbits.
 
     Attributes
     ----------
@@ -83,14 +83,14 @@ def newton_orbit(
     Returns
     -------
     orbit : Orbit
-        The orbit, whose error is infinite if none was found. The Jacobian is in `notes.monodromy`.
+        The orbit; its error is inf if no orbit was found. `notes.monodromy` contains the Jacobian.
     found : bool
     halves : int
         Number of half cycles integrated.
     """
     begin_probe(probe, scene, 12 * period_halves)
     size = look.size
-    if not rubs(scene.particle):  # a particle that has not met a wall so far may meet a wall later
+    if not rubs(scene.particle):  # without friction of the particle, the size follows from the present state
         size = active_size(state, scene.particle, probe.counts)
     orbit, error, halves = find_orbit(
         state, period_halves, size, look.scale, reach, probe, notes.log, notes.monodromy
@@ -113,8 +113,8 @@ def repeated_orbit(
     The period of the orbit is 0 if the run does not repeat, or if the orbit repels the run.
 
     A chaotic run may come near a repelling orbit by chance, in particular if friction stops the mass. If Newton's
-    method fails or leads to another orbit, the state of the run itself is used, provided that the run has repeated over
-    all stored section points.
+    method fails or leads to another orbit, the state of the run is taken as the orbit, provided that the run has
+    repeated over all stored section points.
     """
     tolerance = settings.periodic_tolerance
     period_halves, error = settled_period(

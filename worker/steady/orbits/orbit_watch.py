@@ -16,13 +16,13 @@ from damperlab.worker.steady.orbits.candidate import (
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit
 from damperlab.worker.steady.run import Notes
 
-_BETWEEN_TRIES = 32  # Half cycles of the run between two searches for a stable orbit.
-# Largest number of half cycles spent on the search for nearby orbits, as a fraction of the half cycles of the run:
-# during the burn-in, and while metering.
+_BETWEEN_TRIES = 32  # Number of half cycles of the run between two searches for a stable orbit.
+# Largest cost of the search for nearby orbits, as a fraction of the half cycles of the run.
+# The first fraction is for the burn-in, the second for the metered half cycles.
 _SHARE_IN_BURN_IN = 0.1
 _SHARE_METERED = 0.05
-# Number of half cycles between searches for a more distant stable orbit while metering, and the periods that are tried
-# in turn. Short periods are tried more often, because most chaotic transients end on orbits of short period.
+# Number of metered half cycles between two searches for a more distant stable orbit, and the periods tried in turn.
+# Short periods are tried more often, because most chaotic transients end on orbits of short period.
 _FAR_EVERY = 64
 _FAR_PERIODS = (1, 2, 3, 1, 2, 4)
 
@@ -39,7 +39,7 @@ class Nearby(NamedTuple):
     halves_spent : int
         Number of half cycles spent on searching.
     rival : bool
-        Whether a stable orbit is known that the run has not reached.
+        Whether a known stable orbit exists that the run has not reached.
     """
 
     candidate: Candidate
@@ -50,7 +50,7 @@ class Nearby(NamedTuple):
 
 @kernel
 def nothing_nearby(state: State, first_try: int) -> Nearby:
-    """Return the results before the first search."""
+    """Return the initial results, before the first search."""
     return Nearby(no_candidate(state), first_try, 0, False)
 
 
@@ -58,15 +58,14 @@ def nothing_nearby(state: State, first_try: int) -> Nearby:
 def look_nearby(
     nearby: Nearby, state: State, look: SectionLook, burn_in: int, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Nearby, Orbit]:
-    """Follow the candidate, or search for a new candidate.
+    """Test the pending candidate or, if there is none, search for a new candidate.
 
     Return the results, and the orbit to which the run tends. The period of the orbit is 0 if there is no such orbit.
     """
     candidate, next_try, halves_spent, rival = nearby
     confirmed = False
     waits = candidate.orbit.period_halves > 0
-    # without a particle no candidate is pending, because a stable orbit attracts every motion, see
-    # `candidate.attracts_all`
+    # without a particle no candidate is pending: a stable orbit attracts every motion (`candidate.attracts_all`)
     if scene.particle is not None:
         if waits:
             candidate, confirmed = closing_in(candidate, look, scene, probe, notes)
@@ -109,5 +108,5 @@ def look_farther(
 
 @kernel
 def _halves_to_spare(half: int, burn_in: int) -> float:
-    """Number of half cycles that the search for orbits may have spent when the run has reached half cycle `half`."""
+    """Largest total number of half cycles for searches, until half cycle `half` of the run."""
     return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)

@@ -12,14 +12,14 @@ Values = NDArray[np.float64]
 def linear_response(
     damping_ratio: Values, frequency_ratio: Values, forced: bool = False
 ) -> dict[str, np.ndarray]:
-    """Return all result variables of points with neither friction nor a particle that acts on the structure.
+    """Return all result variables of points without a damper, at which neither friction nor a particle acts.
 
     Parameters
     ----------
     damping_ratio, frequency_ratio : ndarray, shape (N,)
         ζ and r.
     forced : bool
-        Whether the excitation is a force on the structure, and not a shaken base. Lengths are then relative to F₀/k.
+        Whether the excitation is a force on the structure instead of a shaken base. Lengths are then relative to F₀/k.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The energy balance of a measured stretch, a check of the solver."""
+"""Energy balance of a measured stretch of the motion, as a check of the solver."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from damperlab.worker.solver.state import Dwell, State
 
 @kernel
 def _contact_energy(dwell: Dwell | None, particle: Particle) -> float:
-    """Energy that is recovered when the particle leaves its wall after a dwell; 0 without a dwell."""
+    """Energy recovered at the end of a dwell; 0 without a dwell."""
     if dwell is not None:
         if dwell.left > 0.0:
             return kept_energy(dwell.speed, particle.restitution, particle.mass_ratio)
@@ -31,7 +31,7 @@ def _contact_energy(dwell: Dwell | None, particle: Particle) -> float:
 
 @kernel
 def _wall_energy(gap: float, wall: Wall | None) -> float:
-    """Energy in the spring of a compliant wall."""
+    """Energy stored in the spring of a compliant wall."""
     if wall is not None:
         return spring_energy(wall.stiffness, -gap)
     return 0.0
@@ -39,7 +39,7 @@ def _wall_energy(gap: float, wall: Wall | None) -> float:
 
 @kernel
 def stored_energy(state: State, base_rate: float, particle: Particle | None) -> float:
-    """Kinetic plus elastic energy over k Z²: ½u'² + ½v² + ½βp'², plus the recoverable energy of a present contact."""
+    """Stored energy over k Z²: ½u'² + ½v² + ½βp'², plus the energies of a contact and of the particle's weight."""
     u_rate = state.w + base_rate
     energy = 0.5 * (u_rate * u_rate + state.v * state.v)
     if particle is not None:
@@ -52,7 +52,7 @@ def stored_energy(state: State, base_rate: float, particle: Particle | None) -> 
 
 @kernel
 def _height_energy(state: State, particle: Particle) -> float:
-    """Energy of a particle under gravity, relative to the state in which the spring bears the weight: −βG (u − p)."""
+    """Potential energy of a particle under gravity: −βG (u − p), because the spring bears the weight at u = 0."""
     if particle.gravity is not None:
         apart = state.wall * (particle.clearance_ratio - state.gap)
         return particle.mass_ratio * fall_of(state.slide, particle) * apart
@@ -69,12 +69,13 @@ def energy_residual(sums: NDArray[np.float64], stored_before: float, stored_afte
 
 @kernel
 def unbalanced(work: float, losses: float, stored_before: float, stored_after: float, peak: float) -> float:
-    """Return |input work − losses − change of stored energy|, divided by the largest energy.
+    """Return the residual of the energy balance, relative to the largest energy.
 
-    The largest energy is the largest of input work, losses, energy stored at either end, and half the square of the
-    peak. Half the square of the peak is the scale if almost no net work is done, without losses or with a locked mass.
+    The residual is |input work − losses − change of stored energy|. The largest energy is the maximum of input work,
+    losses, both stored energies and ½ peak². The term ½ peak² is the maximum if almost no net work is done, without
+    losses or with a locked mass.
     """
     scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)
-    if scale == 0.0:  # a force that friction withstands causes no motion
+    if scale == 0.0:  # there is no motion, because friction withstands the force
         return 0.0
     return abs(work - losses - (stored_after - stored_before)) / scale

@@ -1,4 +1,4 @@
-"""The measures of one design point, and their computation from a trace."""
+"""The measures of one design point, computed from a trace."""
 
 from math import nan, pi, sqrt
 from typing import Any, NamedTuple
@@ -41,7 +41,9 @@ INTEGRATED = frozenset(
         "dissipation_error",
     )
 )
-"""Measures that need integrals over the motion. If a study stores none of them, the integrals are not computed."""
+"""Measures that need integrals over the motion. The integrals are not computed if a study stores none of these
+measures.
+"""
 
 FEWEST_STUCK = 1.0 - 1e-6
 """Least stick fraction of the class LOCKED; below 1, because at γ_F = r² a locked mass slips at single instants."""
@@ -79,7 +81,7 @@ class Response(NamedTuple):
     status: int
 
 
-# The values of all fields before `cycles` and `status` if a run ended early.
+# Values of the fields before `cycles` for a run that ended early.
 _UNMEASURED: tuple[Any, ...] = (nan,) * 8 + (_UNKNOWN, 0) + (nan,) * 11
 
 
@@ -139,10 +141,10 @@ def share_stuck(stretch: Stretch, frequency_ratio: float) -> float:
 def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bool) -> tuple[int, int]:
     """Class and period [excitation cycles] of a response that repeats after `period_halves` mirrored half cycles.
 
-    `carried` says whether friction carries the particle along with the mass all the time.
+    `carried` is True if friction carries the particle along with the mass throughout.
     """
     period = period_halves if period_halves % 2 == 1 else period_halves // 2
-    if stuck >= FEWEST_STUCK:  # a particle may keep moving between walls that stay at rest
+    if stuck >= FEWEST_STUCK:  # a particle may keep moving between walls at rest
         return _LOCKED, 1 if impacts == 0 else period
     if carried:
         return _CARRIED, period
@@ -198,8 +200,9 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
     """Largest values in the last three quarters of the metered cycles of a run that does not repeat.
 
     A remaining transient may already be negligible in a mean, but not yet in a largest peak. The burn-in follows from
-    the decay of the structure alone, but a mass with a particle settles more slowly. If these cycles are below the mean
-    or without an impact, the mean peak or the largest speed of all metered cycles replaces the value.
+    the decay of the structure alone, but a mass with a particle settles more slowly. If the largest peak of these
+    cycles is below the mean peak, the mean peak is used. If these cycles have no impact, the largest impact speed of
+    all metered cycles is used.
     """
     first = stretch.first + (stretch.last - stretch.first) // 8 * 2
     peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)
@@ -209,7 +212,7 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
 
 @kernel
 def _error_of_shares(trace: NDArray[np.float64], series: NDArray[np.float64], first: int, last: int) -> float:
-    """Largest standard error of the shares of dissipation. A share is a ratio of two means, which is linearised."""
+    """Largest standard error of the shares of dissipation, by linearisation of each share as a ratio of two means."""
     total = 0.0
     for loss in LOSSES:
         total += trace[2 * last, loss] - trace[2 * first, loss]

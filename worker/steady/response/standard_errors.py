@@ -11,27 +11,26 @@ from damperlab.worker.jit import kernel
 FEWEST = 80
 """Least number of samples for an estimate of the correlation."""
 
-# Numbers of adjacent batches. The two numbers have no common factor, because the means of batches of a whole number of
-# periods would have no spread.
+# Numbers of adjacent batches. Batches of whole periods have equal means, so the numbers have no common factor.
 _BATCHES = (61, 19)
-# Ratio of the 97.5 % quantile of Student's t to 1.96. The degrees of freedom of overlapping batches are one and a half
-# times those of adjacent batches.
+# Ratio of the 97.5 % quantile of Student's t to 1.96.
+# Overlapping batches have one and a half times the degrees of freedom of adjacent batches.
 _STUDENT = (1.014, 1.047)
 # Ratio of errors above which longer batches replace shorter batches; a smaller ratio is considered chance.
 _LONGER = 1.15
 
-_GROUP = 16  # Number of samples in a group; the rule (MSER) is more reliable for groups than for samples.
+_GROUP = 16  # Number of samples in a group; MSER is more reliable for groups than for single samples.
 _DIFFERENT = 3.0  # Least difference of the means, in standard errors, at which the initial part is dropped.
-# Least ratio of the increases in two successive thirds of a series whose growth shows no sign of an end.
+# Least ratio of the later to the earlier increase between thirds of a series, for growth without a visible end.
 _STEADY_TREND = 0.9
 _TREND_BATCHES = 19
 _ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
-_GROWN = 0.1  # Least relative excess of the last third over the first third in a series without a bound.
-# Relative error up to which a series is considered constant. Differences between samples are then rounding errors,
-# whose correlation and trend have no meaning.
+_GROWN = 0.1  # Least relative excess of the last third over the first third in an unbounded series.
+# Relative error of the mean up to which a series is considered constant.
+# Differences between samples are then rounding errors, without a meaningful correlation or trend.
 _ROUNDING = 1e-12
-# Largest difference between the numbers of rising and of falling pairs, among the 171 pairs of 19 batches, that is
-# considered chance. Batches without a trend exceed this value, in either direction, three times in 1,000.
+# Largest difference of rising and falling pairs, among the 171 pairs of 19 batches, that is considered chance.
+# Without a trend, the difference exceeds this value three times in 1,000.
 _TREND = 86
 
 
@@ -72,11 +71,10 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
     Returns
     -------
     mean, error : float
-        Mean and standard error. The error comes from batches of 1/61 of the range or, if longer batches give a
-        significantly larger error, of 1/19. Batches shorter than the correlation time understate the error, but an
-        error from few batches is less certain. 1.96 times the error is the half width of a 95 % interval. The
-        correlation of fewer than 80 samples cannot be estimated, so the error is then the largest sample minus the
-        smallest.
+        Mean and standard error. The error comes from batches of 1/61 of the range. Batches of 1/19 are used if they
+        give a significantly larger error. Batches shorter than the correlation time understate the error, but an error
+        from few batches is less certain. 1.96 times the error is the half width of a 95 % interval. For fewer than 80
+        samples, the correlation cannot be estimated, and the error is the largest sample minus the smallest.
 
     Notes
     -----
@@ -120,7 +118,7 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
     samples : array
         Correlated samples.
     first, last : int
-        Range of the samples that are given.
+        Range of the samples.
 
     Returns
     -------
@@ -129,12 +127,12 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
     Notes
     -----
     By the marginal standard error rule (MSER, White 1997), the transient is the initial part whose omission minimises
-    Σ(xᵢ − x̄)²/n² of the rest. It consists of groups of 16 samples and is at most half of the range. The transient is
-    left out only if its mean differs from the mean of the rest by three standard errors. The rule alone would prefer a
-    part of a correlated series with little variation, and so understate the error. Batch means alone would treat a
-    trend as noise. So the series is considered stationary only if the remaining batches do not rise or fall more often
-    than by chance (Mann 1945, Kendall 1975). The future change of a trend is added to the error. This change follows
-    from a geometric series through the means of three thirds of the range.
+    Σ(xᵢ − x̄)²/n² of the rest. The transient consists of groups of 16 samples and is at most half of the range. The
+    transient is omitted only if its mean differs from the mean of the rest by three standard errors. The rule alone
+    would select a part of little variation from a correlated series, and so understate the error. Batch means alone
+    would treat a trend as noise. So the series is considered stationary only if the remaining batches do not rise or
+    fall more often than by chance (Mann 1945, Kendall 1975). If a trend remains, its future change is added to the
+    error. This change is the remainder of a geometric series through the means of three thirds of the range.
     """
     cut = _transient(samples, first, last)
     mean, error = mean_and_error(samples, cut, last)
@@ -174,7 +172,7 @@ def _means_of_thirds(samples: NDArray[np.float64], first: int, last: int) -> tup
 
 @kernel
 def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
-    """Number of pairs of batches in which the later batch is higher, minus the number of pairs in which it is lower."""
+    """Number of pairs of batches with a rising mean, minus the number of pairs with a falling mean."""
     length = (last - first) // _TREND_BATCHES
     means = np.empty(_TREND_BATCHES)
     for b in range(_TREND_BATCHES):
@@ -188,7 +186,7 @@ def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
 
 @kernel
 def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -> float:
-    """Distance between the mean of a series with a trend and the possible limit of the series."""
+    """Estimated distance from the mean of a series with a trend to the limit of the series."""
     one, two, three = _means_of_thirds(samples, first, last)
     step = three - two
     before = two - one
@@ -203,8 +201,8 @@ def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -
 def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
     """Whether samples[first:last] grow to their end and show no bound.
 
-    Every batch must be higher than all earlier batches, and the increase of the last third hardly smaller than the
-    increase of the middle third. Fewer than 80 samples are inconclusive and give False.
+    Every batch must be higher than all earlier batches, and the growth must hardly slow down over the three thirds of
+    the series. The result is False for fewer than 80 samples.
     """
     if last - first < FEWEST or _rises(samples, first, last) < _ALL_RISE:
         return False

@@ -1,4 +1,4 @@
-"""The trace of a metered run, which has one row per half cycle, and the evaluation of a stretch of rows."""
+"""The trace of a metered run, with one row per half cycle, and the totals over a stretch of rows."""
 
 from typing import NamedTuple
 
@@ -151,7 +151,7 @@ def largest_in(trace: NDArray[np.float64], first: int, last: int, column: int) -
 
 @kernel
 def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64]) -> None:
-    """Compute peaks per cycle, which are equal for a motion and its mirror image.
+    """Compute the peaks of each cycle, such that a motion and its mirror image have equal peaks.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
     rows : int
         Number of metered half cycles.
     peaks : array, shape (2, ≥ rows // 2)
-        Filled, for each cycle, with the mean of the peaks of the two one-cycle intervals that begin in this cycle. If
-        no half cycle follows the last cycle, only one interval begins in the last cycle.
+        Filled, for each cycle, with the mean of the peaks of the two one-cycle intervals that begin in this cycle. The
+        last cycle has only one such interval, if no half cycle follows.
     """
     for column in range(2):
         for i in range(rows // 2):
@@ -172,7 +172,7 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
 def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -> float:
     """Mean of the peaks in a column over the two one-cycle intervals that begin in cycle i.
 
-    If only one interval is metered, return the peak of this interval.
+    If only one of the two intervals is metered, its peak is returned.
     """
     first = trace[2 * i + 1, column]
     second = trace[2 * i + 2, column]
@@ -199,7 +199,7 @@ def mean_peak_of_period(trace: NDArray[np.float64], column: int, period_halves: 
 def acceleration_of_run(
     trace: NDArray[np.float64], first: int, last: int, metered: bool | None
 ) -> tuple[float, float] | None:
-    """Mean peak of |u''|, by the intervals of `cycle_peaks`, and ∫u''² dτ over the cycles first … last − 1.
+    """Mean peak of |u''|, over the intervals of `cycle_peaks`, and ∫u''² dτ over the cycles first … last − 1.
 
     The result is None if u'' was not metered.
     """

@@ -1,4 +1,4 @@
-"""Section coordinates, the part of a state that repeats in a periodic response, and the state at given coordinates."""
+"""Section coordinates, which are the part of a state that repeats in a periodic response."""
 
 from math import ceil, inf
 from typing import Any
@@ -20,7 +20,7 @@ SECTION_SIZE = 4
 
 @inlined
 def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> bool:
-    """Whether the contact has its own coordinates: in compliant contact, and in a dwell on a rigid wall."""
+    """Whether the contact has its own coordinates: True in compliant contact and in a dwell on a rigid wall."""
     if wall is not None:
         return riding > 0.0
     return riding > 0.0 and speed > 0.0
@@ -153,7 +153,9 @@ def _contact_at(
 
 @kernel
 def active_size(state: State, particle: Particle | None, counts: NDArray[np.int64]) -> int:
-    """Number of leading coordinates in which an orbit closes, without a particle at rest that was never struck."""
+    """Number of leading coordinates of an orbit: 4, or 2 without a particle or with a particle at rest that was never
+    struck.
+    """
     if particle is not None:
         if counts[IMPACTS] > 0 or state.p_rate != 0.0:
             return 4

@@ -17,13 +17,12 @@ LONGEST = 64
 """Longest period that is searched [half cycles], equal to 32 excitation cycles."""
 
 SAME = 1e-6
-"""Largest relative recurrence at which a divisor of a settled period is itself taken as the period."""
+"""Largest relative recurrence at which a divisor of a settled period replaces the period."""
 
 # The following values are chosen, not derived.
 _ROUNDING = 1e-13  # Relative recurrence of a settled response.
 _NEAR = 0.05  # Relative recurrence below which Newton's method is tried.
-# A multiple n of a period replaces the period if the recurrence of the multiple is below `_FAR_BETTER`/n times the
-# recurrence of the period.
+# The n-fold period replaces a period if its recurrence is below `_FAR_BETTER`/n times the recurrence of the period.
 _FAR_BETTER = 0.4
 
 
@@ -76,14 +75,13 @@ def settled_period(
         if d <= _ROUNDING * scale and earlier <= 10.0 * _ROUNDING * scale:
             found, way_left = period_halves, d
         elif d < earlier and earlier <= 0.01 * scale:
-            # the recurrence of one of many periods may be small by chance, so a fall by more than half is not
-            # extrapolated
+            # among many periods, one recurrence may be small by chance, so a fall by more than half is not extrapolated
             rate = max((d / earlier) ** (period_halves / stretch), 0.5)
             if d * rate / (1.0 - rate) <= tolerance * scale:
                 found, way_left = period_halves, d * rate / (1.0 - rate)
         elif d <= tolerance * scale and earlier <= tolerance * scale:
-            # under a slow base, rounding errors exceed `_ROUNDING`, so it suffices that the recurrence stays below the
-            # tolerance
+            # Under a slow base, rounding errors exceed `_ROUNDING`.
+            # A recurrence that stays below the tolerance is then sufficient.
             if stays_closed(ring, now, period_halves, tolerance * scale):
                 found, way_left = period_halves, d
         if found > 0:

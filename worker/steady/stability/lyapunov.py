@@ -16,9 +16,9 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 from damperlab.worker.steady.stability.variational import propagate
 
 _BATCHES = 16
-# Numbers of cycles over which a tangent vector is followed and, for each number, the least growth per cycle that is
-# classified as chaos. Most chaos is detected after few cycles. The limits are chosen, not derived: they require a
-# growth by at least e^6, or by e^3 after 320 cycles.
+# Pairs of a number of cycles and the least growth of a tangent vector per cycle that counts as chaos.
+# Most chaos is detected after few cycles.
+# The limits are chosen, not derived. They require a growth by at least e^6, or by e^3 after 320 cycles.
 _RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
 
 HALVES_FOLLOWED = 2 * 320 * (_BATCHES + 1) // _BATCHES
@@ -33,7 +33,7 @@ def is_chaotic(
     log_: Transitions,
     size: int,
 ) -> bool:
-    """Whether a tangent vector grows: its mean growth per cycle exceeds three standard errors and a least growth.
+    """Whether a tangent vector grows: its mean growth per cycle exceeds a limit and three standard errors.
 
     Parameters
     ----------

@@ -46,8 +46,8 @@ from damperlab.worker.solver.transition_log import (
 
 Array = NDArray[np.float64]
 
-# Up to this duration [1/ω_n], the mean acceleration of a flight is the mean of the accelerations at both ends, with a
-# relative error of 1e-11.
+# Longest duration [1/ω_n] for which the mean acceleration of a flight is computed from its two ends.
+# The relative error is 1e-11.
 _SHORT_FLIGHT = 1e-5
 
 
@@ -109,7 +109,7 @@ def leaving_speed(rows: Array, at: int, to: int, count: int, scene: Scene, parti
     The speed is e times the approach speed. The flights of a chatter become so short that this speed is within the
     rounding of the velocities. The logged duration of such a flight is then inconsistent with its speed, and the use of
     both would make the propagation through the next impact inaccurate. For a short flight that ends on the same wall,
-    the speed is therefore computed from the duration of the flight and the speed of the impact that ends it.
+    the speed is therefore computed from the duration and the final impact of the flight.
     """
     known: float = particle.restitution * rows[at + BEFORE + SPEED]
     gained = 0.0

@@ -1,10 +1,10 @@
 """The variational equations of a half cycle: linear motion between events, and one saltation law at every event.
 
-A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p. The small δy after a chatter could not be computed
-accurately from δp. While a particle dwells on a rigid wall, y does not vary. Changes of the time until detachment and
-of the approach speed, (±δleft, ±δspeed), replace δy and δy'. Their sign is that of the wall, so that all components
-change sign when half a cycle is mirrored. On the section, p and p' replace y and y' of a particle in flight
-(`section.coordinates.coordinates`).
+A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p. The coordinate is y and not p, because the small
+δy after a chatter would be lost in δp. While a particle dwells on a rigid wall, y is constant. Then changes of the time
+until detachment and of the approach speed, (±δleft, ±δspeed), replace δy and δy'. Their sign is the sign of the wall,
+so that all components change sign when a half cycle is mirrored. On the section, p and p' replace y and y' of a
+particle in flight (`section.coordinates.coordinates`).
 """
 
 import numpy as np
@@ -54,16 +54,15 @@ def propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
 
     Notes
     -----
-    While friction holds the mass, δw is 0. A particle in sustained contact follows the wall. Directions in which a
-    perturbation vanishes immediately have multiplier 0. The matrix of a chatter is the product of the matrices of its
-    impacts.
+    While friction holds the mass, δw is 0. In sustained contact on a rigid wall, δy and δy' are 0. Such directions have
+    multiplier 0. The matrix of a chatter is the product of the matrices of its impacts.
     """
     _propagate(log_on_addresses(log), on_addresses(scene), tangents)
 
 
 @inlined
 def _propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
-    """`propagate` for a log and a scene whose arrays have been replaced by addresses."""
+    """`propagate` with addresses in place of the arrays of log and scene."""
     rows, particle = log.rows, scene.particle
     z = address(tangents, 0)
     n = tangents.shape[1]

@@ -27,7 +27,7 @@ def flow_in_contact(span: float, held: bool, contact: Contact, tangents: Array, 
     Parameters
     ----------
     span : float
-        Length of the span, at most that of a contact segment.
+        Length of the span, at most the length of a contact segment.
     held : bool
         Whether friction holds the mass.
     contact : Contact

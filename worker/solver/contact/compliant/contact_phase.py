@@ -2,18 +2,18 @@
 
 The contact phase is integrated in one of four ways:
 
-1. Before the contact's own vibration has decayed, polynomials of all six coordinates are used. Their spans are at most
-   half the inverse of the contact's fastest rate.
-2. Once y' depends on the other coordinates, but y still decays, spans may be as long as the rate of y allows
+1. While the contact's own vibration decays, polynomials of all six coordinates are used. A span is at most half the
+   inverse of the contact's fastest rate.
+2. Once y' follows from the other coordinates while y still decays, the rate of y limits the spans
    (`CompliantRegime.between`).
-3. If an envelope of the vibration proves that the vibration cannot cause an event, one long step is taken. The slow
-   motion is then given by polynomials, and the vibration by an exponential.
-4. Once the vibration has decayed below rounding, polynomials of the slow motion are used, in complete panels if y and
-   y' are both fast. So a particle at rest on a very stiff wall takes no more steps than on a rigid wall.
+3. If an envelope of the vibration excludes events, one long step is taken. Polynomials then describe the slow motion,
+   and an exponential describes the vibration.
+4. Once the vibration has decayed below rounding, polynomials of the slow motion are used, over complete panels if y and
+   y' are both fast. So a particle at rest on a very stiff wall needs no more steps than on a rigid wall.
 
-The particle detaches where the force of the wall falls to zero. At this time the particle still penetrates the wall,
-and some energy is left in the wall's spring. The particle flies until it is clear of the wall, or until spring and
-dashpot push again.
+The particle detaches when the force of the wall falls to zero. The particle then still penetrates the wall, and some
+energy remains in the wall's spring. The flight ends when the particle is clear of the wall, or when the wall pushes
+again.
 """
 
 from damperlab.worker.jit import kernel
@@ -95,7 +95,7 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
 def while_in_contact(
     state: State, span: Span, k: int, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, Span, int]:
-    """Integrate a particle in contact with a wall until it is clear of the wall, or to the end of the panel.
+    """Integrate a contact with a compliant wall until the particle is clear of the wall or the panel ends.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def while_in_contact(
 def _in_contact(
     state: State, phase: Phase, remaining: float, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
-    """Integrate one segment of compliant contact, and return the end state, the length and the kind of event."""
+    """Integrate one segment of compliant contact; return its end state, its length and the kind of its event."""
     buffers = buffers_of(scene)
     regime = compliant_regime_of(state, scene)
     motion = regime.motion
@@ -169,7 +169,7 @@ def _in_contact(
             t = longest_step(state, phase, t, vibration, regime, scene, meter)
             if t > 0.0:
                 return after_long_step(state, t, vibration, regime, scene, meter)
-            coordinates_into(state, regime, phase, start)  # so far, `start` contains only the slow motion
+            coordinates_into(state, regime, phase, start)  # until here, `start` contains only the slow motion
         scene.counts[SEGMENTS] += 1
     expand(start, DIM, motion.rows, phase, scene)
     return to_event(state, phase, min(remaining, motion.step), regime, scene, meter)
@@ -216,7 +216,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
     elif kind == CLEARANCE:
         order = 1 if leaving > 0.0 else 2
     elif kind == PUSHED_AGAIN:
-        if leaving < 0.0:  # because of rounding, the particle penetrates the wall before it strikes
+        if leaving < 0.0:  # by rounding, the particle has penetrated the wall before its strike
             return strike(state, state.wall, phase, scene, meter)
         if wall.damping == 0.0:
             gap = 0.0

@@ -1,4 +1,4 @@
-"""Integration of a span in contact with a compliant wall, on Taylor polynomials, to its first event or its end."""
+"""Integration of compliant contact by Taylor polynomials, to the first event or to the end of a span."""
 
 from math import inf
 
@@ -42,7 +42,7 @@ from damperlab.worker.solver.state import Dwell, State, advanced
 
 @kernel
 def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) -> None:
-    """Write polynomials of x, x + s, y and the wall's force into the buffers, from the first `units` coordinates."""
+    """Write the polynomials of x, x + s, y and the wall force into the buffers, from the first `units` coordinates."""
     buffers = buffers_of(scene)
     combine_rows(OF_RELATIVE, start, units, rows, buffers.relative)
     combine_rows(OF_ABSOLUTE, start, units, rows, buffers.absolute)
@@ -55,7 +55,7 @@ def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) 
 def to_event(
     state: State, phase: Phase, span: float, regime: CompliantRegime, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
-    """Integrate on the expanded polynomials to the first event, or to the end of the span."""
+    """Evaluate the expanded polynomials at the first event, or at the end of the span."""
     buffers = buffers_of(scene)
     relative, depth, scratch = buffers.relative, buffers.y, buffers.scratch
     t, kind = friction_event(state, phase, span, regime, scene)
@@ -82,7 +82,7 @@ def to_event(
 def friction_event(
     state: State, phase: Phase, span: float, regime: AnyRegime, scene: Scene
 ) -> tuple[float, int]:
-    """Find the time at which the mass stops or starts to slip under the wall force in `buffers.wall_force`."""
+    """Find the time at which slip starts or stops under the wall force in `buffers.wall_force`."""
     t = span
     kind = NOTHING
     if scene.friction is not None:

@@ -20,7 +20,7 @@ from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, PEAK, RELAT
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 
-# Least number of ordinary steps in a long step; for fewer steps the proof costs more than the step saves.
+# Least length of a long step, in ordinary steps. For a shorter step, the proof would cost more than the step saves.
 FEWEST_STEPS = 8.0
 _SHORTER = 0.125
 
@@ -44,9 +44,8 @@ def longest_step(
 ) -> float:
     """Longest span in which slow motion and vibration provably cause no event; 0 if the span would be too short.
 
-    With a meter, no displacement in the span may exceed the largest value that the meter has recorded so far. Under a
-    record, this also holds for u'' of a slipping mass. The caller has expanded the slow motion into the buffers
-    (`contact_segment.expand`).
+    With a meter, no displacement in the span may exceed the peak recorded so far. Under a record, the same limit
+    applies to u'' of a slipping mass. The buffers must contain the slow motion (`contact_segment.expand`).
     """
     base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
     wall, buffers = wall_of(scene), buffers_of(scene)
@@ -79,8 +78,7 @@ def longest_step(
             else:
                 clear = clear and _lower_bound(scratch, state.slip, t) > w_most
         if meter is not None and clear:
-            # This limit also applies if no energies are measured, so that a point has the same bits with and without
-            # energies.
+            # This limit also applies without energies, so that a point has the same bits with and without energies.
             clear = abs(motion.rates[0] + motion.rates[3]) * t >= LEAST_DECAY
             if isinstance(base, RecordBase):
                 if not regime.sticks:

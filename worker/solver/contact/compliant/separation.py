@@ -27,8 +27,8 @@ from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
 
-_NEAR = 1e-6  # Fraction of a span in which a root is searched first.
-_WIDER = 16.0  # Factor by which this fraction grows.
+_NEAR = 1e-6  # Fraction of a span that is searched first for a root.
+_WIDER = 16.0  # Factor by which the searched fraction grows.
 
 
 @kernel
@@ -80,8 +80,8 @@ def separate(
 def _crossing_from(polynomial: Floats, near: float, span: float) -> float:
     """First time at which a polynomial falls through zero, searched in intervals that grow from `near`.
 
-    The particle penetrates a stiff wall only slightly and is soon clear of the wall. A bound on the curvature over the
-    complete span would hide this early root.
+    The root is early, because the particle penetrates a stiff wall only slightly. A bound on the curvature over the
+    complete span would hide this root.
     """
     start = 0.0
     end = min(max(near, 1e-15 * span), span)
