@@ -17,7 +17,7 @@ from damperlab.studies.tmd.absorber import Absorber
 
 Floats = NDArray[np.float64]
 GREEN = "#009e73"
-"""Green of the Okabe-Ito palette, whose colours the other figures use too."""
+"""Green of the Okabe-Ito palette."""
 DEEPEST = 300.0
 """Largest ratio of the highest peak to the lower end of the axis."""
 SAMPLES = 801

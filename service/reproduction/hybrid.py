@@ -33,8 +33,8 @@ MEASURES = {
     "largest over r = 0.85 to 1.15, mean of the largest |x|/Z of each cycle": ("amplitude_ratio", True),
     "largest over r = 0.85 to 1.15, largest |x|/Z of all cycles": ("amplitude_ratio_max", True),
 }
-"""Possible meanings of "maximum vibration amplitude at resonance": the variable, and whether its largest value over the
-band is taken.
+"""Possible meanings of "maximum vibration amplitude at resonance": a variable, and whether to take its largest value over
+the band.
 """
 
 

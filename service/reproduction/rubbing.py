@@ -28,7 +28,7 @@ from damperlab.studies.questions import Tuning
 PROFILE = (0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2)
 """Values of μ_i for which the best Z and ζ are found."""
 MIDDLE = Prototype(0.0015, 0.008, 0.0)
-"""Prototype whose Z and ζ a search replaces by those of a coarse grid."""
+"""Initial prototype of a search. The search replaces Z and ζ by values of a coarse grid."""
 FREE = (*ASSUMED, "particle_friction")
 WITHOUT, WITH = "without friction of the particle", "with friction of the particle"
 FIGURES = {"particle": 7, "hybrid": 12}
