@@ -75,7 +75,7 @@ class _Stop(Event):
     """Whether another process has cancelled or deleted the present study."""
 
     def is_set(self) -> bool:
-        """Return whether no further block may start."""
+        """Return whether a stop is requested or the present study is withdrawn."""
         return self.withdrawn or super().is_set()
 
     def ask(self, *_: object) -> None:
@@ -323,12 +323,12 @@ class _Search:
         return self.store.cube(study_id).load()
 
     def _pause(self, seconds: float) -> None:
-        """Wait for some seconds, and raise `_Over` if the design was ended meanwhile."""
+        """Wait for some seconds, and raise `_Over` if the design has ended meanwhile."""
         time.sleep(seconds)
         self._require_wanted()
 
     def _require_wanted(self) -> None:
-        """Raise `_Over` if the design was ended or the service has died."""
+        """Raise `_Over` if the design has ended or the service has died."""
         parent = multiprocessing.parent_process()
         if self.shelf.ended(self.kept.id) or (parent is not None and not parent.is_alive()):
             raise _Over

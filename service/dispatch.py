@@ -30,7 +30,7 @@ AGAIN_SECONDS = 5.0
 COMPANY, MOST = 4, 64
 """Smallest and largest number of small studies in a batch."""
 STOP_SECONDS = 60.0
-"""Longest wait for running studies at a shutdown [s]. A study itself waits less long for its running blocks."""
+"""Longest wait for running studies at a shutdown [s]. A study waits a shorter time for its running blocks."""
 
 _log = logging.getLogger("damperlab.dispatch")
 
@@ -103,7 +103,7 @@ class Dispatcher:
         Returns
         -------
         dict, int, int
-            Number of workers by standing, number of blocks at workers, and number of repeated attempts since the start
+            Number of workers by state, number of blocks at workers, and number of repeated attempts since the start
             of the service. The number of workers is the largest over the running studies.
         """
         with self._lock:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class Questions(Asked):
-    """Methods that evaluate the results that a study has computed so far, and return Datasets.
+    """Methods that evaluate the present results of a study, and return Datasets.
 
     If the study is given in SI units, the Datasets contain quantities in SI units as well as ratios, for example
     `amplitude_m` and `clearance_m`.
@@ -65,7 +65,7 @@ class Questions(Asked):
     ) -> "ResonanceMap":
         """Return one metric over two dimensions.
 
-        By default the map spans the dimensions along which the study varies, clearance and friction first. It shows the
+        By default the map spans the dimensions along which the study varies, clearance and friction first. The map shows the
         value at a given frequency or record, or the largest value over all frequencies, or over all records of a
         ground-motion suite.
 
@@ -168,7 +168,7 @@ class Questions(Asked):
         return self._answer(FRAGILITY, locals())
 
     def work_precision(self) -> "WorkPrecision":
-        """Return the distribution of the errors of the points by run time.
+        """Return the distribution of the errors of a study's points over the run time.
 
         Returns
         -------

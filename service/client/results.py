@@ -113,7 +113,7 @@ class Simulation:
     attractors : dict, optional
         The responses reached from many starts (``met``, each with its ``share`` and ``metrics``).
         ``decided_by_a_rounding`` says whether a change in the last digits of the start leads to another response.
-        ``note`` describes this in words. None if no starts were requested.
+        ``note`` describes the responses in words. None if no starts were requested.
     """
 
     metrics: dict[str, Any]

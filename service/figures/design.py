@@ -57,7 +57,7 @@ def draw_alternatives(found: Found, called: str) -> Figure:
 
 
 def draw_amplitudes(found: Found) -> Figure:
-    """Draw one response with the damper found per base amplitude, and a curve through the peaks."""
+    """Draw the response with the damper found at each base amplitude, and a curve through the peaks."""
     asked = found.asked
     norm = LogNorm(found.shown[0].reference_m, found.shown[-1].reference_m)
     colours = colormaps[COLOURS]

@@ -90,7 +90,7 @@ class Subject:
 
     @cached_property
     def _stored(self) -> "Study | Suite | None":
-        """The study by its definition; None if the definition is damaged, because the cube can be read without it."""
+        """The definition of the study; None if it is damaged, because the cube can be read without it."""
         from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 
         try:

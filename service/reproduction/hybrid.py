@@ -40,7 +40,7 @@ the band.
 
 @dataclass(frozen=True)
 class Reading:
-    """A reading of Table 3, with the resulting values."""
+    """A reading (interpretation) of Table 3, with the resulting values."""
 
     base_amplitude: str
     contact: str
