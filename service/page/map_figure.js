@@ -8,7 +8,7 @@ import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 /** Largest number of symbols of one class on a map; more symbols would hide the values. */
 const MOST_SYMBOLS = 900;
 const LOCKED = 1;
-/** Ending of the label of a response class on a reduced map. @type {Record<string, string>} */
+/** Phrase after the name of a response class on a map of extrema. @type {Record<string, string>} */
 const WHERE = { max: " where it is largest", min: " where it is smallest" };
 const FAILED_FROM = 2;
 /** Largest number of values for which every value is written along the axis. */
