@@ -104,7 +104,7 @@ class Dispatcher:
         -------
         dict, int, int
             Number of workers by state, number of blocks at workers, and number of repeated attempts since the start
-            of the service. The number of workers is the largest over the running studies.
+            of the service. The number of workers is the maximum over the running studies.
         """
         with self._lock:
             now = list(self._progress.values())

@@ -183,7 +183,7 @@ def _single(field: Field) -> Any:
 
 
 def _names(field: Field, taken: Iterable[str]) -> Iterator[str]:
-    """Return the names for which a field takes values, without names that have a separate parameter."""
+    """Return the names that a field accepts, except names with a separate parameter."""
     names = RANGED if field.core == Ranges else EVERY_AXIS
     return (name for name in names if name not in taken)
 

@@ -71,8 +71,8 @@ class Transport:
     def ask(self, method: str, path: str, **how: Any) -> Any:
         """Send a request and return the answer, read from JSON; None if the answer is empty.
 
-        Every request may be sent twice: studies and follow-ups are identified by their content, a simulation changes
-        nothing, and stopping or deleting a study twice has the same effect.
+        Every request may be sent twice. Studies and follow-ups are identified by their content, a simulation changes
+        nothing, and stopping or deleting a study twice has the same effect as once.
 
         Parameters
         ----------

@@ -55,7 +55,7 @@ class LateRoute(Route):
 
 
 class LateRouter(APIRouter):
-    """A router whose routes FastAPI analyses at their first request. It takes the options of FastAPI's router."""
+    """A router whose routes FastAPI analyses at their first request. The options are the same as for `APIRouter`."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
