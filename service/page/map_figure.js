@@ -93,7 +93,7 @@ export function mapTraces(map, overlays, marks, words, beside) {
 }
 
 /**
- * At most `CONTOUR_LINES` levels for contour lines, with round values. If the values of the map are equal up to
+ * At most `CONTOUR_LINES` levels for contour lines, with round values. If the values are equal up to
  * rounding, for example because all points are locked, there are no levels. The plotting library would choose
  * levels of its own, find no line to draw, and fail.
  *
