@@ -76,7 +76,7 @@ class Service:
 
     @cached_property
     def readiness(self) -> Readiness:
-        """Checks of whether the service can use its data."""
+        """Object that checks whether the service can use its data."""
         return Readiness(self.store, self.backgrounds)
 
     @cached_property

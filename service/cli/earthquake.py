@@ -56,7 +56,7 @@ OPTIONS = (
     | RECIPE_OPTIONS
     | {"record": "RECORD"}
 )
-"""Option for each field of a comparison."""
+"""Command-line option for each field of a comparison."""
 
 COLUMNS = (
     ("peak_relative_displacement_m", "peak x−z [mm]"),

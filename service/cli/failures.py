@@ -52,8 +52,8 @@ class UsageFault(Exception):
 
 
 SPELLED: dict[str, str] = {}
-"""Option for each field of a question, recorded when the options of a command are made. Names of dimensions are left
-out, because they may also be fields of a study.
+"""Command-line option for each field of a question, recorded when the options of a command are made. Names of dimensions
+are left out, because they may also be fields of a study.
 """
 
 

@@ -172,7 +172,7 @@ CONTACT_OPTIONS = {
     "contact.model": "--contact",
     "contact.contact_time": "--contact-time",
 }
-"""Option for each field of a contact."""
+"""Command-line option for each field of a contact."""
 
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """Formats of -o, by the suffix of the file."""

@@ -52,7 +52,7 @@ OPTIONS = (
     | CONTACT_OPTIONS
     | {"particle: false": "--no-particle", "method: event": "--method event"}
 )
-"""Option for each field of a simulation."""
+"""Command-line option for each field of a simulation."""
 AMPLITUDE = "amplitude_ratio"
 ROUNDING = 1e-6
 """Relative error of the amplitude above which the error is printed."""

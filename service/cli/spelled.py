@@ -22,7 +22,7 @@ def in_options(names: Mapping[str, str]) -> "Iterator[None]":
     Parameters
     ----------
     names : mapping of str
-        Option for each field. A field with a value, such as ``particle: false``, may also have an option.
+        Command-line option for each field. A field with a value, such as ``particle: false``, may also have an option.
 
     Raises
     ------

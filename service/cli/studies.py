@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
     name: f"--{name}" for name in ("state", "tag", "cursor")
 }
-"""Option for each filter of the list of studies."""
+"""Command-line option for each filter of the list of studies."""
 
 
 def studies(

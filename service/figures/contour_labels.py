@@ -17,7 +17,7 @@ STEP = 0.005
 FOLDED = 1.3
 """Largest length of a line within the radius `ROOM`, relative to a straight line. A folded line is longer."""
 STRAIGHT = 0.97
-"""Smallest distance between the two ends of a number, relative to the length of the line between these ends."""
+"""Smallest ratio of the distance to the length of the line between the two ends of a number; 1 for a straight line."""
 MOST_POINTS, CANDIDATES = 10_000, 200
 """Largest number of points on all lines, and largest number of positions that are tried for a number."""
 

@@ -68,7 +68,7 @@ _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values
 """Unit of each result in SI units that is not a length."""
 
 _KINDS = {"harmonic": HARMONIC, "suite": SUITE, "amplitudes": AMPLITUDES_KIND}
-"""Kinds of study, by name on the page."""
+"""Kinds of study, by their names on the page."""
 
 MODULE = "words.js"
 """Name of the module; `words.d.ts` has its types."""

@@ -26,7 +26,7 @@ from damperlab.studies.paper import PaperNumber, paper_numbers
 from damperlab.studies.questions import Tuning
 
 PROFILE = (0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2)
-"""Values of μ_i for which the best Z and ζ are found."""
+"""Values of μ_i, for each of which a search finds the best Z and ζ."""
 MIDDLE = Prototype(0.0015, 0.008, 0.0)
 """Initial prototype of a search. The search replaces Z and ζ by values of a coarse grid."""
 FREE = (*ASSUMED, "particle_friction")
