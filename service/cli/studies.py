@@ -167,7 +167,7 @@ def show(
     name: Annotated[str | None, typer.Option(help="Rename the study; the definition is unchanged.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show the state, progress and definition of a study. Options tag or rename the study."""
+    """Show the state, progress and definition of a study. Options set its tags, its note or its name."""
     given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
     changes = {"tags": given, "note": text, "name": name}
     said = {key: value for key, value in changes.items() if value is not None}
