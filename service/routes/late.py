@@ -1,4 +1,4 @@
-"""Routes that FastAPI analyses at their first request. The service then starts without this work.
+"""Routes that FastAPI analyses at their first request, so that the service starts faster.
 
 Add the routes of a `LateRouter` to an application directly. `FastAPI.include_router` would call their functions without
 the parameters of the request. If FastAPI refuses a declaration, the first request raises the exception, as does
