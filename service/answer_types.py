@@ -1,7 +1,7 @@
 """JSON schemas of the answers, made from the types that routes declare.
 
-A type is a TypedDict, or a dataclass (`damperlab.studies.shapes.Like`), and is defined in the module that computes the
-answer. The service does not validate answers, since most content is arrays; tests check the types instead.
+Each type is a TypedDict or a dataclass (`damperlab.studies.shapes.Like`), defined in the module that computes the answer.
+The service does not validate answers, because most of their content is arrays. Tests check the types.
 """
 
 from typing import Any, get_args

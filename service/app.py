@@ -74,15 +74,15 @@ from damperlab.worker.cores import core_count
 from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 16
-"""Largest number of submissions that are served at the same time. The other threads remain free for other requests."""
+"""Largest number of submissions served at the same time. The remaining threads serve other requests."""
 EXPORTS = 2
-"""Largest number of exports of one caller that are written at the same time."""
+"""Largest number of simultaneous exports of one caller."""
 COMPILING = 8
 """Largest number of requests that wait for kernels at the same time."""
 DRAIN_SECONDS = 10
 """Longest time that a shutdown waits for running requests before it stops the studies [s]."""
 SHUTDOWN_SECONDS = 85
-"""Time from the start of a shutdown after which the process ends in any case [s]."""
+"""Longest duration of a shutdown [s]. The process is then ended, even if a thread is still running."""
 
 _log = logging.getLogger("damperlab.edge")
 
@@ -94,12 +94,12 @@ DESCRIPTION = (
 
 
 class Application(FastAPI):
-    """FastAPI application that creates its OpenAPI document only on request, because this takes half a second."""
+    """FastAPI application that creates its OpenAPI document at the first request; the creation takes half a second."""
 
     _making = threading.Lock()
 
     def openapi(self) -> dict[str, Any]:
-        """Return the OpenAPI document with examples, which is made at the first call."""
+        """Return the OpenAPI document with examples. The first call creates the document."""
         with self._making:
             if self.openapi_schema is None:
                 self.router.routes = [getattr(route, "analysed", route) for route in self.router.routes]
@@ -118,8 +118,7 @@ def create_app(settings: Settings) -> FastAPI:
     Returns
     -------
     FastAPI
-        ASGI application. The start opens the store and resumes waiting studies. The shutdown stops running studies,
-        which the next start resumes.
+        ASGI application. Its startup opens the store and resumes unfinished studies. Its shutdown stops running studies.
     """
     app = Application(
         title="damperlab",
@@ -140,7 +139,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.settings = settings
     problems.install(app)
-    # `include_router` would call the functions of late routes without their parameters
+    # `include_router` cannot add late routes: it would call their functions without the parameters of the request
     for route in (
         home,
         catalog,
@@ -250,7 +249,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 async def _prepare(work: Work, kernels: Kernels) -> None:
-    """Import the modules for queries, which the first visitor needs; compile kernels, and start a worker process."""
+    """Import the modules for queries, compile kernels and start a worker process, before the first request needs them."""
     await run_sync(_import_questions, abandon_on_cancel=True)
     kernels.start()
     await work.start(prepare)
@@ -303,7 +302,7 @@ def serve(settings: Settings) -> None:
     """
     start_logging(settings.log_level, settings.log_format)
     if threading.current_thread() is threading.main_thread():
-        # uvicorn shuts down on SIGTERM and then sends the signal again; the exit status must be 0 after this signal
+        # uvicorn shuts down on SIGTERM and then raises the signal again; this handler makes the exit status 0
         signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(0))
     # other users must not read the files of the service and its workers
     os.umask(0o077)
@@ -320,7 +319,7 @@ def serve(settings: Settings) -> None:
         proxy_headers=False,
         ws="none",
         lifespan="on",
-        # clients usually close idle connections earlier; a request could be lost if the service closed them first
+        # longer than the usual timeout of clients: if the service closed an idle connection first, a request could be lost
         timeout_keep_alive=65,
         ssl_certfile=settings.tls_certificate,
         ssl_keyfile=settings.tls_key,

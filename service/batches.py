@@ -21,7 +21,7 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 MOST_VALUES = 1_000_000
-"""Largest total number of axis values of the studies in a list, because all studies are in memory at the same time."""
+"""Largest total number of axis values in a list of studies. All studies of a list are in memory at the same time."""
 
 
 class SubmittedList(TypedDict):

@@ -34,7 +34,7 @@ class ComputeQuery(BaseModel):
 
 JSON_TYPES = ("application/json",)
 NOTHING_BYTES = 1024
-"""Largest number of bytes that are read if a request has a body but its route takes none."""
+"""Largest number of bytes read from the body of a request whose route takes no body."""
 YAML_TYPES = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml")
 
 
@@ -128,7 +128,7 @@ EMPTY = (b"", b"{}", b"null")
 
 
 async def expected(request: Request) -> None:
-    """Refuse a request with a body if its route takes no body, because the body would be ignored."""
+    """Refuse the body of a request whose route takes no body, because the body would be ignored."""
     takes_one = "requestBody" in (getattr(request.scope.get("route"), "openapi_extra", None) or {})
     sends_one = "transfer-encoding" in request.headers or request.headers.get("content-length", "0") != "0"
     if request.method in SAFE_METHODS or takes_one or not sends_one:

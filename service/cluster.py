@@ -23,7 +23,7 @@ def open_cluster(settings: Settings, wanted: Callable[[], int]) -> "AbstractCont
     settings : Settings
         Settings of the service, or of a command.
     wanted : callable
-        Returns the number of workers for which there is work. A batch system gets this number of jobs, within limits.
+        Returns the number of workers that have work. A batch system starts this number of jobs, within limits.
 
     Raises
     ------
@@ -96,7 +96,7 @@ class SharedCluster:
         yield client
 
     def close(self) -> None:
-        """Close the connection to the cluster. A cluster that the service has started is stopped."""
+        """Close the connection to the cluster. Stop the cluster if the service has started it."""
         with self._lock:
             self._close()
 

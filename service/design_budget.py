@@ -10,7 +10,7 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 FEWEST, MOST = 100, 10_000_000
 """Smallest and largest budget, in points."""
 HERE_SECONDS = 2.0
-"""Longest expected run time of a study that is computed in this process if there is no cluster [s]."""
+"""Longest expected run time of a study that a process computes without a cluster [s]."""
 
 
 class DesignSize(TypedDict):
@@ -38,7 +38,7 @@ def budget_of(asked: Specification) -> int:
     """Return the budget of a specification in points.
 
     A budget in minutes is converted with the expected time per point of the first round of studies. The search counts
-    points instead of seconds, so that it gives the same design on every machine.
+    points instead of seconds, so that the design is the same on every machine.
     """
     if asked.budget_points is not None:
         return asked.budget_points

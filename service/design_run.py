@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from damperlab.studies.kind import AnyStudy
 
 LOOK_SECONDS = 0.25
-"""Interval between checks of whether a study is done [s]."""
+"""Interval between checks for the end of a study [s]."""
 ROOM_SECONDS = 5.0
 """Interval between attempts to submit studies while too many studies wait or run [s]."""
 
@@ -64,7 +64,7 @@ _log = logging.getLogger("damperlab.designs")
 
 
 class _Over(Exception):
-    """Raised to end the search if the design was ended, the service has died or a stop is requested."""
+    """Raised to end the search if the design has ended, the service has died or a stop is requested."""
 
 
 class _Stop(Event):
@@ -75,7 +75,7 @@ class _Stop(Event):
     """Whether another process has cancelled or deleted the present study."""
 
     def is_set(self) -> bool:
-        """Return whether no further block may start."""
+        """Return whether a stop is requested or the present study is withdrawn."""
         return self.withdrawn or super().is_set()
 
     def ask(self, *_: object) -> None:
@@ -184,7 +184,7 @@ class _Search:
             _log.info("design %s is done: %d points", self.kept.id, found.book.spent)
 
     def _cubes(self, ask: Ask, number: int) -> "Iterable[xr.Dataset]":
-        """Compute the studies of a round, here or in the service, and return their cubes."""
+        """Compute the studies of a round, in this process or in the service, and return their cubes."""
         stored = [self.store.newest(study.digest) for study in ask.studies]
         if all(record is not None and record.state == "done" for record in stored):
             return [self._cube(record.id) for record in stored if record is not None]
@@ -323,12 +323,12 @@ class _Search:
         return self.store.cube(study_id).load()
 
     def _pause(self, seconds: float) -> None:
-        """Wait for some seconds, and raise `_Over` if the design was ended meanwhile."""
+        """Wait for some seconds, and raise `_Over` if the design has ended meanwhile."""
         time.sleep(seconds)
         self._require_wanted()
 
     def _require_wanted(self) -> None:
-        """Raise `_Over` if the design was ended or the service has died."""
+        """Raise `_Over` if the design has ended or the service has died."""
         parent = multiprocessing.parent_process()
         if self.shelf.ended(self.kept.id) or (parent is not None and not parent.is_alive()):
             raise _Over

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 LOOK_SECONDS = 2.0
-"""Interval between checks for waiting designs [s], which other processes may have submitted or left unfinished."""
+"""Interval between checks for waiting designs [s]. Other processes may have submitted designs or left them unfinished."""
 AGAIN_SECONDS = 5.0
 """Time after which a search is started again if its process could not use the store or was killed [s]."""
 MOST_DEATHS = 3

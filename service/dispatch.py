@@ -20,17 +20,17 @@ from damperlab.worker.run.lease import owner_is_dead
 from damperlab.worker.run.progress import Progress
 
 LOOK_SECONDS = 2.0
-"""Interval between checks for waiting studies [s], which other processes may have queued or left unfinished."""
+"""Interval between checks for waiting studies [s]. Other processes may have queued studies or left them unfinished."""
 WAIT_SECONDS = 20.0
-"""Longest wait of a running study for workers [s]. The study is then queued again, so that another study can run."""
+"""Longest wait of a running study for workers [s]. Afterwards the study is queued again, so that another can run."""
 CLEAN_SECONDS = 3600.0
 """Interval between checks for files that are no longer used [s]."""
 AGAIN_SECONDS = 5.0
 """Time after which a study is tried again if the cluster or the store failed [s]."""
 COMPANY, MOST = 4, 64
-"""Smallest and largest number of small studies that are run as one batch."""
+"""Smallest and largest number of small studies in a batch."""
 STOP_SECONDS = 60.0
-"""Longest wait for running studies at a shutdown [s], longer than a study waits for its running blocks."""
+"""Longest wait for running studies at a shutdown [s]. A study waits a shorter time for its running blocks."""
 
 _log = logging.getLogger("damperlab.dispatch")
 
@@ -103,8 +103,8 @@ class Dispatcher:
         Returns
         -------
         dict, int, int
-            Number of workers by standing, number of blocks at workers, and number of repeated attempts since the start
-            of the service. The number of workers is the largest over the running studies.
+            Number of workers by state, number of blocks at workers, and number of repeated attempts since the start
+            of the service. The number of workers is the maximum over the running studies.
         """
         with self._lock:
             now = list(self._progress.values())

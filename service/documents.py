@@ -1,4 +1,4 @@
-"""Writes the answers of all routes as JSON. NaN and infinities become null, because JSON does not have them."""
+"""Writes the answers of all routes as JSON. NaN and infinities become null, because JSON has no such numbers."""
 
 import json
 import math
@@ -9,7 +9,7 @@ import numpy as np
 from starlette.responses import JSONResponse
 
 AT_ONCE = 10_000
-"""Largest number of values converted in one step, which blocks all other threads for some milliseconds."""
+"""Largest number of values converted in one step. A step blocks all other threads for some milliseconds."""
 
 
 _ENCODER = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))

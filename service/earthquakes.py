@@ -1,4 +1,4 @@
-"""Computes comparisons of dampers under a ground-motion record for all user interfaces, up to a limit of the cost."""
+"""Computes comparisons of dampers under a ground-motion record for all user interfaces, up to a largest cost."""
 
 from typing import Annotated, NotRequired
 

@@ -42,7 +42,7 @@ class Estimates(TypedDict):
 
 
 class FitDocument(Estimates):
-    """Fields of the result of every fit, to a frequency response or to a time history."""
+    """Fields that the results of all fits have, for frequency responses and for time histories."""
 
     measured: str
     confidence: Number

@@ -45,8 +45,8 @@ def sampled(asked: Earthquake, most: int) -> dict[str, dict[str, Any]]:
     asked : Earthquake
         The comparison.
     most : int
-        Largest number of samples of a case, at least 2. A longer history is reduced to evenly spaced samples and the
-        two samples with the largest and the smallest displacement relative to the base, so that the peaks are kept.
+        Largest number of samples of a case, at least 2. A longer history is reduced to evenly spaced samples.
+        The samples with the largest and the smallest displacement relative to the base are always kept.
 
     Returns
     -------

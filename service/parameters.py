@@ -26,7 +26,7 @@ LONGEST = 2000
 
 
 async def once(request: Request) -> None:
-    """Refuse parameters that FastAPI would ignore: repeated parameters, and any parameters of a route without any."""
+    """Refuse parameters that FastAPI would ignore: repeated parameters, and parameters of a route that takes none."""
     if request.query_params and request.url.path.startswith("/api/") and not _takes_any(request):
         raise StudyFaults(
             Fault(
@@ -142,7 +142,7 @@ def pair(text: str) -> tuple[float, float]:
 
 
 def described(field: Field) -> str:
-    """Return the description of a field, with the syntax of its values if this is not clear from the type."""
+    """Return the description of a field, with the syntax of its values unless the type shows the syntax."""
     sentences = [field.help]
     if field.is_range:
         sentences.append("Two numbers, `lower,higher`.")
@@ -183,7 +183,7 @@ def _single(field: Field) -> Any:
 
 
 def _names(field: Field, taken: Iterable[str]) -> Iterator[str]:
-    """Return the names for which a field takes values, without names that have a separate parameter."""
+    """Return the names that a field accepts, except names with a separate parameter."""
     names = RANGED if field.core == Ranges else EVERY_AXIS
     return (name for name in names if name not in taken)
 

@@ -227,7 +227,7 @@ def store_problem(request: Request, error: Exception) -> Response:
     error = _deleted_meanwhile(request) or error
     status, kind, detail = next(
         (told for known, told in _STORE_PROBLEMS.items() if isinstance(error, known)),
-        # for all other exceptions the cause is the service, for example a full disk
+        # all other exceptions are faults of the service, for example a full disk
         (503, STORE_UNAVAILABLE, "The service cannot use its data."),
     )
     again = {"Retry-After": str(RETRY_SECONDS)} if kind in _TRY_AGAIN else {}

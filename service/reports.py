@@ -41,7 +41,7 @@ def keep_report(data_dir: Path, report: dict[str, Any]) -> Path:
     Parameters
     ----------
     data_dir : Path
-        Data directory. It is created if it is missing.
+        Data directory. A missing directory is created.
     report : dict
         The report, which must be representable as JSON.
 

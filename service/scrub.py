@@ -60,7 +60,7 @@ class Scrub:
                     except (_Closing, StoreFault, OSError):
                         raise
                     except Exception as error:
-                        # the round continues with other studies
+                        # report the error, and continue with the other studies
                         self.background.note(error)
             cursor = page.cursor
             if cursor is None:

@@ -51,7 +51,7 @@ HISTORY_PERIODS = 1000
 HISTORY_CYCLES = 10
 SAMPLES = 1000
 SETTLED = 0.01
-"""Fraction of a disturbance that may remain when a response counts as settled."""
+"""Fraction to which a disturbance must decay before a response counts as settled."""
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,7 @@ def _measured(variable: Variable) -> dict[str, Any]:
 
 
 class Met(TypedDict):
-    """Responses that are reached from several initial states."""
+    """Responses reached from several initial states."""
 
     starts: Count
     failed: Count

@@ -42,7 +42,7 @@ class Service:
     work : Work
         Processes that compute answers to requests.
     exports : Work
-        Processes that write exports. They are separate, so that exports do not delay other requests.
+        Separate processes that write exports, so that exports do not delay other requests.
     compiling : CapacityLimiter
         Limit of the number of requests that wait for kernels, so that threads remain for other requests.
     submissions : CapacityLimiter
@@ -76,7 +76,7 @@ class Service:
 
     @cached_property
     def readiness(self) -> Readiness:
-        """Checks of whether the service can use its data."""
+        """Object that checks whether the service can use its data."""
         return Readiness(self.store, self.backgrounds)
 
     @cached_property

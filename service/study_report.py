@@ -108,7 +108,7 @@ def _row(
     row: Mapping[str, Any],
     columns: Iterable[tuple[str, str]],
 ) -> list[str]:
-    """Return the table row of one design. A word replaces the number of an error that is only due to rounding."""
+    """Return the table row of one design. An error that is only rounding is written as a word."""
     return [
         ROUNDING_WORD
         if column == "error" and is_rounding(row["value"], row["error"])

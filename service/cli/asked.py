@@ -1,7 +1,7 @@
 """Options that are made from the dataclasses in `damperlab.studies.questions`.
 
-A command has a parameter for each dataclass; `asks` replaces the parameter by an option for each field. All commands
-take the values of a design in the same way: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
+`asks` replaces each parameter of a command whose type is such a dataclass by one option for each field. All commands take
+the values of a design in the same way: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
 """
 
 import inspect
@@ -26,16 +26,16 @@ Values = dict[str, float]
 """Numbers by name."""
 
 WIDE = 14
-"""Largest width of a list of choices in the help [characters]. A wider list is part of the help text."""
+"""Largest width of choices shown as the metavar of an option [characters]. Wider choices are listed in its help text."""
 LARGE = 1_000_000
-"""A limit above this value is not shown in the help."""
+"""Limits above this value are not shown in the help."""
 
 
 def asks(command: Command) -> Command:
     """Replace each parameter whose type is a dataclass by one option for each field of the dataclass.
 
-    The field that takes values of dimensions becomes ``--at NAME=VALUE``. Every dimension also gets a short option,
-    which the help does not list. The short option is left out if the command has another option with the same name.
+    The field that maps dimensions to values becomes ``--at NAME=VALUE``. Every dimension also gets a short option, which
+    the help does not list. A short option is left out if the command has another option with the same name.
     """
     signature = inspect.signature(command, eval_str=True)
     questions = {
@@ -86,7 +86,7 @@ def names_a_design(
     quantities : mapping of Quantity
         Limits of the numbers. A number without an entry is checked later.
     listed : str, optional
-        Help of ``--at``, if it lists all numbers. The help then omits the options for single numbers.
+        Help of ``--at`` with a list of all numbers. If it is given, the help omits the options for single numbers.
 
     Returns
     -------

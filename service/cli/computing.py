@@ -76,7 +76,7 @@ class Means:
 
     @property
     def elsewhere(self) -> bool:
-        """Whether a scheduler or a batch system computes the study, and not this process."""
+        """Whether a scheduler or a batch system computes the studies, instead of this machine."""
         return self.scheduler is not None or self.cluster is not None
 
     @property
@@ -162,8 +162,7 @@ class Computer(ExitStack):
     ) -> "Record":
         """Compute a study. While another process computes the study, follow its progress.
 
-        A stop that is requested during the last block of a study applies to later studies, which are then returned
-        unchanged.
+        A stop requested during the last block of a study applies to the later studies: they are returned unchanged.
 
         Parameters
         ----------
@@ -347,7 +346,7 @@ def _stop_on_signals() -> Iterator[threading.Event]:
 
 @contextmanager
 def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading.Event]:
-    """Set `stop` at a given time. The yielded event says whether this has happened."""
+    """Set `stop` at a given time. The yielded event is set at the same moment."""
     over = threading.Event()
 
     def end() -> None:
@@ -367,7 +366,7 @@ def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading
 
 
 def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -> "Record":
-    """Record in the events of a study that the study was stopped at a given time."""
+    """Add to the events of a study that the study was stopped at a given time."""
     if record.state != "cancelled" or ends is None:
         return record
     left = record.blocks_total - record.blocks_done

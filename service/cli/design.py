@@ -53,7 +53,7 @@ def design(
 ) -> None:
     """Find a damper for a specification.
 
-    The answer is what to build, the allowed deviations, and the alternatives.
+    The answer gives the damper to build, the allowed deviations, and the alternatives.
     """
     check_document(output)
     from damperlab.service.design_budget import HERE_SECONDS, budget_of

@@ -143,7 +143,7 @@ def _kernels() -> str:
 
 
 def _store(settings: "Settings") -> str:
-    """Open the store; write, read and remove a file at the location of the cubes."""
+    """Open the store, and write, read and remove a file at the location of the cubes."""
     store = settings.open_store()
     try:
         store.page(1)

@@ -56,7 +56,7 @@ OPTIONS = (
     | RECIPE_OPTIONS
     | {"record": "RECORD"}
 )
-"""Option for each field of a comparison."""
+"""Command-line option for each field of a comparison."""
 
 COLUMNS = (
     ("peak_relative_displacement_m", "peak x−z [mm]"),
@@ -185,7 +185,7 @@ def earthquake(
 ) -> None:
     """Compare dampers under a ground-motion record.
 
-    The cases are those of the paper's Table A1: no damper, a tuned mass damper, a particle, friction, and a particle with
+    The cases are as in the paper's Table A1: no damper, a tuned mass damper, a particle, friction, and a particle with
     friction.
     """
     check_file(output)

@@ -52,8 +52,8 @@ class UsageFault(Exception):
 
 
 SPELLED: dict[str, str] = {}
-"""Option for each field of a question, recorded when the options of a command are made. Names of dimensions are left
-out, because they may also be fields of a study.
+"""Command-line option for each field of a question, recorded when the options of a command are made. Names of dimensions
+are left out, because they may also be fields of a study.
 """
 
 
@@ -198,7 +198,7 @@ def _kebab(name: str) -> str:
 
 
 def _asks_for_help(error: typer.TyperException) -> bool:
-    """Return whether a command was given no arguments. The message of this error is the help of the command."""
+    """Return whether a command has no arguments. The message of the error is then the help of the command."""
     return type(error).__name__ == "NoArgsIsHelpError"
 
 

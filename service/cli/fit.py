@@ -46,7 +46,7 @@ NAMES = (
 OPTIONS = {name: option_of(name) for name in (*NAMES, "deviation", "confidence", "seed")} | {
     f"fit.{name}": f"--fit {name}" for name in NAMES
 }
-"""Option for each field of a fit."""
+"""Command-line option for each field of a fit."""
 
 
 @names_a_design(

@@ -40,7 +40,7 @@ RECIPE_OPTIONS = {
     "kanai_tajimi.duration_s": "--duration-s",
     "kanai_tajimi.peak_g": "--peak-g",
 }
-"""Option for each field of a generated record."""
+"""Command-line option for each field of a generated record."""
 
 
 def recipe_of(

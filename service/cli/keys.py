@@ -41,7 +41,7 @@ def create(
     from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
     lasts = None if expires is None else lasting(expires, "--expires")
-    os.umask(0o077)  # if this command creates the data folder, no other user can read the folder
+    os.umask(0o077)  # other users must not read a data folder that this command creates
     store = open_store(data_dir)
     try:
         key, secret = AccessKeys(store.catalogue).create(owner or getpass.getuser(), (scope,), lasts)

@@ -172,7 +172,7 @@ CONTACT_OPTIONS = {
     "contact.model": "--contact",
     "contact.contact_time": "--contact-time",
 }
-"""Option for each field of a contact."""
+"""Command-line option for each field of a contact."""
 
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """Formats of -o, by the suffix of the file."""
@@ -181,7 +181,7 @@ FIGURES = (".png", ".svg", ".pdf", ".csv")
 def contact_document(contact: ContactModel, written: str | None) -> dict[str, Any]:
     """Return the field `contact` of a document.
 
-    A number is converted. Any other text is kept, because the rules of a study check the field later.
+    A number is converted. Any other text is kept, because the validation of the study checks the field later.
     """
     if written is None:
         if contact != "instant":
@@ -265,7 +265,7 @@ def check_alone(options: Mapping[str, object], needed: str) -> None:
     options : mapping
         Value of each option. None, False, an empty text or an empty list means that the option was not given.
     needed : str
-        Phrase for the error message: what the options need in order to have an effect.
+        What the options need to have an effect, as a phrase for the error message.
     """
     for option, value in options.items():
         if value:

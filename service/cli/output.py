@@ -51,7 +51,7 @@ def say(text: str) -> None:
 def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool, folder: str = "") -> None:
     """Print a short answer, and also the sentences with details if they are wanted.
 
-    The option `folder` is appended to the command that the answer suggests as the next one.
+    `folder`, the option for the data folder, is appended to the command that the answer suggests.
     """
     from damperlab.studies.brief import lines_of
 

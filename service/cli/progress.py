@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from rich.progress import Progress as Bars
 
 LINE_EVERY_SECONDS = 5.0
-"""Time between lines if there is no terminal [s]. A log then stays short but shows progress."""
+"""Time between lines of progress if there is no terminal [s], so that logs stay short."""
 
 BAR_WIDTH, NAME_WIDTH = 12, 16
-"""Widths of the bar and the name, with which the progress fits on a line of 80 characters."""
+"""Widths of the bar and the name, so that the progress fits on a line of 80 characters."""
 
 
 def preparation(phase: str, done: int | None, total: int | None) -> str | None:

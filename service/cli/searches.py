@@ -53,7 +53,7 @@ def refine(
 ) -> None:
     """Compute finer studies where better designs may lie.
 
-    The command can also locate a boundary between two classes of response to a tolerance.
+    The command can also locate a boundary between two classes of response, to a given tolerance.
     """
     along = boundary.along
     check_name("--boundary", along, DIMENSIONS)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from damperlab.service.simulation import Met, SimulatedDocument
 
 CYCLES_LIMIT = 10_000_000
-"""Largest number of cycles. The limit of a service is lower, because other users wait for the service."""
+"""Largest number of cycles. The limit of a service is lower, because users share the service."""
 SAMPLES_LIMIT = 10_000_000
 STEADY_HISTORY = 20
 """Default number of cycles in a file with the time history of a steady response."""
@@ -52,7 +52,7 @@ OPTIONS = (
     | CONTACT_OPTIONS
     | {"particle: false": "--no-particle", "method: event": "--method event"}
 )
-"""Option for each field of a simulation."""
+"""Command-line option for each field of a simulation."""
 AMPLITUDE = "amplitude_ratio"
 ROUNDING = 1e-6
 """Relative error of the amplitude above which the error is printed."""
@@ -217,7 +217,7 @@ def _end(answer: "SimulatedDocument", steady: bool) -> str:
 
 
 def _print_attractors(found: "Met") -> None:
-    """Print the responses that are reached from different starts, and a note on these responses."""
+    """Print a table of the responses reached from different starts, and a note on these responses."""
     names = (
         "response_class",
         "period",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _OPTIONS = {"quota_bytes": "--quota"}
-"""Option of each setting, if the names of option and setting differ."""
+"""Command-line option for each setting whose option has another name."""
 _SECRET = ("catalogue", "store")
 """Settings whose values may hold a password."""
 

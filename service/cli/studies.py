@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
     name: f"--{name}" for name in ("state", "tag", "cursor")
 }
-"""Option for each filter of the list of studies."""
+"""Command-line option for each filter of the list of studies."""
 
 
 def studies(
@@ -167,7 +167,7 @@ def show(
     name: Annotated[str | None, typer.Option(help="Rename the study; the definition is unchanged.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show the state, progress and definition of a study. Options tag or rename the study."""
+    """Show the state, progress and definition of a study. Options set its tags, its note or its name."""
     given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
     changes = {"tags": given, "note": text, "name": name}
     said = {key: value for key, value in changes.items() if value is not None}

@@ -91,9 +91,7 @@ def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> 
 
 
 def _require_solver_of_blocks(record: "Record", damages: "list[Damage]") -> None:
-    """Refuse to repair blocks that another solver computed, because this solver must not compute them again.
-
-    Other damage is repaired without a solver.
+    """Refuse to repair blocks computed by another version of the solver. Other damage is repaired without a solver.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""`damperlab recompute` computes a study again with the present solver if an earlier solver computed the study."""
+"""`damperlab recompute` computes a study of an earlier version of the solver again with the present solver."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,7 +27,7 @@ def recompute(
 ) -> None:
     """Compute an outdated study with today's solver.
 
-    The old and the new results are kept, and the command lists the differences.
+    The older version is kept by default, and the command lists the differences.
     """
     from damperlab.studies.faults import counted
     from damperlab.studies.store.reuse.differences import differences_of

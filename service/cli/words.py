@@ -237,7 +237,7 @@ def rows_table(
     phrases : Phrases
         Phrases of the study.
     meant : mapping of str, optional
-        For each name that occurs only in answers, a variable whose values are printed in the same form.
+        Variable whose values are printed in the same form, for each name that occurs only in answers.
     varied : collection of str, optional
         Coordinates that are shown even if all rows have the same value, because nothing else shows the value.
     """
@@ -264,7 +264,7 @@ def rows_table(
 
 
 def _errors(answer: "xr.Dataset", value_name: str, name: str, means: str, phrases: "Phrases") -> list[str]:
-    """Write a column of errors. A word replaces every error that is only rounding."""
+    """Write a column of errors. An error that is only rounding is written as a word."""
     values = answer[value_name].values.tolist()
     return [
         ROUNDING_WORD if is_rounding(value, error) else _spelled(means, error, phrases)
@@ -283,7 +283,7 @@ def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":
 
 
 def slice_sentence(answer: "xr.Dataset", metric: str, study: str, phrases: "Phrases") -> str:
-    """Write a sentence that says what a map or a curve shows, and of which study."""
+    """Write a sentence that names the study, the metric and the slice of a map or a curve."""
     shown = phrases.shown(metric, answer[metric])
     reduced = (
         f", {answer.attrs['reduce']} over {phrases.label(answer.attrs['over'])}"

@@ -87,7 +87,7 @@ def worker(
         str | None, typer.Option(help="Name of the worker in messages and logs.", show_default=False)
     ] = None,
 ) -> None:
-    """Compute blocks for a scheduler, one by one. A worker that must leave first completes or returns its block."""
+    """Compute blocks for a scheduler, one by one. Before a worker leaves, it completes or returns its block."""
     from damperlab.worker.cluster.certificates import security
     from damperlab.worker.worker_process.worker import Terms, faulty, serve_worker
 

@@ -79,7 +79,7 @@ class Client:
         self._transport.close()
 
     def __repr__(self) -> str:
-        """Give the address of the service."""
+        """Show the address of the service."""
         return f"Client({self._transport.url!r})"
 
     def _repr_html_(self) -> str:
@@ -215,8 +215,8 @@ class Client:
             List only studies whose values along a dimension overlap a range, for example
             ``("clearance_ratio", 2, 5)``. None leaves an end of the range open.
         designs : bool
-            Also list the studies that belong to designs and refinements. If `name`, `tag`, or a state except ``done``
-            is given, these studies are listed in any case.
+            Also list the studies that belong to designs and refinements. These studies are always listed if `name`, `tag`,
+            or a state other than ``done`` is given.
 
         Raises
         ------
@@ -264,8 +264,8 @@ class Client:
 
         The design point is given by ``frequency_ratio``, ``clearance_ratio``, ``friction_ratio``, ``restitution``,
         ``mass_ratio`` and ``damping_ratio``. With ``particle=False`` clearance, restitution and mass ratio have no
-        effect. ``particle_friction_ratio`` and ``gravity_ratio`` are the friction and the gravity that act on the
-        particle in its cavity.
+        effect. ``particle_friction_ratio`` and ``gravity_ratio`` are the friction and the gravity on the particle in its
+        cavity.
         The ``contact`` is written as in a study, ``{"model": "dwell", "contact_time": 0.1}``.
 
         Returns
@@ -357,7 +357,7 @@ class Client:
             Path of a table whose first line names the columns with their units, or the text of the table.
         fit : mapping or iterable of str
             Parameters to estimate. A mapping gives the lowest and highest value of each parameter, or None for the
-            default range. An iterable gives only the names; the ranges then are the default ranges.
+            default range. An iterable gives only the names, with default ranges.
         structure : mapping, optional
             Known values of the prototype, written as in a study. A parameter given as an axis is estimated within the
             range of the axis.
@@ -404,7 +404,7 @@ class Client:
                 return found
 
     def accuracy(self) -> Accuracy:
-        """Give the service's last report of `damperlab check accuracy`.
+        """Return the service's last report of `damperlab check accuracy`.
 
         Raises
         ------

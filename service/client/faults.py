@@ -37,7 +37,7 @@ class Problem(ClientFault):
         HTTP status.
     type, title, detail : str
         `type` is the kind of problem, ``urn:damperlab:problem:<kind>``. `title` is the status in words, empty if
-        nothing was sent. `detail` says what happened.
+        no request was sent. `detail` says what happened.
     faults : tuple of Fault
         The faults of the request, each with `field`, `found`, `allowed`, `advice` and `message`.
     request_id : str, optional
@@ -57,7 +57,7 @@ class Problem(ClientFault):
         super().__init__(self.detail)
 
     def __str__(self) -> str:
-        """Describe what happened, and every fault on its own line."""
+        """Return the description of the problem, followed by one line for each fault."""
         answered = f" ({self.status} {self.title})" if self.title else ""
         lines = [f"{self.detail}{answered}".lstrip()]
         return "\n".join((*lines, *(f"  {fault}" for fault in self.faults)))

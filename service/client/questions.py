@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class Questions(Asked):
-    """Methods that evaluate the results that a study has computed so far, and return Datasets.
+    """Methods that evaluate the present results of a study, and return Datasets.
 
     If the study is given in SI units, the Datasets contain quantities in SI units as well as ratios, for example
     `amplitude_m` and `clearance_m`.
@@ -65,9 +65,9 @@ class Questions(Asked):
     ) -> "ResonanceMap":
         """Return one metric over two dimensions.
 
-        By default the dimensions are those along which the study varies, clearance and friction first. The map shows
-        the largest value over all frequencies, or over all records of a ground-motion suite, or the value at a given
-        frequency or record.
+        By default the map spans the dimensions along which the study varies, clearance and friction first. The map shows the
+        value at a given frequency or record, or the largest value over all frequencies, or over all records of a
+        ground-motion suite.
 
         If ``minus`` names a second study with the same axes, ``other`` holds the values of the second study, and
         ``difference`` holds the first study minus the second. ``plot`` then draws all three maps.
@@ -90,8 +90,8 @@ class Questions(Asked):
         """Return one metric of one design over the frequency ratio.
 
         If ``with_`` names a second study at the same frequencies, for example a downward sweep through a hysteresis,
-        ``other`` holds the values of the second study. ``differs`` and the attribute ``apart`` say where the two
-        responses differ.
+        ``other`` holds the values of the second study. ``differs`` and the attribute ``apart`` mark the frequencies at
+        which the two responses differ.
 
         Returns
         -------
@@ -116,7 +116,7 @@ class Questions(Asked):
     ) -> "Designs":
         """Rank the designs of a study, the best first.
 
-        A design is judged over the frequencies of the study, and a damper under a ground-motion suite by its worst
+        A design is judged over the frequencies of the study; under a ground-motion suite, a damper is judged by its worst
         case. By default ten designs are listed, or all designs of a Pareto front.
 
         Returns
@@ -156,7 +156,7 @@ class Questions(Asked):
         quantile: float = Fragile.quantile,
         **at: float | str,
     ) -> "Fragility":
-        """Fit the probability that the response of a damper exceeds a limit, as a function of the scale of the records.
+        """Fit the probability that a damper's response exceeds a limit, as a function of the scale of the records.
 
         The study is a ground-motion suite.
 
@@ -168,7 +168,7 @@ class Questions(Asked):
         return self._answer(FRAGILITY, locals())
 
     def work_precision(self) -> "WorkPrecision":
-        """Return the distribution of the errors of the points by run time.
+        """Return the distribution of the errors of a study's points over the run time.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Results that are not Datasets: an estimate, a refinement, a simulation, an accuracy report."""
+"""Results of the client that are not Datasets: an estimate, a refinement, a simulation, an accuracy report."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -34,7 +34,7 @@ class Estimate:
     definition : dict
         The study with all defaults filled in.
     compiling_seconds : float
-        Part of `seconds` that is spent on compiling [s].
+        Part of `seconds` for the compilation [s].
     seconds_low, seconds_high : float, optional
         Likely range of `seconds` [s].
     understood : tuple of str
@@ -66,8 +66,8 @@ class Refinement:
     steps : dict of float
         For each parameter, the distance from the optimum to the farther of its two neighbouring values.
     points, fine_points : int
-        Number of points of the follow-up studies, and of a single grid that would give the same answer. `fine_points`
-        is 0 if no such grid is known.
+        Number of points of the follow-up studies, and number of points of a single grid with the same answer.
+        `fine_points` is 0 if no such grid is known.
     note : str
         The result in sentences.
     follow_up : Study, optional
@@ -96,7 +96,7 @@ class Simulation:
     Parameters
     ----------
     metrics : dict of float
-        Results by the name of the variable; None for a variable that this response does not have.
+        Results by the name of the variable; None for a variable without a value in this response.
     status, response_class : str
         Outcome of the computation and class of the response, in words.
     state : dict of float
@@ -111,9 +111,9 @@ class Simulation:
     ratios : dict of float
         Ratios that define the design point.
     attractors : dict, optional
-        The responses that are reached from many starts (``met``, each with its ``share`` and ``metrics``).
+        The responses reached from many starts (``met``, each with its ``share`` and ``metrics``).
         ``decided_by_a_rounding`` says whether a change in the last digits of the start leads to another response.
-        ``note`` describes this in words. None if no starts were requested.
+        ``note`` describes the responses in words. None if no starts were requested.
     """
 
     metrics: dict[str, Any]

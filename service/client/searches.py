@@ -1,4 +1,4 @@
-"""Methods of a study that let the service submit follow-up studies, for example around the best design."""
+"""Methods that submit follow-up studies of a study, for example around the best design."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Searches(Asked, ABC):
-    """Methods of a study that submit follow-up studies."""
+    """Methods that submit follow-up studies of a study."""
 
     @abstractmethod
     def _handle(self, document: Mapping[str, Any]) -> "Study":

@@ -136,7 +136,7 @@ class Study(Questions, Searches):
     def remark(
         self, tags: "Iterable[str] | None" = None, note: str | None = None, name: str | None = None
     ) -> "Study":
-        """Change the tags, the note or the name of the study; what is None stays unchanged.
+        """Change the tags, the note or the name of the study. The value None leaves an entry unchanged.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Requests to a service, repeated with growing pauses as long as repeating may help."""
+"""Requests to a service. A failed request is repeated with growing pauses, as long as repeating may help."""
 
 import json
 import logging
@@ -19,9 +19,9 @@ from damperlab.studies.faults import Fault, describe
 from damperlab.studies.spacing import evenly_spaced
 
 PATIENCE_SECONDS = 60.0
-"""Longest time for which a request is repeated if the service has answered before [s]; a restart takes less time."""
+"""Longest time for which a request is repeated if the service has answered before [s]. A restart takes less time."""
 FIRST_SECONDS = 4.0
-"""Longest time for which a request is repeated if the service has never answered [s]; the address may be wrong."""
+"""Longest time for which a request is repeated if the service has never answered [s]. The address may be wrong."""
 LONGEST_PAUSE_SECONDS = 5.0
 PREFERRED = "respond-async, wait=20"
 """Header `Prefer`: an answer that takes longer than 20 s is deferred, so that no proxy closes the silent connection."""
@@ -71,8 +71,8 @@ class Transport:
     def ask(self, method: str, path: str, **how: Any) -> Any:
         """Send a request and return the answer, read from JSON; None if the answer is empty.
 
-        Every request may be sent twice: studies and follow-ups are identified by their content, a simulation changes
-        nothing, and stopping or deleting a study twice has the same effect.
+        Every request may be sent twice. Studies and follow-ups are identified by their content, a simulation changes
+        nothing, and stopping or deleting a study twice has the same effect as once.
 
         Parameters
         ----------
@@ -92,7 +92,7 @@ class Transport:
         try:
             response = self._answer(method, path, how)
         except ClientFault as fault:
-            # The exception is raised outside the retries, whose many frames in a traceback would hide the message.
+            # raised outside the retries, whose many frames in the traceback would hide the message
             refusal = fault.with_traceback(None)
         else:
             return None if response is None or response.status_code == 204 else _json(response)
@@ -137,7 +137,7 @@ class Transport:
 
     @contextmanager
     def stream(self, path: str, **how: Any) -> Iterator[httpx.Response]:
-        """Open an answer that is read piece by piece; the request is not repeated."""
+        """Open an answer, to read it piece by piece. The request is not repeated."""
         how["params"] = written(how.get("params") or {})
         with self._translated(), self._http.stream("GET", path, **how) as response:
             if response.is_error:
@@ -183,7 +183,7 @@ class Transport:
 
 
 def written(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Write query parameters in the form that the routes read: None is left out, and a pair becomes `lower,higher`."""
+    """Write query parameters as the routes read them: None is left out, and a pair becomes `lower,higher`."""
     texts: dict[str, Any] = {}
     for name, value in parameters.items():
         if isinstance(value, bool):

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 ENDS = ("done", "cancelled", "failed")
 LOOK_SECONDS = 1.0
-"""Shortest time between two requests of the record [s]."""
+"""Shortest time between two requests for the record of the study [s]."""
 SILENCE_SECONDS = 20.0
-"""Longest silence of the stream of events [s]. The service sends a comment every 15 s, so after a longer silence the
-service is gone, or a proxy holds the events back.
+"""Longest silence of the stream of events [s]. The service sends a comment every 15 s. After a longer silence the service
+has ended, or a proxy holds the events back.
 """
 
 
@@ -63,7 +63,7 @@ def follow(transport: Transport, study_id: str, until: float | None = None) -> I
             raise
         except (Unavailable, Unreachable):
             pass  # the loop requests the record again
-        # Without a pause, a stream that ends immediately would make this a busy loop.
+        # without a pause, a stream that ends immediately would cause a busy loop
         time.sleep(max(0.0, min(LOOK_SECONDS, left) - (time.monotonic() - began)))
 
 
@@ -81,7 +81,7 @@ def _events(transport: Transport, study_id: str, silence_seconds: float) -> Iter
 
 
 def preparation(record: Mapping[str, Any]) -> str | None:
-    """Describe what a study does before its first block is computed.
+    """Describe the activity of a study before its first block is computed.
 
     Return None in later phases, or if the service does not report the phase.
     """

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from damperlab.service.traffic import Traffic
 
 LINGER_SECONDS = 3.0
-"""Time for which a connection is still read after an error, so that the client receives the answer [s]."""
+"""Time for which the service reads from a connection after an error, so that the client receives the answer [s]."""
 LEAVE_SECONDS = 5.0
-"""Time for which a client is still answered after it has closed its half of the connection [s]."""
+"""Longest time for an answer after the client has closed its half of the connection [s]."""
 STUCK_SECONDS = 60.0
 """Longest time for which a client may leave an answer unread [s]."""
 
@@ -83,7 +83,7 @@ class Connection(H11Protocol):
 
     @property
     def is_idle(self) -> bool:
-        """Whether no request is being answered."""
+        """Whether the connection has no request in progress."""
         return self.cycle is None or self.cycle.response_complete
 
     def connection_lost(self, exc: Exception | None) -> None:

@@ -12,7 +12,7 @@ DROP_SECONDS = 20.0
 class Drain:
     """ASGI middleware: reads and drops the rest of a request body before the answer begins.
 
-    If a server closes a connection with unread bytes of the client, the client may lose the answer.
+    If a server closes a connection before it has read all bytes of the client, the client may lose the answer.
     """
 
     def __init__(self, app: ASGIApp) -> None:

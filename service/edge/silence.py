@@ -12,7 +12,7 @@ from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.faults import StoreFault
 
 PATIENCE_SECONDS = 0.5
-"""Time without an answer after which a request causes a test of the catalogue [s]."""
+"""Waiting time of a request after which the catalogue is tested [s]."""
 SILENCE_SECONDS = 0.4
 """Longest time that the catalogue may take to answer the test [s]."""
 

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from damperlab.service.figures.style import is_logarithmic
 
 ROOM = 0.035
-"""Radius of the free circle around a number, as a share of either axis. A number is twice as long as this radius."""
+"""Radius of a circle around each number that no line may cross, as a share of the length of each axis. The text of a number is
+twice as long as the radius."""
 STEP = 0.005
-"""Distance between the sampled points of a line, as a share of either axis."""
+"""Distance between the sampled points of a contour line, as a share of the length of each axis."""
 FOLDED = 1.3
 """Largest length of a line within the radius `ROOM`, relative to a straight line. A folded line is longer."""
 STRAIGHT = 0.97
-"""Smallest distance between the two ends of a number, relative to the length of the line between these ends."""
+"""Smallest ratio of the distance to the length of the line between the two ends of a number; 1 for a straight line."""
 MOST_POINTS, CANDIDATES = 10_000, 200
 """Largest number of points on all lines, and largest number of positions that are tried for a number."""
 

@@ -17,7 +17,7 @@ from damperlab.studies.tmd.absorber import Absorber
 
 Floats = NDArray[np.float64]
 GREEN = "#009e73"
-"""Green of the Okabe-Ito palette, whose colours the other figures use too."""
+"""Green of the Okabe-Ito palette."""
 DEEPEST = 300.0
 """Largest ratio of the highest peak to the lower end of the axis."""
 SAMPLES = 801
@@ -57,7 +57,7 @@ def draw_alternatives(found: Found, called: str) -> Figure:
 
 
 def draw_amplitudes(found: Found) -> Figure:
-    """Draw one response with the damper found per base amplitude, and a curve through the peaks."""
+    """Draw the response with the damper found at each base amplitude, and a curve through the peaks."""
     asked = found.asked
     norm = LogNorm(found.shown[0].reference_m, found.shown[-1].reference_m)
     colours = colormaps[COLOURS]

@@ -1,4 +1,4 @@
-"""Figure of the displacement histories of a structure under one record, with each damper."""
+"""Figure of the displacements of a structure under one record, with each of several dampers."""
 
 from matplotlib.figure import Figure
 
@@ -17,7 +17,7 @@ def draw_earthquake(asked: Earthquake) -> Figure:
     Parameters
     ----------
     asked : Earthquake
-        The record, the structure and the dampers that are compared.
+        The record, the structure and the compared dampers.
     """
     factor = asked.values["scale"]
     histories = histories_of(asked)

@@ -99,7 +99,7 @@ def draw_finite_time(
 def draw_friction_law(
     friction: NDArray[np.float64], curves: Mapping[str, Sequence[float]], levels: Mapping[str, float]
 ) -> Figure:
-    """Draw X/Z at r = 1 over the friction ratio, with the paper's measured peaks (Figures 10 and 9 compared)."""
+    """Draw X/Z at r = 1 over the friction ratio, with the paper's measured peaks (Figures 9 and 10)."""
     with styled():
         figure = Figure(figsize=(6.6, 4.0), layout="constrained")
         axes = figure.add_subplot()

@@ -143,8 +143,8 @@ def _stars(
 ) -> list[Line2D]:
     """Mark the smallest nontrivial value by a star.
 
-    If the response at this star has no impacts, mark the smallest value with impacts by another star. In a map that is
-    reduced over a third dimension, the class is that of the response at the extremum.
+    If the response at this star has no impacts, mark the smallest value with impacts by another star. If the map is
+    reduced over a third dimension, the response at the extremum counts.
     """
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
     quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)
@@ -172,7 +172,7 @@ def _stars(
 
 
 def _where(answer: xr.Dataset) -> str:
-    """Return words for the point of a reduced dimension at which the class of the response was taken."""
+    """Return the ending of a label that says at which extremum of a reduced map a response class applies."""
     words = {"max": " where it is largest", "min": " where it is smallest"}
     return words.get(str(answer.attrs.get("reduce")), "")
 
@@ -188,7 +188,7 @@ def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[n
 
 
 def _place(candidates: np.ma.MaskedArray[Any, Any], x: xr.DataArray, y: xr.DataArray) -> tuple[int, int, str]:
-    """Return the row and the column of the first smallest value, and the coordinates of this value in words."""
+    """Return the row, the column and, in words, the coordinates of the smallest value."""
     row, column = (int(index) for index in np.unravel_index(int(candidates.argmin()), candidates.shape))
     across, up = SYMBOLS[str(x.name)], SYMBOLS[str(y.name)]
     at_x, at_y = (

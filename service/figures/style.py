@@ -91,7 +91,7 @@ def styled(changes: Mapping[str, Any] | None = None) -> Iterator[None]:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure in the format of its suffix.
+    """Write a figure in the format that the suffix of the file gives.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def unit_behind(units: str) -> str:
 
 
 def fixed_title(answer: xr.Dataset) -> str:
-    """Return the title of a slice: the values of the other dimensions, and how a dimension was reduced."""
+    """Return the title of a slice: the values of the other dimensions, and the reduction over a dimension."""
     in_units = {ratio: name for name, ratio in COORDINATE_SOURCES.items() if name in answer.coords}
     hertz = bool(in_units) and answer.attrs.get("over") == "frequency_ratio"
     here = [

@@ -7,7 +7,7 @@
 
 import { capital, el, prose } from "./dom.js";
 
-/** Name of the event that tells the page that the service requires a key. */
+/** Name of the event after which the page asks for a key. */
 export const KEY_NEEDED = "key-needed";
 
 const ROOT = new URL("api/v1/", document.baseURI);

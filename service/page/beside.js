@@ -122,7 +122,7 @@ class BesideTab {
     this.look();
   }
 
-  /** The studies that have the same number of values along the axes of the map and the reduced dimensions. */
+  /** The studies with as many values as this study along the axes of the map and the reduced dimensions. */
   get offered() {
     const { record, selection } = this.session;
     const { x, y } = this.axes;

@@ -10,7 +10,7 @@ import { Turns } from "./turns.js";
 
 /** Values by study and revision. @type {Map<string, Promise<Best | null>>} */
 const known = new Map();
-/** A browser opens six connections to a service. Most of them stay free for what the user asks next. */
+/** One request at a time. The browser's other connections stay free for the next requests of the user. */
 const turns = new Turns(1);
 
 /**

@@ -161,7 +161,7 @@ function share(label, now, onChange) {
 }
 
 /**
- * Elements that say which damper is better, in sentences and as a ratio.
+ * The comparison of the two dampers, in sentences and as a ratio.
  *
  * @param {Comparison} answer
  * @param {Shown} shown

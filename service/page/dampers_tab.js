@@ -21,7 +21,7 @@ import { WORDS } from "./words.js";
 const MOST = 240;
 const TOP = 10;
 
-/** Views of suites and, below, of studies over base amplitudes. No designer chooses the dimension `met`. */
+/** Texts for suites and, below, for studies over base amplitudes. No designer chooses the dimension `met`. */
 const SUITE = {
   axes: WORDS.suite_axes,
   damper: WORDS.damper,

@@ -275,7 +275,7 @@ function quantity(built, name) {
   return ratio === null ? "" : `${of.ratio.replaceAll("_", " ")} ${short(ratio, 4)}`;
 }
 
-/** The quantity by which a response is divided if it is a ratio. @param {Worst} worst */
+/** The divisor of a response that is given as a ratio, in words. @param {Worst} worst */
 function reference(worst) {
   return tables.accelerations.includes(worst.measure)
     ? "the base amplitude times ω_n²"
@@ -364,7 +364,7 @@ function others(answer) {
   return table("Beside other dampers", ["Damper", "Worst case", "Ratio"], rows);
 }
 
-/** A table of the frequencies at which the start decides between responses. @param {DesignAnswer} answer */
+/** A table of the frequencies at which several responses are possible. @param {DesignAnswer} answer */
 function starts({ starts: known, worst }) {
   if (!known?.where.length) return null;
   const rows = known.where.flatMap((at) =>

@@ -182,7 +182,7 @@ export function againstMass(id, rows, { metres, unit, measure }) {
   return chart.element;
 }
 
-/** Whether the specification leaves nothing to choose. @param {DesignAnswer} answer */
+/** Whether the specification gives every quantity of the damper. @param {DesignAnswer} answer */
 export function given(answer) {
   return !Object.keys(answer.specification.choose ?? {}).length;
 }

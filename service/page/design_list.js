@@ -1,4 +1,4 @@
-/** The views below `#/designs`: the list of designs, the form of a new design, and one design. */
+/** Views at addresses below `#/designs`: the list of designs, the form of a new design, and one design. */
 /** @import { DesignSummary, View } from "./types.js" */
 
 import { el, fill, heading } from "./dom.js";

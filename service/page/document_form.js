@@ -205,7 +205,7 @@ class DocumentForm {
 /** @typedef {{id: string, name: string}} Stored */
 
 /**
- * The message that the same content is stored under another name; null if the name is the requested one.
+ * The message that the same content is stored under another name; null if both names are equal.
  *
  * @param {string} path of the list of such items
  * @param {Stored} stored
@@ -249,7 +249,7 @@ function at(document, path) {
 }
 
 /**
- * Set the value at a path. undefined removes the value, and also objects that then are empty.
+ * Set the value at a path. undefined removes the value, and objects that become empty.
  *
  * @param {unknown} held
  * @param {string[]} path

@@ -1,5 +1,5 @@
 /**
- * Functions that make elements. They insert text only as text, so that a typed text is never read as markup.
+ * Functions that make elements. They insert text only as text, so that typed text is never read as markup.
  *
  * @typedef {Record<string, unknown>} Attributes
  */
@@ -107,7 +107,7 @@ export function checkbox(label, checked, onChange) {
 }
 
 /**
- * A table. A table that is too wide scrolls without the rest of the page.
+ * A table. A table that is wider than the page scrolls separately.
  *
  * @param {string} title for screen readers
  * @param {Child[]} columns heads of the columns
@@ -193,7 +193,7 @@ export function debounced(milliseconds, run) {
 }
 
 /**
- * Parse typed JSON. If the text is no object, return null, show the fault and disable the button.
+ * Parse typed JSON. If the text is not an object, return null, show the fault and disable the button.
  *
  * @param {HTMLTextAreaElement} text
  * @param {HTMLElement} wrong where the fault is shown

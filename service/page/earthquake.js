@@ -208,7 +208,7 @@ class Compared {
 }
 
 /**
- * The point of the study in units. Values of the structure that the study lacks are those of the paper.
+ * The point of the study in units. The paper's prototype supplies missing values of the structure.
  *
  * @param {Session} session
  */

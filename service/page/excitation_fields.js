@@ -44,7 +44,7 @@ const BEGINNING = {
 const beginning = (kind) => structuredClone(BEGINNING[/** @type {Kind} */ (kind)]);
 /** Kinds of excitation that are generated records. */
 const GENERATED = /** @type {Kind[]} */ (["sweep", "random_vibration", "shock"]);
-/** The value with which a field of a sweep begins when this field replaces another field. */
+/** Initial value of each field of a sweep that replaces another field. */
 const USUAL = /** @type {Record<string, number>} */ ({
   rate_hz_per_s: 0.1,
   rate_octaves_per_minute: 1,
@@ -69,7 +69,7 @@ function allOf(held) {
   return [/** @type {Excitation | Excitation[]} */ (held.get(PLACE) ?? {})].flat();
 }
 
-/** Whether bands exist, and whether records exist among the excitations. @param {Held} held */
+/** Whether the excitations include bands, and whether they include records. @param {Held} held */
 export function shakenBy(held) {
   const kinds = allOf(held).map(kindOf);
   return { bands: kinds.includes("band"), records: kinds.some((kind) => kind !== "band") };

@@ -21,7 +21,7 @@ import { button, details, el, fill, say } from "./dom.js";
 import { tableOf } from "./figure_table.js";
 import { short } from "./numbers.js";
 
-/** Wait in browsers that do not tell when a page is idle. */
+/** Delay of the loading in browsers that do not report an idle page. */
 const UNTIL_IDLE_MILLISECONDS = 1000;
 
 /** @type {Promise<Library> | undefined} */
@@ -60,8 +60,8 @@ function plotly() {
 }
 
 /**
- * Load the plotting library as soon as the page has nothing else to do: the first map then appears in half
- * the time. If loading fails, the first figure reports the failure.
+ * Load the plotting library as soon as the page is idle. The first map then appears in half the time. If
+ * loading fails, the first figure reports the failure.
  */
 export function prepareFigures() {
   const load = () => void plotly().catch(() => undefined);

@@ -54,7 +54,7 @@ class PageFile:
 
 @cache
 def page_version() -> str:
-    """Return a digest of all files of the page, which is part of every address."""
+    """Return a digest of all files of the page. The address of every file contains the digest."""
     digest = sha256(version("plotly").encode() + b"\0" + plotly_path().name.encode())
     for name in page_names():
         digest.update(name.encode() + b"\0" + _read(name))

@@ -65,7 +65,7 @@ export class History {
     return this.columns.p.map((p, i) => (p === null ? null : p - this.columns.u[i]));
   }
 
-  /** The Poincaré section of the structure at each cycle. @returns {{u: number[], u_rate: number[]}} */
+  /** Poincaré section of the structure, one point per cycle. @returns {{u: number[], u_rate: number[]}} */
   get strobes() {
     const whole = Array.from({ length: this.length }, (_, k) => k);
     return { u: whole.map((k) => this.at("u", k)), u_rate: whole.map((k) => this.at("u_rate", k)) };

@@ -15,7 +15,7 @@ export class Kept {
   }
 
   /**
-   * The kept value of a choice, or its default if the kept value is not possible.
+   * The kept value of a choice, or its default if the kept value is not allowed.
    *
    * @template {string} T
    * @param {string} name @param {readonly string[]} possible @param {T} usual
@@ -47,7 +47,7 @@ export class Kept {
    * Keep choices in the address.
    *
    * @param {Record<string, string | number | boolean | null | undefined>} values null, undefined or ""
-   *   removes a choice from the address, so that its default holds
+   *   removes a choice from the address, so that its default applies
    */
   keep(values) {
     const before = this.href;

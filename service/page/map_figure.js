@@ -8,7 +8,7 @@ import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 /** Largest number of symbols of one class on a map; more symbols would hide the values. */
 const MOST_SYMBOLS = 900;
 const LOCKED = 1;
-/** Words for the point of a response class on a reduced map. @type {Record<string, string>} */
+/** Phrase after the name of a response class on a map of extrema. @type {Record<string, string>} */
 const WHERE = { max: " where it is largest", min: " where it is smallest" };
 const FAILED_FROM = 2;
 /** Largest number of values for which every value is written along the axis. */
@@ -93,7 +93,7 @@ export function mapTraces(map, overlays, marks, words, beside) {
 }
 
 /**
- * Round levels for contour lines within the values, at most `CONTOUR_LINES`. If the values are equal up to
+ * At most `CONTOUR_LINES` levels for contour lines, with round values. If the values are equal up to
  * rounding, for example because all points are locked, there are no levels. The plotting library would choose
  * levels of its own, find no line to draw, and fail.
  *

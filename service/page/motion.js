@@ -197,7 +197,7 @@ function cyclesShown(period) {
   return period <= CYCLES ? period * Math.floor(CYCLES / period) : Math.min(period, MOST_CYCLES);
 }
 
-/** The units of lengths, speeds and frequencies: all ratios or none. @param {Shown} shown */
+/** Units of lengths, speeds and frequencies. Either all are ratios, or none is. @param {Shown} shown */
 function unitsOf(shown) {
   const inUnits = shown.has("impact_speed_max");
   const factor = (/** @type {string} */ name) => (inUnits ? shown.factor(name) : 1);

@@ -87,7 +87,7 @@ export class Selection extends EventTarget {
     this.dispatchEvent(new Event("chosen"));
   }
 
-  /** Set whether the frequency is left open. @param {boolean} worst */
+  /** Set whether the worst case over the frequencies is shown. @param {boolean} worst */
   leaveFrequency(worst) {
     this.worst = worst;
     this.chosen = true;

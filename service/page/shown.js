@@ -114,7 +114,7 @@ export class Shown {
   }
 
   /**
-   * The error of a value, for a table. A word replaces an error that is only rounding.
+   * The error of a value, for a table. An error that is only rounding is written as a word.
    *
    * @param {string} name
    * @param {number | null | undefined} value
@@ -128,7 +128,7 @@ export class Shown {
   }
 
   /**
-   * The name of a variable, with its unit or its reference.
+   * The name of a variable, with its unit or with the divisor of the ratio.
    *
    * @param {string} name
    * @param {string} otherwise

@@ -3,7 +3,7 @@
 import { ask, refusalBox, send } from "./api.js";
 import { button, el, fill } from "./dom.js";
 
-/** A form that takes a key. @param {() => void} onDone called once the user is signed in @returns {Node[]} */
+/** A form for a key. @param {() => void} onDone called once the user is signed in @returns {Node[]} */
 export function signInForm(onDone) {
   const key = el("input", {
     id: "key",

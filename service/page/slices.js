@@ -55,7 +55,7 @@ export class SlicesPanel {
     });
   }
 
-  /** The request for a slice: a map that has a row through the point. @param {string} name */
+  /** The request for a slice, which is a row of a map. @param {string} name */
   question(name) {
     const { selection } = this.session;
     const others = DIMENSIONS.filter((one) => one !== name && one !== FREQUENCY);

@@ -1,4 +1,4 @@
-/** The fields of a survey, a study of dampers under a suite of scaled ground-motion records. */
+/** The fields of a ground-motion suite, a study of dampers under scaled records. */
 /** @import { Definition, GroundRecord, Quantity } from "./types.js" */
 
 import { axisField } from "./axis_field.js";
@@ -10,7 +10,7 @@ import { recordFigures, uploadField } from "./records.js";
 import { cavityField, contactField, numberField } from "./settings_fields.js";
 import { WORDS } from "./words.js";
 
-/** Records with which a new survey begins. */
+/** Records with which a new suite begins. */
 const FIRST = ["el-centro-180", "loma-prieta-000", "northridge-090", "san-fernando-164"];
 
 /** @type {Record<string, Quantity>} */
@@ -26,7 +26,7 @@ const AXES = Object.fromEntries(
   ].map((quantity) => [quantity.field.split(".")[1], quantity]),
 );
 
-/** The entry for a survey in the list of studies from which a new study may start. */
+/** The entry for a suite in the list of studies from which a new study may start. */
 export const SURVEY = {
   name: "ground-motion suite",
   about: [
@@ -45,7 +45,7 @@ export const SURVEY = {
 };
 
 /**
- * Every field of a survey.
+ * Every field of a suite.
  *
  * @param {Definition} study
  * @param {(path: string, value: unknown) => void} change

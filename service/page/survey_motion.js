@@ -1,4 +1,4 @@
-/** The motion of one case of a survey, with spectrum and energies. */
+/** The motion of one case of a ground-motion suite, with spectrum and energies. */
 /** @import { Earthquake, EarthquakeCase, EarthquakeHistory, Session } from "./types.js" */
 
 import { refusalBox } from "./api.js";

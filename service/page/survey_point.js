@@ -1,4 +1,4 @@
-/** Shows one damper of a survey: a result over the scale of each record, and the fragility curve. */
+/** Shows one damper of a suite: a result over the scale of each record, and the fragility curve. */
 /** @import { Fragility, Row, Session, Trace, Variable } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";

@@ -11,7 +11,7 @@ import { orderOf } from "./vocabulary.js";
 const MOST = 32;
 /** Largest number of points of a study with a picture. For a larger study the service would read too much. */
 export const LARGEST = 1_000_000;
-/** Number of times that the picture of a running study is drawn again, after equal shares of its points. */
+/** Number of redraws of the picture of a running study, after equal shares of its points. */
 const STEPS = 5;
 /** The colours of maps: nine equally spaced colours of matplotlib's colour scale cividis. */
 const CIVIDIS = [

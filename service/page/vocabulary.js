@@ -67,7 +67,7 @@ export function lowered(text) {
   return el("i", {}, letter, index && el("sub", {}, index));
 }
 
-/** The kind of study that has given dimensions. @param {string[]} dimensions */
+/** The kind of study with the given dimensions. @param {string[]} dimensions */
 export function kindOf(dimensions) {
   if (dimensions.includes(RECORD)) return "suite";
   return dimensions.includes(AMPLITUDE) ? "amplitudes" : "harmonic";

@@ -62,13 +62,13 @@ from damperlab.studies.vocabulary import (
 )
 
 _IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_per_cycle": ENERGY}
-"""Names in SI units of the results that can be given in SI units."""
+"""Name in SI units of each result that can be given in SI units."""
 
 _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
 """Unit of each result in SI units that is not a length."""
 
 _KINDS = {"harmonic": HARMONIC, "suite": SUITE, "amplitudes": AMPLITUDES_KIND}
-"""Kinds of study, by name on the page."""
+"""Kinds of study, by their names on the page."""
 
 MODULE = "words.js"
 """Name of the module; `words.d.ts` has its types."""
@@ -76,7 +76,7 @@ MODULE = "words.js"
 
 _SOURCES = {each.name for each in PHYSICAL_QUANTITIES}
 _SELDOM = ("damping_n_s_per_m", *MADE_BY.values())
-"""Fields that the form of a fit shows only for documents with these fields."""
+"""Fields that the form of a fit shows only if the document contains them."""
 
 
 def words_module() -> bytes:
@@ -236,7 +236,7 @@ def _unit_of(meaning: str) -> str:
 
 
 def _prototype() -> dict[str, float]:
-    """Return the paper's prototype in SI units, excited at resonance with the base amplitude of the smallest cavity."""
+    """Return the paper's prototype in SI units, excited at resonance, with the base amplitude for the smallest cavity."""
     defaults = {
         name: default
         for name, (_, default) in QUANTITIES.items()

@@ -27,7 +27,7 @@ class FrequencyResponse(OfMetric):
 
 
 def answer(study: Subject, selection: Followed, second: Second) -> "xr.Dataset":
-    """Show one design over the frequency. The design is named by `<dimension>=value`."""
+    """Give one metric of one design over the frequency. The parameters `<dimension>=value` select the design."""
     from damperlab.studies.answers.compared_response import compared_response
     from damperlab.studies.answers.frequency_response import frequency_response
     from damperlab.studies.answers.suite import require_harmonic

@@ -13,5 +13,5 @@ import damperlab.studies.answers.tmd_comparison
 import damperlab.studies.answers.window
 import damperlab.studies.store.cube.opened  # noqa: F401
 
-# for its first dataset, xarray imports every library of arrays that is installed, such as Dask's
+# for its first Dataset, xarray imports every installed array library, for example Dask
 xr.Dataset(coords={"first": [0.0]})

@@ -59,7 +59,7 @@ class Subject:
         return self.store.cube(self.record.id)
 
     def motions(self) -> "Mapping[str, GroundMotion]":
-        """Read the records of a ground-motion suite, by their ids; none if the file of a record is lost or damaged.
+        """Read the records of a ground-motion suite, by their ids; empty if the file of a record is lost or damaged.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class Subject:
         return getattr(suite, "motions", {})
 
     def warned(self, answer: "xr.Dataset") -> "xr.Dataset":
-        """Return an answer that begins with the implausible values of the study, if there are any."""
+        """Return an answer whose text begins with warnings about implausible values of the study."""
         from damperlab.studies.answers.phrases import first_said
         from damperlab.studies.understood import unusual_study
 
@@ -90,7 +90,7 @@ class Subject:
 
     @cached_property
     def _stored(self) -> "Study | Suite | None":
-        """The study by its definition; None if the definition is damaged, because the cube can be read without it."""
+        """The definition of the study; None if it is damaged, because the cube can be read without it."""
         from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 
         try:
@@ -125,7 +125,7 @@ class Words(NamedTuple):
 
 
 class Further(NamedTuple):
-    """A result that an answer includes after further studies are computed.
+    """An extension of an answer that needs further studies.
 
     Parameters
     ----------

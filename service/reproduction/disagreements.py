@@ -51,9 +51,9 @@ def disagreements(solve: Solve, quick: bool) -> Section:
     )
     section.words = [
         "Here both columns come from the paper: the printed number, and what follows from its other numbers.",
-        "The text also contradicts itself. It says that (12) is infinite at resonance \"with any magnitude "
+        "The text also contradicts itself. The text says that (12) is infinite at resonance \"with any magnitude "
         "of the friction "
-        "force\". It also says that 0.6 is \"quite close to the theoretical limit of π/4\"; beyond that "
+        "force\". The text also says that 0.6 is \"quite close to the theoretical limit of π/4\"; beyond that "
         "limit (12) is finite. "
         "Equation (1) is unforced as printed. Momentum is conserved, according to the text, in elastic "
         "impacts only.",

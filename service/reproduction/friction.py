@@ -152,7 +152,7 @@ def friction_for(peak: float, value: Callable[[float], float]) -> float:
 
 
 def friction_limit() -> float:
-    """Return the friction ratio at which the straight line through two steady relative amplitudes at r = 1 is zero."""
+    """Return the friction ratio at which the steady relative amplitude at r = 1, extrapolated linearly, is zero."""
     first, second = (
         float(simulate(Design(SMALL_DAMPING, 1.0, g)).metrics["relative_amplitude_ratio"]) for g in (0.2, 0.6)
     )

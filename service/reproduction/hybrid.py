@@ -33,14 +33,14 @@ MEASURES = {
     "largest over r = 0.85 to 1.15, mean of the largest |x|/Z of each cycle": ("amplitude_ratio", True),
     "largest over r = 0.85 to 1.15, largest |x|/Z of all cycles": ("amplitude_ratio_max", True),
 }
-"""Possible meanings of "maximum vibration amplitude at resonance": the variable, and whether its largest value over the
-band is taken.
+"""Possible meanings of "maximum vibration amplitude at resonance": a variable, and whether to take its largest value over
+the band.
 """
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A reading of Table 3, with the resulting values."""
+    """A reading (interpretation) of Table 3, with the resulting values."""
 
     base_amplitude: str
     contact: str
@@ -211,13 +211,13 @@ def table_3(solve: Solve, quick: bool) -> Section:
         f"factor of {readings[0].factor:.3g}."
     )
     section.words = [
-        "The paper leaves open the contact, the friction ratio of the 4 mm compression, and the base amplitude Z. Its labels "
-        "d/Z = 5, 10 and 15 for d = 7.5, 22.5 and 37.5 mm imply three different amplitudes Z. It also leaves open whether "
-        "\"at resonance\" means r = 1 or the peak of the curve. If a response does not repeat, \"amplitude\" may mean "
+        "The paper leaves open the contact, the friction ratio of the 4 mm compression, and the base amplitude Z. The labels "
+        "d/Z = 5, 10 and 15 for d = 7.5, 22.5 and 37.5 mm imply three different amplitudes Z. The paper also leaves open "
+        "whether \"at resonance\" means r = 1 or the peak of the curve. If a response does not repeat, \"amplitude\" may mean "
         "its usual or its largest peak.",
         f"All {len(readings)} combinations were computed. The table lists the {SHOWN_READINGS} nearest to "
         "the paper's six "
-        f"numbers with a particle (alone: {printed['particle']}; hybrid: {printed['hybrid']}). It also "
+        f"numbers with a particle (alone: {printed['particle']}; hybrid: {printed['hybrid']}). The table also "
         "lists the default "
         f"({LABELS}, instant, γ_F = {CHOSEN_FRICTION:g}, r = 1, mean), which comes {ahead}th. A factor is exp of the "
         "root mean square of ln(our value / the paper's value). The nearest combination has the factor "

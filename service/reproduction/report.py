@@ -33,7 +33,7 @@ SECTIONS: dict[str, Callable[[Solve, bool], Section]] = {
     "figure A2": figure_a2,
     "the paper compared with itself": disagreements,
 }
-"""Functions that compute the sections, by the names that are shown while sections are computed."""
+"""Functions that compute the sections, by the names shown during the computation."""
 PAPER = (
     "M. A. Akbar, W. O. Wong, E. Rustighi, A Hybrid Damper with Tunable Particle Impact Damping and Coulomb Friction, "
     "Machines 2023, 11, 545"

@@ -26,9 +26,9 @@ from damperlab.studies.paper import PaperNumber, paper_numbers
 from damperlab.studies.questions import Tuning
 
 PROFILE = (0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2)
-"""Values of μ_i for which the best Z and ζ are found."""
+"""Values of μ_i, for each of which a search finds the best Z and ζ."""
 MIDDLE = Prototype(0.0015, 0.008, 0.0)
-"""Prototype whose Z and ζ a search replaces by those of a coarse grid."""
+"""Initial prototype of a search. The search replaces Z and ζ by values of a coarse grid."""
 FREE = (*ASSUMED, "particle_friction")
 WITHOUT, WITH = "without friction of the particle", "with friction of the particle"
 FIGURES = {"particle": 7, "hybrid": 12}
@@ -199,7 +199,7 @@ def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[flo
         f"{factor * z[1]:.3g} mm for Z, {zeta[0]:.3g} to {zeta[1]:.3g} for ζ and {mu[0]:.3f} to {mu[1]:.3f} for μ_i. "
         "The last table lists the best Z and ζ for given values of μ_i.",
         f"The peaks of the hybrid in the two longer cavities are printed as {known['hybrid_2'].value:g} and "
-        f"{known['hybrid_3'].value:g}, almost equal. With friction of the particle they come out as "
+        f"{known['hybrid_3'].value:g}, almost equal. With friction of the particle the two peaks are "
         f"{peaks['hybrid_2']:.3g} and {peaks['hybrid_3']:.3g}. Equal numbers mean that the particle reaches "
         "no wall and damps by its friction alone.",
         f"The fitted ζ is {best.damping_ratio / known['damping_ratio'].value:.2g} times the measured "

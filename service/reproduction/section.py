@@ -35,7 +35,7 @@ class Row:
     ours : float
         The computed number.
     assumption : str
-        Assumptions about what the paper leaves open.
+        Assumptions about values that the paper does not state.
     error : float or None
         Uncertainty of `ours`; None if `ours` is exact, or if an uncertainty has no meaning.
     contact : str

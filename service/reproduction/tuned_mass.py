@@ -50,8 +50,8 @@ def table_4(solve: Solve, quick: bool) -> Section:
         f"it is {right.damping_ratio:.4g}."
     )
     section.words = [
-        "Table 4's 0.1679 is not what (15) gives. It is √(3μ/(8(1+μ)³)), the same optimum as c/(2 m ω_n): "
-        "with the structure's natural frequency in place of the absorber's own. Both describe the same "
+        "Table 4's 0.1679 differs from (15). The printed number is √(3μ/(8(1+μ)³)), the same optimum as c/(2 m ω_n): "
+        "with the structure's natural frequency in place of the absorber's own. Both numbers describe the same "
         "dashpot. But the ζ of (13) refers to the absorber's own frequency, so the number of Table 4, put "
         "into (13), makes the dashpot too weak.",
     ]

@@ -88,7 +88,7 @@ class DesignsQuery(BaseModel):
     summary="Ask for a design",
 )
 async def ask(request: Request, service: TheService, query: Annotated[AskQuery, Query()]) -> Document:
-    """Take a specification as JSON or YAML.
+    """Submit a specification as JSON or YAML.
 
     If the specification was submitted before, the answer is 200 with the existing design. An existing design that was
     cancelled or has failed must be resumed with the route `resume`.

@@ -1,4 +1,4 @@
-"""Routes that say whether the process is alive, and whether the process can accept studies."""
+"""Routes that report whether the process is alive, and whether it can accept studies."""
 
 from typing import Literal
 

@@ -1,7 +1,7 @@
-"""Routes that FastAPI analyses at their first request. The service then starts without this work.
+"""Routes that FastAPI analyses at their first request, so that the service starts faster.
 
-An application takes the routes of a `LateRouter` as they are. `FastAPI.include_router` would call their functions
-without their parameters. A declaration that FastAPI refuses raises an exception at the first request, and in
+Add the routes of a `LateRouter` to an application directly. `FastAPI.include_router` would call their functions without
+the parameters of the request. If FastAPI refuses a declaration, the first request raises the exception, as does
 `Application.openapi`.
 """
 
@@ -45,7 +45,7 @@ class LateRoute(Route):
         return self._analyse()
 
     def matches(self, scope: Scope) -> tuple[Match, Scope]:
-        """Return how far a request fits the route, and what the route adds to the request's scope."""
+        """Return whether a request matches the route, and the entries that the route adds to the scope of the request."""
         unlike = super().matches(scope)[0] is Match.NONE
         return (Match.NONE, {}) if unlike else self.analysed.matches(scope)
 
@@ -55,14 +55,14 @@ class LateRoute(Route):
 
 
 class LateRouter(APIRouter):
-    """A router whose routes FastAPI analyses at their first request. The options are those of FastAPI's router."""
+    """A router whose routes FastAPI analyses at their first request. The options are the same as for `APIRouter`."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self._options = options
 
     def add_api_route(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
-        """Add a route; the options are those of FastAPI."""
+        """Add a route, with the options of `APIRouter.add_api_route`."""
 
         def analyse() -> BaseRoute:
             router = APIRouter(**self._options)

@@ -125,7 +125,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
 
 
 def _tell_durations(lines: list[str], durations: Mapping[tuple[str, str], Durations]) -> None:
-    """Write a histogram of request times for each method and route. A route has placeholders in place of the values."""
+    """Write a histogram of request times for each method and route. Routes contain placeholders for parameters."""
     name = "damperlab_request_duration_seconds"
     lines += [f"# HELP {name} Time until an answer was complete, by route.", f"# TYPE {name} histogram"]
     for (method, route), each in sorted(durations.items()):

@@ -25,7 +25,7 @@ POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
 )
-"""The document is self-contained: it loads nothing and has no scripts."""
+"""Content security policy of the document, which loads nothing and has no scripts."""
 
 
 PDF = "application/pdf"

@@ -1,4 +1,4 @@
-"""Route that computes one design point at once."""
+"""Route that computes one design point during the request."""
 
 from typing import Annotated
 

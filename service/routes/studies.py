@@ -127,7 +127,7 @@ async def submit(
     caller: TheCaller,
     idempotency_key: IdempotencyKey = None,
 ) -> Document:
-    """Take a study as JSON or YAML.
+    """Submit a study as JSON or YAML.
 
     If the same definition was submitted before, the answer is 200 with the existing study.
 

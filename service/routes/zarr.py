@@ -132,7 +132,7 @@ def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:
 
 @lru_cache(maxsize=64)
 def _description(shelf: Shelf) -> Description:
-    # may be cached: the arrays of a study never change, and the shelf of a study is never reused
+    # may be cached: the arrays of a study never change, and the location of its files is never reused
     with telling(shelf, None, "the cube's description"):
         return describe_cube(shelf.get(DESCRIPTION))
 

@@ -23,7 +23,7 @@ def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
     """
     origin, site = headers.get("origin"), headers.get("sec-fetch-site")
     if origin is None and site is None:
-        return None  # the client is not a present-day browser
+        return None  # a present-day browser sends at least one of these headers
     if origin is not None:
         if origin in shared_with:
             return None

@@ -28,7 +28,7 @@ class Rates:
             return 0
         now, each = time.monotonic(), _MINUTE / self.per_minute
         until = max(now, self._spent_until.get(who, now)) + each
-        if until > now + _MINUTE + each / 2:  # half a request is allowed for rounding
+        if until > now + _MINUTE + each / 2:  # tolerance for rounding: half a request
             return math.ceil(until - now - _MINUTE)
         self._spent_until[who] = until
         self._spent_until.move_to_end(who)

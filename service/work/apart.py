@@ -53,8 +53,8 @@ async def written(
     request, service, study : Request, Service, Record
         The request, the service, and the study.
     function : callable
-        Function that is called with the store, the study, the path of the file, and further arguments. It may write
-        other files into the same folder.
+        Function that is called with the store, the study, the path of the file, and further arguments. The function
+        may write other files into the same folder.
     *more
         Further arguments of the function.
     export : bool
@@ -101,7 +101,7 @@ def store_of(settings: Settings) -> Store:
 def _there(
     settings: Settings, study: Record, function: Callable[..., Result], more: tuple[object, ...]
 ) -> Result:
-    """Call a function with the store that this process has opened. This runs in a process of `Work`."""
+    """Call a function with the store that this process has opened. The call runs in a process of `Work`."""
     return function(store_of(settings), study, *more)
 
 

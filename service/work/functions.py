@@ -1,4 +1,4 @@
-"""Functions that a separate process calls to answer requests. Only a call imports the solver."""
+"""Functions that a separate process calls to answer requests. The solver is imported when a function is called."""
 
 import numpy as np
 from typing_extensions import TypedDict

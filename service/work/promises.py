@@ -34,7 +34,7 @@ PROMISED = gives(
     "The answer is being computed, and can be fetched at this address.",
     Location="Address of the answer.",
 )
-"""The answer to a request that prefers to be deferred (RFC 7240)."""
+"""OpenAPI description of the response to a request whose answer is deferred (RFC 7240)."""
 
 
 @dataclass

@@ -7,13 +7,13 @@ The public interface::
 ``Client``
     A connection to a damperlab service, which computes studies and answers questions about them.
 ``Study``
-    The definition of a study: a grid of design points, how each is computed, and what is stored.
+    The definition of a study: the grid of design points, the method of computation, and the results to store.
 ``read_study``
     Read and check a definition from a JSON or YAML file, or a named study such as ``figure-11``.
 ``open_store``
-    Open the studies of a data folder on this machine. Needs ``pip install 'damperlab[service]'``.
+    Open the store of studies in a data folder of this machine. Needs ``pip install 'damperlab[service]'``.
 
-What is imported from deeper modules may change between minor versions.
+Names in deeper modules may change between minor versions.
 """
 
 from importlib import import_module
@@ -33,7 +33,7 @@ _PLACES = {
     "open_store": "damperlab.studies.store.opening",
     "read_study": "damperlab.studies.reading",
 }
-"""Where each public name is defined; imported at first use (PEP 562), so that `import damperlab` costs nothing."""
+"""Module of each public name, imported at the first use of the name (PEP 562), so that `import damperlab` is fast."""
 
 
 def __getattr__(name: str) -> Any:

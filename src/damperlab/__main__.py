@@ -1,4 +1,4 @@
-"""The command `damperlab`, also as ``python -m damperlab``; says what to install where only the client is."""
+"""The command `damperlab`, also run by ``python -m damperlab``. Without the extra `service`, it only says what to install."""
 
 import gc
 import sys
@@ -10,7 +10,7 @@ NEEDED = ("typer", "pydantic_settings", "sqlalchemy", "distributed", "numba")
 
 def main() -> None:
     """Run the command that the arguments name, and end the process with its exit status."""
-    if sys.argv[1:] == ["--version"]:  # which the client alone has too
+    if sys.argv[1:] == ["--version"]:  # works without the extra `service` too
         from damperlab import __version__
 
         print(f"damperlab {__version__}")
@@ -23,7 +23,7 @@ def main() -> None:
             file=sys.stderr,
         )
         sys.exit(1)
-    gc.disable()  # imports leave little garbage, and looking for it takes a sixth of their time
+    gc.disable()  # imports leave little garbage, and its collection takes a sixth of their time
     from damperlab.service.cli.main import main as run
 
     gc.enable()
