@@ -123,7 +123,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
             break
         # a damper that exceeds a limit only under further amplitudes is replaced by a damper that keeps this limit
         search.robust[best] = worst(judged)
-        yield from within(search.reconsidered(), left, "dampers that keep the limits")
+        yield from within(search.assured(), left, "dampers that keep the limits")
         previous, best = best, search.best()
         if best == previous:
             break
@@ -165,7 +165,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         starts=starts_of(asked, book, build, binding(asked, over).largest, stated.most) if over else None,
         stopped=search.stopped or "complete",
         ended=search.ended,
-        looked_at=len(search.values),
+        looked_at=len(search.examined),
         left_out=tuple(left),
     )
 

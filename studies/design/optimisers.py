@@ -26,7 +26,7 @@ SIZES = (1 / 12, 1 / 48)
 """Sizes of simplices, as fractions of the ranges; a simplex of the smaller size starts at the best candidate so far."""
 FAR = 1 / 8
 """Distance between the starts of the first simplices, as a fraction of the ranges."""
-SHRUNK = 1 / 8
+SHRUNK = 1 / 4
 """A simplex ends when it has shrunk to this fraction of its first size. The values at the corners are no criterion,
 because these values never agree at a jump of the response.
 """
@@ -55,19 +55,18 @@ class Effort:
     divided: int = 25
     starts: int = 2
     sizes: int = 2
-    reserve: float = 0.5
-    left: float = 0.5
+    reserve: float = 1 / 3
+    left: float = 3 / 4
 
 
 class _Ended(Exception):
     """Stops an optimiser that needs further values, or has enough candidates."""
 
 
-def sought(space: Space, values: Values, effort: Effort) -> Wants:
-    """Find the candidate with the least value.
+def spread(space: Space, values: Values, effort: Effort) -> Wants:
+    """Find candidates all over the ranges, more of them where the least value may lie.
 
-    All candidates are examined if there are few. Otherwise the ranges are divided, and the search then goes downhill
-    from the best candidates.
+    If there are few candidates, all of them are requested.
 
     Parameters
     ----------
@@ -81,10 +80,8 @@ def sought(space: Space, values: Values, effort: Effort) -> Wants:
     every = space.every()
     if every:
         yield every
-        return
-    yield from _divided(space, values, effort.divided * len(space.names))
-    for size in SIZES[: effort.sizes]:
-        yield from _descended(space, values, _starts(values, effort.starts if size == SIZES[0] else 1), size)
+    else:
+        yield from _divided(space, values, effort.divided * len(space.names))
 
 
 def _divided(space: Space, values: Values, count: int) -> Wants:
@@ -123,8 +120,8 @@ def _divided(space: Space, values: Values, count: int) -> Wants:
         yield list(wanted)
 
 
-def _starts(values: Values, count: int) -> list[Candidate]:
-    """Choose the best candidates that differ by more than `FAR`."""
+def best_apart(values: Values, count: int) -> list[Candidate]:
+    """Return the best candidates whose distance from each other exceeds `FAR`, at most `count`."""
     chosen: list[Candidate] = []
     for each in sorted(values, key=lambda each: (values[each], each)):
         if all(max(abs(a - b) for a, b in zip(each, other, strict=True)) > FAR for other in chosen):
@@ -134,8 +131,18 @@ def _starts(values: Values, count: int) -> list[Candidate]:
     return chosen
 
 
-def _descended(space: Space, values: Values, starts: Sequence[Candidate], size: float) -> Wants:
-    """Run the simplex method from several candidates in parallel. Quantities with listed values stay fixed."""
+def descended(space: Space, values: Values, starts: Sequence[Candidate], size: float) -> Wants:
+    """Run the simplex method from several candidates in parallel. Quantities with listed values stay fixed.
+
+    Parameters
+    ----------
+    space, values
+        As in `spread`. The candidates in `starts` must be known.
+    starts : sequence of tuple
+        The candidates from which a simplex starts.
+    size : float
+        Size of each simplex, as a fraction of the ranges.
+    """
     moved = [place for place, count in enumerate(space.counts) if not count]
     while moved:
         wanted = dict.fromkeys(

@@ -1,5 +1,9 @@
 """The search: scipy's optimisers request dampers, and each damper is examined only as closely as necessary.
 
+First, dampers all over the ranges are computed coarsely. Simplices then start from the best of these dampers, and go
+downhill on values that are known closely. Last, each damper whose coarse value leaves open whether it is better than
+the best is computed closely too.
+
 The search is a generator: it yields the points that it needs next, and continues when these points are in the book.
 The requests depend only on the specification and on the values in the book.
 
@@ -16,7 +20,7 @@ from damperlab.studies.design.band_mean import halved
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.frequencies import SHOWN, Survey, between, brackets
-from damperlab.studies.design.optimisers import Effort, sought
+from damperlab.studies.design.optimisers import SIZES, Effort, best_apart, descended, spread
 from damperlab.studies.design.score import Score, score, worst
 from damperlab.studies.design.space import Candidate, Space, amplitudes_of, corners_of
 from damperlab.studies.faults import counted
@@ -45,6 +49,8 @@ always computed further, and so are all builds if the rms is judged.
 """
 MARGIN = 0.05
 """A damper is refined only if its `worth` exceeds the `worth` of the best damper by at most this margin."""
+LIKELY = 6
+"""Number of dampers, apart from each other, that are computed closely before the simplices start."""
 WORST, EXCEEDING = 1e4, 1e3
 """`worth` of a damper with an unbounded response, and smallest `worth` of a damper that exceeds a limit."""
 LEAST = 1e-300
@@ -71,8 +77,10 @@ class Search:
     effort: Effort = field(default_factory=Effort)
     told: bool = True
     stopped: str = ""
+    glances: dict[Candidate, float] = field(default_factory=dict)
+    """A lower bound of the value, for each candidate that was computed coarsely."""
     values: dict[Candidate, float] = field(default_factory=dict)
-    """The value of each examined candidate, or a lower bound of the value if the candidate is far from the best."""
+    """The value of each further candidate, or a lower bound of the value if the candidate is far from the best."""
     robust: dict[Candidate, Score] = field(default_factory=dict)
     """The worst case within the tolerances, for each candidate that was near the best."""
 
@@ -102,22 +110,18 @@ class Search:
         reserve = self.effort.reserve * (self.most - self.book.spent)
         self.cap = self.most - math.ceil(reserve)
         try:
-            for candidates in sought(self.space, self.values, self.effort):
-                here = counted(len(candidates) + len(self.values), "damper")
-                self._tell(f"{here} looked at" if self.values else f"a first look at {here}")
-                yield from self._look(candidates)
+            yield from self._search()
         except BudgetSpent:
             self.stopped = "budget"
         self.cap = self.most - math.ceil(self.effort.left * reserve)
         if not self.robust:
-            known = [each for each in self.first() if self.looked_at(self.space.build(each))]
-            if not known:
+            if not self.glances:
                 raise BudgetSpent
-            # no damper was judged with its tolerances, so the best nominal damper is taken
-            best = min(known, key=lambda each: (self.value(each), each))
+            # no damper was judged closely, so the best damper of the coarse look is taken
+            best = min(self.glances, key=lambda each: (self.glances[each], each))
             self.robust[best] = self.judged(best)
         try:
-            yield from self._assure()
+            yield from self.assured()
         except BudgetSpent:
             self.stopped = "budget"
         return self.best()
@@ -133,25 +137,68 @@ class Search:
 
     def first(self) -> list[Candidate]:
         """Return the candidates of the first look."""
-        return next(sought(self.space, {}, self.effort))
+        return next(spread(self.space, {}, self.effort))
 
     def first_look(self) -> list[Wanted]:
         """Return the points that the first look needs."""
         builds = map(self.space.build, self.first())
         return [one for build in builds for one in self._samples_of(build, 0, self.amplitudes)]
 
-    def _look(self, candidates: list[Candidate]) -> Asks:
-        """Compute the values of candidates, at more frequencies for the candidates that may be near the best."""
+    @property
+    def examined(self) -> dict[Candidate, float]:
+        """The value, or a lower bound of the value, of every candidate that was computed."""
+        return self.glances | self.values
+
+    def _search(self) -> Asks:
+        """Examine candidates until none of them may be better than the best."""
+        for candidates in spread(self.space, self.glances, self.effort):
+            self._tell_of(candidates)
+            yield from self._glance(candidates)
+        yield from self._look(best_apart(self.glances, LIKELY))
+        sizes = SIZES[: self.effort.sizes]
+        for size in sizes:
+            yield from self._descend(size)
+        while open_ones := self._undecided():
+            yield from self._look(open_ones, 0.0)
+            yield from self._descend(sizes[-1])
+
+    def _glance(self, candidates: list[Candidate]) -> Asks:
+        """Compute candidates coarsely, and also their corners if a candidate may be near the best."""
+        yield from self.known(map(self.space.build, candidates), 0)
+        while candidates:
+            self.glances |= {each: self.value(each) for each in candidates}
+            bar = min(self.glances.values()) + MARGIN
+            near = [each for each, value in self.glances.items() if value <= bar]
+            candidates = [each for each in near if not all(map(self.looked_at, self.with_corners(each)))]
+            yield from self.known((build for each in candidates for build in self.with_corners(each)), 0)
+        if self.told:
+            self.book.ahead = self.space.build(min(self.glances, key=lambda each: (self.glances[each], each)))
+
+    def _descend(self, size: float) -> Asks:
+        """Go downhill with simplices of a size, from the best of the candidates that were examined closely."""
+        starts = best_apart(self.values, self.effort.starts if size == SIZES[0] else 1)
+        for candidates in descended(self.space, self.values, starts, size):
+            self._tell_of(candidates)
+            yield from self._look(candidates)
+
+    def _undecided(self) -> list[Candidate]:
+        """Return the candidates of which only a lower bound is known, and this bound is less than the best value."""
+        least = self.worth(self.robust[self.best()])
+        return [each for each, value in self.examined.items() if each not in self.robust and value < least]
+
+    def _look(self, candidates: list[Candidate], margin: float = MARGIN) -> Asks:
+        """Compute the values of candidates, at more frequencies for the candidates that may be near the best.
+
+        A candidate is computed further only while its value exceeds the least value by at most `margin`.
+        """
         yield from self.known(map(self.space.build, candidates), 0)
         if not self.robust and len(candidates) > 1:  # there is no best damper yet for comparison
             candidates = sorted(candidates, key=lambda each: (self.value(each), each))
-            if self.told:
-                self.book.ahead = self.space.build(candidates[0])
             yield from self._look(candidates[:1])
             candidates = candidates[1:]
         left = candidates
-        for level in range(CLOSE, CLOSEST + 1):
-            bar = min((self.worth(each) for each in self.robust.values()), default=math.inf) + MARGIN
+        for level in range(CLOSEST + 1):
+            bar = min((self.worth(each) for each in self.robust.values()), default=math.inf) + margin
             left = [each for each in left if self.value(each) <= bar]
             yield from self.known((build for each in left for build in self._deciding(each, level)), level)
         for each in left:
@@ -163,10 +210,10 @@ class Search:
     def _deciding(self, candidate: Candidate, level: int) -> list[Build]:
         """Return the builds of a candidate to compute at an accuracy level.
 
-        At `CLOSE` all corners are computed, at higher levels only the builds that may be the worst case.
+        Up to `CLOSE` all corners are computed, at higher levels only the builds that may be the worst case.
         """
         nominal, *corners = self.with_corners(candidate)
-        if level == CLOSE:
+        if level <= CLOSE:
             return corners or [nominal]
         known = {each: self.score(each) for each in (nominal, *corners) if self._level.get(each, -1) >= CLOSE}
         highest = max(each.value for each in known.values())
@@ -177,24 +224,22 @@ class Search:
             if mean or one.value >= share * highest or one.violation > 0.0
         ]
 
-    def reconsidered(self) -> Asks:
-        """Examine the skipped dampers after the best damper proved worse than expected, and refine the new best."""
-        bar = self.worth(self.robust[self.best()]) + MARGIN
-        yield from self._look(
-            [each for each, value in self.values.items() if each not in self.robust and value <= bar]
-        )
-        yield from self._assure()
+    def assured(self) -> Asks:
+        """Refine the best candidate up to level `SURE`.
 
-    def _assure(self) -> Asks:
-        """Refine the best candidate up to level `SURE`. If another candidate is best afterwards, refine it too."""
+        If another candidate is best afterwards, or may be, it is refined too.
+        """
         self._tell("the best damper at more frequencies")
-        assured: set[Candidate] = set()
-        while (best := self.best()) not in assured:
+        refined: set[Candidate] = set()
+        while (best := self.best()) not in refined or (left := self._undecided()):
+            if best in refined:
+                yield from self._look(left, 0.0)
+                continue
             yield from self.known(self.with_corners(best), CLOSE)
             for level in range(CLOSE + 1, SURE + 1):
                 yield from self.known(self._deciding(best, level), level)
                 self.robust[best] = self.judged(best)
-            assured.add(best)
+            refined.add(best)
             if self.told:
                 self.book.ahead = self.space.build(self.best())
 
@@ -258,6 +303,10 @@ class Search:
                 yield wanted
                 if not amplitudes:
                     self._level.update(dict.fromkeys(behind, stage))
+
+    def _tell_of(self, candidates: list[Candidate]) -> None:
+        here = counted(len(candidates) + len(self.examined), "damper")
+        self._tell(f"{here} looked at" if self.glances else f"a first look at {here}")
 
     def _tell(self, stage: str) -> None:
         if self.told:

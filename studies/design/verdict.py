@@ -1,7 +1,8 @@
 """The verdict of a design: what to build, the expected response, a comparison with other dampers, and one next step."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import isinf, pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -164,13 +165,15 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
     if isinf(score.value):
         return f"Nothing bounds the {judged}: it grows without bound with every damper that was examined."
     reach = _reach(asked, score.value, score.most)
+    examined = f"examined{' before the budget was spent' if found.stopped == 'budget' else ''}"
     if build.friction_force_n and locked(found, build):
         return _locked(found, build, reach)
     if not asked.free:
         word = "The given damper" if score.violation == 0.0 else "The given damper exceeds a limit: it"
         return f"{word} ({damper_words(asked, build)}) {stays} {reach}."
     if score.violation > 0.0:
-        return f"No damper that was examined keeps every limit. Best: {damper_words(asked, build)}; it {stays} {reach}."
+        best_of = f"Best: {damper_words(asked, build)}; it {stays} {reach}."
+        return f"No damper that was {examined} keeps every limit. {best_of}"
     if damper == "friction_alone":
         force = quantity(asked, "friction_force_n", build.friction_force_n, 3)
         return f"No particle needed: a friction force of {force} alone {stays} {reach}."
@@ -469,18 +472,26 @@ def _next(found: Found, notes: list[Note]) -> str:
     if "limit_exceeded" in known:
         name, most = known["limit_exceeded"]["limit"], known["limit_exceeded"]["at_most"]
         enough = limited(asked, name, rounded_up(asked.as_limited(name, most))) if not isinf(most) else "more"
-        return f"relax `limits.{asked.limit_key(name)}` to {enough}, or {found.otherwise(name)}."
+        relax = f"relax `limits.{asked.limit_key(name)}` to {enough}"
+        if "budget" in known:
+            return f"more `{asked.budget_key}`, because the search was cut short, or {relax}."
+        return f"{relax}, or {_wider(asked, known) or found.otherwise(name)}."
     if not asked.free:
         return f"{report}."
     if known.keys() & {"locked", "nearly_clamped"} and "stick_fraction" not in asked.limits:
         return "forbid clamping with `limits: {stick_fraction: 0.2}`."
     if "end_of_range" in known:
-        steps = [
-            f"{NAMES[name]} {'above' if end == 'upper' else 'below'} {_span_end(asked, name, value)}"
-            for name, (end, value) in known["end_of_range"].items()
-        ]
-        return f"allow {', '.join(steps)}."
+        return f"{_wider(asked, known)}."
     return f"more `{found.asked.budget_key}`." if "budget" in known else f"{report}."
+
+
+def _wider(asked: Specification, known: Mapping[str, Any]) -> str:
+    """Advise wider ranges for the quantities at an end of their range; empty if there are none."""
+    steps = [
+        f"{NAMES[name]} {'above' if end == 'upper' else 'below'} {_span_end(asked, name, value)}"
+        for name, (end, value) in known.get("end_of_range", {}).items()
+    ]
+    return f"allow {', '.join(steps)}" if steps else ""
 
 
 def _span_end(asked: Specification, name: str, value: float) -> str:

@@ -9,17 +9,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from sqlalchemy import select
+from sqlalchemy import and_, not_, select
 
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
-from damperlab.studies.store.catalogue.rows import ALIVE, pieces, record_of
+from damperlab.studies.store.catalogue.rows import ALIVE, asked_for, pieces, record_of
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.cube.cube import stored_variables
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import block_grid
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.life_cycle.entering import box_of
+from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.known_points import Source
 from damperlab.studies.store.store import Store
@@ -95,6 +96,8 @@ class Overlaps:
 class Boxes:
     """Bounding boxes of the grids of all studies of a family that have results.
 
+    A design requests each point only once, so the other studies of the same design are left out.
+
     Parameters
     ----------
     store : Store
@@ -106,10 +109,11 @@ class Boxes:
     def __init__(self, store: Store, record: Record) -> None:
         c = studies.c
         self._store = store
+        same_design = and_(asked_for(DESIGNS), c.purpose_of == record.provenance.get(DESIGNS))
         with store.catalogue.reading() as connection:
             family = select(c.family).where(c.id == record.id, ALIVE).scalar_subquery()
             query = select(c.number, c.box).where(
-                c.family == family, c.family != "", ALIVE, c.blocks_done > 0
+                c.family == family, c.family != "", ALIVE, c.blocks_done > 0, not_(same_design)
             )
             rows = connection.execute(query).all()
         self._numbers = [row.number for row in rows]

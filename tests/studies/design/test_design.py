@@ -220,11 +220,16 @@ def test_a_budget_that_ends_before_the_first_look_is_refused() -> None:
 
 
 def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:
-    found, _ = pursued(DAMPED, 3000)
+    found, _ = pursued(DAMPED | {"limits": {"displacement_m": 1e-4}}, 3000)
     assert found.book.spent <= 3000
     assert found.stopped == found.ended == "budget"
     assert found.left_out
-    assert "budget" in " ".join(answer_document(found)["words"])
+    answer = answer_document(found)
+    assert "budget" in " ".join(answer["words"])
+    # more points may find a damper that keeps the limit, so the advice names them before the limit
+    advice = short(answer)["next"]
+    assert 0 < advice.index(found.asked.budget_key) < advice.index("limits.displacement_m")
+    assert "budget" in short(answer)["sentences"][0]
 
 
 def short(answer: dict[str, Any]) -> dict[str, Any]:
