@@ -11,6 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 from numba.core.event import install_recorder
+from tests.worker.forms import night
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.ground.question import read_earthquake
@@ -101,9 +102,9 @@ HYBRID = {"friction_ratio": 0.3, "mass_ratio": 0.1, "clearance_ratio": 2, "frequ
     [
         {},
         {"metrics": ["amplitude_ratio"], "particle": False, "axes": FRICTION_ALONE},
-        pytest.param({"metrics": ["amplitude_ratio"]}, marks=pytest.mark.night),
+        night({"metrics": ["amplitude_ratio"]}),
         {"metrics": ["acceleration_ratio"], "axes": HYBRID},
-        pytest.param({"metrics": ["acceleration_ratio"]}, marks=pytest.mark.night),
+        night({"metrics": ["acceleration_ratio"]}),
         {"start": {"kind": "ensemble", "n": 2, "seed": 1}},
         {"start": {"kind": "continuation", "direction": "up"}},
         {"solver": {"method": "rk4", "steps_per_cycle": 50}},

@@ -260,18 +260,7 @@ def test_a_continuation_hands_on_the_motion_where_the_displacement_of_the_base_i
     # d is one length: over the displacement of the base before and now
     shrinks = particle_now.clearance_ratio / particle.clearance_ratio
     assert shrinks == pytest.approx((r_now / r) ** (1 if constant == "velocity" else 2), rel=1e-13)
-    start = State(
-        end.v * shrinks,
-        end.w * shrinks,
-        end.slip,
-        end.wall,
-        end.gap * shrinks,
-        end.p_rate * shrinks,
-        end.riding,
-        0,
-        0,
-        None,
-    )
+    start = carried(end, r, r_now, shrinks)
     expected, _ = settle(zeta, r_now, friction_now, particle_now, settings, start)
     # started alike but for rounding: the run takes as long, and comes to the same
     assert found["cycles"].flat[last] == expected.cycles

@@ -4,6 +4,8 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from tests.worker.designs_drawn import solved
+from tests.worker.forms import night
 from tests.worker.plain_march import plain_end
 
 from damperlab.studies.variables import ResponseClass, Status
@@ -11,25 +13,17 @@ from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.accuracy.steady_answers import SETTINGS, TRANSIENT, WARNED, Point, every, points
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.particle import Particle
-from damperlab.worker.solver.state import State
-from damperlab.worker.steady.response.measures import Response
-from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.settle import Settings
 from damperlab.worker.steady.stopping_rules import FEWEST_MEASURED
-
-
-def solved(point: Point, settings: Settings = SETTINGS, start: State | None = None) -> tuple[Response, State]:
-    """Steady response from rest, or from a given start."""
-    found: tuple[Response, State] = settle(*point, settings, point.rest() if start is None else start)
-    return found
 
 
 @pytest.mark.parametrize(
     ("model", "number", "failed", "several", "transient"),
     [
         ("instant", 40, 1, 2, 1),
-        pytest.param("instant", 120, 3, 4, 1, marks=pytest.mark.night),
-        pytest.param("dwell", 30, 1, 1, 0, marks=pytest.mark.night),
-        pytest.param("compliant", 30, 1, 1, 0, marks=pytest.mark.night),
+        night("instant", 120, 3, 4, 1),
+        night("dwell", 30, 1, 1, 0),
+        night("compliant", 30, 1, 1, 0),
     ],
 )
 def test_random_answers_are_what_plain_marches_come_to(
