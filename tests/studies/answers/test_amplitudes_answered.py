@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.studies.documents import without
 
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.answers.frequency_response import frequency_response
@@ -42,9 +43,7 @@ PHYSICAL = {
     "friction_force_n": [0.5, 1.0, 1.5],
     "excitation_frequency_hz": [3.6, 4.0, 4.4, 4.8],
 }
-FORCED = {name: value for name, value in PHYSICAL.items() if name != "base_amplitude_m"} | {
-    "force_n": (Z * MASS * (2 * np.pi * HERTZ) ** 2).tolist()
-}
+FORCED = without(PHYSICAL, "base_amplitude_m") | {"force_n": (Z * MASS * (2 * np.pi * HERTZ) ** 2).tolist()}
 
 
 def keep(store: Store, physical: dict[str, Any]) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.benchmarks.design import LIMIT, TOLERANCES, drawn, peaks
 from tests.studies.design.test_design import DAMPED, brute, pursued
+from tests.studies.documents import without
 
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.answer import answer_document
@@ -158,7 +159,7 @@ def test_masses_end_at_their_limit_and_lists_are_kept_to() -> None:
 
     assert masses(GIVEN | {"limits": {"particle_mass_kg": 7.0}}) == [1, 2, 4, 6, 7]
     assert masses(GIVEN | {"limits": {"particle_mass_kg": 4.0}}) == [1, 2, 4]
-    chosen = {key: value for key, value in GIVEN.items() if key != "particle_mass_kg"}
+    chosen = without(GIVEN, "particle_mass_kg")
     choose = GIVEN["choose"]
     assert masses(chosen | {"choose": choose | {"particle_mass_kg": [1.0, 3.0, 4.0]}}) == [1, 3, 4]
     ranged = {"choose": choose | {"particle_mass_kg": {"start": 2.0, "stop": 6.0}}}

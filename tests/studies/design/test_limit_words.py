@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.studies.design.test_design import DAMPED, pursued
+from tests.studies.documents import without
 from tests.studies.solving import solved
 
 from damperlab.service.design_report import design_report
@@ -161,7 +162,7 @@ def test_damping_bounds_a_response_however_little_is_known_of_it() -> None:
 
 
 def test_a_damper_without_bound_is_no_number() -> None:
-    document = {key: value for key, value in DAMPED.items() if key not in ("tolerances", "choose")} | {
+    document = without(DAMPED, "tolerances", "choose") | {
         "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0},
         "excitation": {"base_amplitude_m": 0.001, "frequency_hz": 8.0},
         "clearance_m": 1.0,

@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from tests.studies.documents import without
 from tests.studies.specification.test_specification import PROTOTYPE, changed, faults_of
 
 from damperlab.studies.faults import StudyFaults
@@ -116,9 +117,9 @@ def test_a_ratio_of_the_damper_that_no_value_keeps_is_refused_in_ratios() -> Non
 def test_a_limit_of_nothing_excludes_every_particle_and_every_friction_that_begins_above_it(
     given: Any,
 ) -> None:
-    place = {"choose": GIVEN["choose"] | {"particle_mass_kg": given}} if isinstance(given, dict) else {}
-    document = {key: value for key, value in GIVEN.items() if key != "particle_mass_kg"}
-    document |= place or {"particle_mass_kg": given}
+    chosen = {"choose": GIVEN["choose"] | {"particle_mass_kg": given}}
+    place = chosen if isinstance(given, dict) else {"particle_mass_kg": given}
+    document = without(GIVEN, "particle_mass_kg") | place
     told = faults_of(document | {"limits": {"particle_mass_kg": 0, "friction_force_n": 0}})
     assert "excludes every allowed particle_mass_kg" in told["limits.particle_mass_kg"]
     assert "at least 0.33" in told["limits.friction_force_n"]
