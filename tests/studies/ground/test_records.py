@@ -188,8 +188,12 @@ def test_bad_recipes_are_refused(document: object, field: str) -> None:
     assert fields_of(read_kanai_tajimi, document)[0] == field
 
 
-def test_the_shelf_keeps_a_record_once(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path)
+@pytest.fixture
+def shelf(tmp_path: Path) -> Shelf:
+    return Shelf(tmp_path)
+
+
+def test_the_shelf_keeps_a_record_once(shelf: Shelf, tmp_path: Path) -> None:
     motion = kanai_tajimi(1, 2.0, rise_s=0.5, fall_s=0.5)
     record_id, new = shelf.put(motion)
     assert new
@@ -205,8 +209,7 @@ def test_the_shelf_keeps_a_record_once(tmp_path: Path) -> None:
     assert shelf.summaries()[-1] == {"id": record_id, **motion.summary()}
 
 
-def test_no_flipped_bit_of_a_record_is_read(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path)
+def test_no_flipped_bit_of_a_record_is_read(shelf: Shelf) -> None:
     motion = kanai_tajimi(1, 1.0, rise_s=0.5, fall_s=0.5)
     record_id, _ = shelf.put(motion)
     expected = shelf.summaries()[-1]
@@ -234,17 +237,16 @@ def test_no_flipped_bit_of_a_record_is_read(tmp_path: Path) -> None:
         assert shelf.get(record_id)[1].content == motion.content
 
 
-def test_a_summary_of_the_first_release_is_read(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path)
+def test_a_summary_of_the_first_release_is_read(shelf: Shelf) -> None:
     motion = kanai_tajimi(1, 1.0, rise_s=0.5, fall_s=0.5)
     record_id, _ = shelf.put(motion)
     (shelf.folder / f"{record_id}.json").write_text(json.dumps(motion.summary()))
     assert shelf.summaries()[-1] == {"id": record_id, **motion.summary()}
 
 
-def test_every_fault_of_a_comparison_at_once(tmp_path: Path) -> None:
+def test_every_fault_of_a_comparison_at_once(shelf: Shelf) -> None:
     wrong = {"record": "nowhere", "scale": 0, "mass": 1, "restitution": 2, "starts": 1e9, "cases": ["all"]}
-    fields = set(fields_of(read_earthquake, wrong, Shelf(tmp_path)))
+    fields = set(fields_of(read_earthquake, wrong, shelf))
     assert fields == {"record", "scale", "mass", "restitution", "starts", "cases[0]"}
 
 
