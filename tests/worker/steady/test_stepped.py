@@ -8,10 +8,9 @@ from tests.studies.documents import fields_of
 
 from damperlab.studies.choices import Rk4Solver
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.plan import Block
 from damperlab.studies.variables import STEPPED, Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.steady.fixed_steps import settle_stepped
 from damperlab.worker.steady.settle import Settings
@@ -30,7 +29,7 @@ def study_of(steps: int | None, **changes: Any) -> Study:
 
 
 def solved(study: Study) -> dict[str, np.ndarray]:
-    return solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
+    return solve_block(study, Block.whole(study.shape))
 
 
 def test_steps_come_closer_to_the_exact_response_with_their_number() -> None:
