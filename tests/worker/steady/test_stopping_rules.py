@@ -135,19 +135,11 @@ def test_a_response_is_not_known_while_a_particle_is_on_its_way_to_a_wall(
 ) -> None:
     """Its peaks repeat to the last digit until then: it flies through some 200 for a thousand cycles and more."""
     particle = Particle(100.0, 0.8, 0.1)
-    response, _ = settle(
-        0.05, r, friction, particle, SETTINGS, moving(0.0, r, 0.0, speed, r, friction, particle)
-    )
+    start = moving(0.0, r, 0.0, speed, r, friction, particle)
+    response, _ = settle(0.05, r, friction, particle, SETTINGS, start)
     assert response.cycles > 1200, "and it has met one by then"
     assert response.impacts_per_cycle > 0.0
-    short, _ = settle(
-        0.05,
-        r,
-        friction,
-        particle,
-        SETTINGS._replace(max_cycles=1000),
-        moving(0.0, r, 0.0, speed, r, friction, particle),
-    )
+    short, _ = settle(0.05, r, friction, particle, SETTINGS._replace(max_cycles=1000), start)
     assert short.status == Status.MAX_CYCLES
 
 
