@@ -182,7 +182,7 @@ SAME = [
 
 
 @pytest.mark.parametrize("point", SAME, ids=str)
-def test_the_rest_of_a_response_has_the_same_bits_without(point) -> None:
+def test_a_response_has_the_same_bits_without_its_acceleration(point) -> None:
     """Some of these do not repeat: any other rounding would be another response."""
     r, gamma, particle = point
     rest = at_rest(r, gamma, particle)
@@ -240,13 +240,13 @@ def test_a_study_stores_the_acceleration_where_it_asks_for_it() -> None:
         assert (peak, rms) == pytest.approx(expected, rel=1e-8)
 
 
-def test_a_study_that_says_nothing_of_it_is_computed_without() -> None:
+def test_a_study_that_asks_for_no_acceleration_is_computed_without_it() -> None:
     study = parse_study(ASKED)
     assert not any(name.startswith("acceleration") for name in study.metrics)
     assert {scene.purpose for scene in scenes(study)} == {"steady"}
 
 
-def test_a_point_alone_tells_it_where_it_is_asked_for() -> None:
+def test_a_point_alone_tells_its_acceleration_where_that_is_asked_for() -> None:
     design = Design(0.03, 0.6, 0.3, Particle(0.5, 0.5, 0.1))
     asked = simulate_ready(design, settings=METERED, followed=False).metrics
     plain = simulate_ready(design, settings=METERED._replace(acceleration=None), followed=False).metrics

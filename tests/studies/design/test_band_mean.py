@@ -67,7 +67,7 @@ def floor() -> Found:
 
 
 @pytest.mark.night
-def test_it_is_told_as_over_the_band_and_at_no_frequency(floor) -> None:
+def test_an_rms_over_the_band_is_told_without_a_frequency(floor) -> None:
     assert ", near" not in details_of(floor, "hybrid")[1]
     worst = answer_document(floor)["worst"]
     assert worst["measure"] == "rms_displacement"

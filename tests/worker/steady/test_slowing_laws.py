@@ -152,7 +152,7 @@ def test_a_mass_at_zero_stays_there_beside_a_particle_that_is_hardly_slowed() ->
         ("the particle throws it farther than it creeps", 1.5, Particle(2.0, 0.5, 0.1), {"p_rate": 3.0}),
     ],
 )
-def test_no_limit_is_told_where(
+def test_no_limit_is_told_of_a_mass_that_may_yet_move_far(
     why: str, friction: float, particle: Particle, change: dict[str, float]
 ) -> None:
     scene = make_scene(0.05, 1.1, friction, particle, True, FORCED)
