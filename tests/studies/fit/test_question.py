@@ -79,8 +79,7 @@ def test_a_range_of_a_decade_is_searched_in_its_logarithm() -> None:
         ({"axes": {"restitution": 0.5}}, {"damping_ratio": None},
          "`friction_ratio` is neither given nor estimated nor a column of the table"),
         ({**PROTOTYPE, "axes": {"restitution": 3}}, {"damping_ratio": None}, "`restitution` must be"),
-        ({**PROTOTYPE, "axes": {"speed": 3}}, {"damping_ratio": None}, "`speed` is not a known value of a "
-                                                                       "prototype"),
+        ({**PROTOTYPE, "axes": {"speed": 3}}, {"damping_ratio": None}, "`speed` is not a known value of a prototype"),
         ({**PROTOTYPE, "contact": {"model": "soft"}}, {"damping_ratio": None}, "contact.model"),
         ({**PROTOTYPE, "solver": {"method": "rk4"}}, {"damping_ratio": None}, "A fit needs the event solver"),
         ({**PROTOTYPE, "particle": False}, {"restitution": None}, "in a scene without a particle"),
@@ -166,9 +165,7 @@ def test_an_axis_is_a_range_and_an_option_replaces_a_ratio_or_what_makes_it() ->
             {"restitution": None, "particle_friction_coefficient": None},
             "cannot be combined with a contact that takes time",
         ),
-        (KNOWN | {"start": {"kind": "continuation", "direction": "up"}}, {"restitution": None}, "does not "
-                                                                                                "apply to a "
-                                                                                                "time"),
+        (KNOWN | {"start": {"kind": "continuation", "direction": "up"}}, {"restitution": None}, "does not apply to a time"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_asked_of_a_history_is_refused_in_a_sentence(

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 from tests.studies.documents import without
-from tests.studies.specification.test_specification import PROTOTYPE, changed, faults_of
+from tests.studies.specification.test_specification import PROTOTYPE, RATIOS, changed, faults_of
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.specification.reading import parse_specification, read_specification
@@ -61,16 +61,6 @@ def test_contradictory_limits_are_named_beside_a_fault_of_the_excitation(excitat
     assert {"limits.cavity_length_m", "tolerances.particle_mass_kg", "contact_time_s"} <= found.keys()
 
 
-RATIOS: dict[str, Any] = {
-    "structure": {"damping_ratio": 0.0038},
-    "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
-    "choose": {
-        "clearance_ratio": {"start": 1.0, "stop": 20.0},
-        "friction_ratio": {"start": 0.0, "stop": 0.8},
-    },
-    "mass_ratio": 0.1,
-    "restitution": 0.47,
-}
 OF_RESULTS = {
     "displacement_ratio": 5.0,
     "relative_displacement_ratio": 4.0,

@@ -37,6 +37,16 @@ PROTOTYPE: dict[str, Any] = {
     "confidence": 0.9,
     "budget_minutes": 8,
 }
+RATIOS: dict[str, Any] = {
+    "structure": {"damping_ratio": 0.0038},
+    "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
+    "choose": {
+        "clearance_ratio": {"start": 1.0, "stop": 20.0},
+        "friction_ratio": {"start": 0.0, "stop": 0.8},
+    },
+    "mass_ratio": 0.1,
+    "restitution": 0.47,
+}
 
 
 def changed(path: str, value: object) -> dict[str, Any]:
@@ -62,27 +72,15 @@ def test_a_band_in_hertz_is_one_of_frequency_ratios() -> None:
 
 def test_ratios_say_the_same_as_units() -> None:
     asked = parse_specification(PROTOTYPE | {"limits": {}})
-    ratios = parse_specification(
-        {
-            "structure": {"damping_ratio": 0.0038},
-            "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
-            "choose": {
-                "clearance_ratio": {"start": 1.0, "stop": 20.0},
-                "friction_ratio": {
-                    "start": 0,
-                    "stop": 0.42 / (asked.structure.stiffness_n_per_m * 0.0015),
-                },
-            },
-            "mass_ratio": 0.1,
-            "restitution": 0.47,
-        }
-    )
+    force_n = asked.structure.stiffness_n_per_m * 0.0015
+    choose = RATIOS["choose"] | {"friction_ratio": {"start": 0.0, "stop": 0.42 / force_n}}
+    ratios = parse_specification(RATIOS | {"choose": choose})
     assert not ratios.in_units
     # with k = 1 N/m and Z = 1 m a ratio is its quantity
     assert ratios.structure.stiffness_n_per_m == pytest.approx(1.0, rel=1e-15)
     for name, scale in (
         ("clearance_m", 0.0015),
-        ("friction_force_n", asked.structure.stiffness_n_per_m * 0.0015),
+        ("friction_force_n", force_n),
         ("particle_mass_kg", 1.605),
         ("restitution", 1.0),
     ):
@@ -428,12 +426,6 @@ def test_what_holds_over_bands_alone_and_where_responses_begin() -> None:
 
 UNSCALED = {"structure": {"damping_ratio": 0.01}}
 BAND = {"frequency_ratio": {"start": 0.9, "stop": 1.1}}
-IN_RATIOS = {
-    "structure": {"damping_ratio": 0.0038},
-    "excitation": BAND,
-    "choose": {"clearance_ratio": {"start": 1.0, "stop": 20.0}},
-    **{"friction_ratio": 0.3, "mass_ratio": 0.1, "restitution": 0.47},
-}
 LONG = [0.003, {"clearance_m": 0.004, "contact_time_s": 0.1}]
 
 
@@ -473,8 +465,8 @@ def test_what_does_not_go_together_is_named(document: dict[str, Any], fields: st
 
 
 def test_a_contact_time_is_in_seconds_where_everything_else_is_in_ratios() -> None:
-    parse_specification(IN_RATIOS)
-    assert "contact_time_s" in faults_of(IN_RATIOS | {"contact_time_s": 0.004})
+    parse_specification(RATIOS)
+    assert "contact_time_s" in faults_of(RATIOS | {"contact_time_s": 0.004})
 
 
 def test_materials_have_contact_times() -> None:
