@@ -5,10 +5,11 @@ stuck; with energies and the mean square besides. Repeats of the two methods alt
 """
 
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from damperlab.worker.accuracy.steady_answers import Point
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import march_rk4
 from damperlab.worker.solver.addresses import on_addresses
@@ -17,7 +18,6 @@ from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.steady.settle import at_rest
 
 TRANSIENT = 300
 """Cycles from rest before a time is taken."""
@@ -27,15 +27,6 @@ STEPS = 400
 """Of the paper's method per cycle: 0.001 s at 2.5 Hz."""
 STEPPED_CYCLES = 200
 REPEATS = 15
-
-
-class Point(NamedTuple):
-    """A design point whose kernel is timed."""
-
-    damping_ratio: float
-    frequency_ratio: float
-    friction: float | None
-    particle: Particle | None
 
 
 SCENES = {
@@ -69,18 +60,6 @@ def _march(state, scene, meter, cycles):  # type: ignore[no-untyped-def]
     return state, ARRIVED, total
 
 
-class Times(NamedTuple):
-    """Microseconds per excitation cycle over the repeats."""
-
-    smallest: float
-    median: float
-
-
-def _times(seconds: list[float], cycles: int) -> Times:
-    per_cycle = np.array(seconds) / cycles * 1e6
-    return Times(float(per_cycle.min()), float(np.median(per_cycle)))
-
-
 def measure(point: Point, repeats: int = REPEATS) -> dict[str, Any]:
     """Time one scene.
 
@@ -92,7 +71,7 @@ def measure(point: Point, repeats: int = REPEATS) -> dict[str, Any]:
     scene = make_scene(*point, True)
     counts = scene.counts
     counts[BUDGET] = 10**12
-    state = at_rest(point.frequency_ratio, point.friction, point.particle)
+    state = point.rest()
     meters = {
         "march": None,
         "peaks": Meter(np.zeros(METERS), None),
@@ -117,8 +96,8 @@ def measure(point: Point, repeats: int = REPEATS) -> dict[str, Any]:
         seconds["rk4"].append(perf_counter() - began)
     figures: dict[str, Any] = {}
     for name, taken in seconds.items():
-        times = _times(taken, STEPPED_CYCLES if name == "rk4" else CYCLES)
-        figures |= {f"{name}_us": times.smallest, f"{name}_us_median": times.median}
+        per_cycle = 1e6 * np.array(taken) / (STEPPED_CYCLES if name == "rk4" else CYCLES)
+        figures |= {f"{name}_us": float(per_cycle.min()), f"{name}_us_median": float(np.median(per_cycle))}
     cycles = len(meters) * repeats * CYCLES
     return figures | {
         "rk4_over_march": figures["rk4_us"] / figures["march_us"],
@@ -134,25 +113,3 @@ def measure(point: Point, repeats: int = REPEATS) -> dict[str, Any]:
 def run() -> dict[str, Any]:
     """Time every scene."""
     return {name: measure(scene) for name, scene in SCENES.items()}
-
-
-def table(figures: dict[str, Any]) -> str:
-    """The figures of `run` as lines of text."""
-    width = max(len(name) for name in figures)
-    lines = [
-        f"{'µs per excitation cycle, smallest (median)':{width}}",
-        f"{'scene':{width}}  {'march':>14}  {'with peaks':>14}  {'and energies':>14}  {'RK4 T/400':>14}  "
-        f"{'ratio':>6}  events",
-    ]
-    for name, one in figures.items():
-        pair = "  ".join(
-            f"{one[key]:6.3f} ({one[key + '_median']:5.2f})"
-            for key in ("march_us", "peaks_us", "metered_us", "rk4_us")
-        )
-        events = f"{one['impacts_per_cycle']:.2f} impacts, {one['turns_per_cycle']:.2f} turns"
-        lines.append(f"{name:{width}}  {pair}  {one['rk4_over_peaks']:6.1f}  {events}")
-    return "\n".join(lines)
-
-
-if __name__ == "__main__":
-    print(table(run()))

@@ -6,8 +6,6 @@ request to the last answer; with nobody to compute (a scheduler that has no work
 Files are counted once all are stored. At last a service of one worker computes some of them, and files are counted again.
 """
 
-import argparse
-import json
 import os
 import tempfile
 import time
@@ -70,7 +68,7 @@ def submit(url: str, first: int, last: int, clients: int, a_list: int) -> tuple[
     return sum((found for found, _ in ends), Counter()), max(longest for _, longest in ends)
 
 
-def measure(studies: int = STUDIES, clients: int = CLIENTS, computed: int = COMPUTED) -> dict[str, Any]:
+def run(studies: int = STUDIES, clients: int = CLIENTS, computed: int = COMPUTED) -> dict[str, Any]:
     """Hand in, count, and let some be computed."""
     figures: dict[str, Any] = {"studies": studies, "clients": clients}
     with tempfile.TemporaryDirectory() as made:
@@ -116,17 +114,3 @@ def computing(folder: Path, number: int) -> dict[str, Any]:
 def most_files(folder: Path) -> int:
     """Count the files of the study that has most."""
     return max(sum(len(files) for _, _, files in os.walk(cube)) for cube in (folder / "cubes").glob("*.zarr"))
-
-
-def run() -> dict[str, Any]:
-    """Measure all."""
-    return measure()
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--studies", type=int, default=STUDIES)
-    parser.add_argument("--clients", type=int, default=CLIENTS)
-    parser.add_argument("--computed", type=int, default=COMPUTED)
-    options = parser.parse_args()
-    print(json.dumps(measure(options.studies, options.clients, options.computed), indent=2))

@@ -214,12 +214,35 @@ def _curvature(p: list[Any], h: Any) -> Any:
     return total
 
 
-class Accelerated(March):
-    """An integration that also computes the largest |u''| and the integral of u''², from eight parts of every step."""
+class Measured(March):
+    """An integration that also computes the peaks of v and u'' and the integrals of their squares.
+
+    Each step is divided into eight parts.
+    """
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.acceleration_peak = self.acceleration_square = 0.0
+        self.peak = self.acceleration_peak = self.square = self.acceleration_square = 0.0
+
+    def measure_to(self, end: float) -> None:
+        """Integrate to a time, and update peaks and integrals, the latter by Simpson's rule."""
+        while self.t < end:
+            u, _, base, _ = self._expand()
+            began = self.t
+            self.step_to(end)
+            span = self.t - began
+            for i, weight in enumerate(_SIMPSON):
+                h = span * i / 8
+                v = _value(u, h) - _value(base, h)
+                acceleration = _curvature(u, h)
+                self.peak = max(self.peak, abs(v))
+                self.acceleration_peak = max(self.acceleration_peak, abs(acceleration))
+                self.square += span / 24 * weight * v * v
+                self.acceleration_square += span / 24 * weight * acceleration * acceleration
+
+
+class Accelerated(Measured):
+    """An integration over whole cycles."""
 
     def begin(self, start: Sequence[float]) -> None:
         """Set the initial state u, u', p, p', in which the particle touches no wall."""
@@ -233,31 +256,16 @@ class Accelerated(March):
 
     def run(self, cycles: int) -> None:
         """Integrate a number of whole cycles."""
-        end = 2 * pi * cycles / self.r
-        while self.t < end:
-            u, _, _, _ = self._expand()
-            began = self.t
-            self.step_to(end)
-            self._look(u, self.t - began)
-
-    def _look(self, u: list[Any], span: float) -> None:
-        for i, weight in enumerate(_SIMPSON):
-            acceleration = _curvature(u, span * i / 8)
-            self.acceleration_peak = max(self.acceleration_peak, abs(acceleration))
-            self.acceleration_square += span / 24 * weight * acceleration * acceleration
+        self.measure_to(2 * pi * cycles / self.r)
 
 
-class Recorded(March):
-    """An integration over a record, whose base acceleration is linear between samples.
-
-    The peaks of v and u'' and the integrals of their squares are computed from eight parts of every step.
-    """
+class Recorded(Measured):
+    """An integration over a record, whose base acceleration is linear between samples."""
 
     def __init__(self, scene: Scene, samples: Sequence[float], step: float) -> None:
         super().__init__(scene)
         self.samples, self.sample_step = samples, step
         self.start = [0.0, 0.0]
-        self.peak = self.acceleration_peak = self.square = self.acceleration_square = 0.0
         self.sample = 0
         if self.gamma:
             self._judge(0.0)
@@ -280,26 +288,10 @@ class Recorded(March):
         """Integrate over the whole record."""
         for sample in range(len(self.samples) - 1):
             self.sample = sample
-            end = (sample + 1) * self.sample_step
-            while self.t < end:
-                u, _, base, _ = self._expand()
-                began = self.t
-                self.step_to(end)
-                self._look(u, base, self.t - began)
+            self.measure_to((sample + 1) * self.sample_step)
             a, b, h = self.samples[sample], self.samples[sample + 1], self.sample_step
             z, rate = self.start
             self.start = [z + h * rate + h * h * (2 * a + b) / 6, rate + h * (a + b) / 2]
-
-    def _look(self, u: list[Any], base: list[Any], span: float) -> None:
-        """Update the peaks, and the integrals of squares by Simpson's rule, with the motion over one step."""
-        for i, weight in enumerate(_SIMPSON):
-            h = span * i / 8
-            v = _value(u, h) - _value(base, h)
-            acceleration = _curvature(u, h)
-            self.peak = max(self.peak, abs(v))
-            self.acceleration_peak = max(self.acceleration_peak, abs(acceleration))
-            self.square += span / 24 * weight * v * v
-            self.acceleration_square += span / 24 * weight * acceleration * acceleration
 
 
 def end_state(

@@ -5,7 +5,7 @@ bodies slip, every combination is tried, and the combination with the smallest c
 shares no code with the solver.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
@@ -51,6 +51,10 @@ class RubbingParticle:
     LONGEST = 0.05
     FIRST = 2e-4
     """First step of the integrator. A flight that ends within this step is missed."""
+    AHEAD = 0.0
+    """Delay with which the mode of bodies without relative velocity is determined."""
+    SLOWEST = -1.0
+    """Rebound speed up to which the integration fails."""
 
     def start(self) -> tuple[Floats, float]:
         """Return u, u', p, p' at rest, and the wall that supports the particle."""
@@ -138,32 +142,37 @@ class RubbingParticle:
 
     def march(self, cycles: int) -> tuple[Floats, int]:
         """Integrate whole cycles from rest; return u, u', p, p' at the end, and the number of impacts."""
-        end = 2.0 * pi * cycles / self.frequency_ratio
+        return self._through([2.0 * pi * cycles / self.frequency_ratio])
+
+    def _through(self, ends: Iterable[float]) -> tuple[Floats, int]:
+        """Integrate from rest, in pieces that end at the given times."""
         y, wall = self.start()
-        t, impacts, at_rest, together = 0.0, 0, False, True
-        while t < end - 1e-12:
-            mode = self.mode(t, y, at_rest, together, wall)
-            t, y, event = self._step(t, end, y, mode)
-            at_rest, together = mode.slip == 0.0, mode.slide == 0.0
-            if event == "turn":
-                at_rest, y[1] = True, self.base(t)[1]
-            elif event == "rest":
-                together, y[3], wall = True, y[1], 0.0
-            elif event in ("behind", "ahead"):
-                wall = 1.0 if event == "behind" else -1.0
-                impacts += 1
-                at_rest, together = False, self.restitution == 0.0
-                y = self._struck(y, wall)
-            elif event in ("onset", "torn"):
-                ahead = self._on(t, TIE, y, mode)
-                after = self.mode(t + TIE, ahead, at_rest, together, wall)
-                y, t = self._on(t, STEP, y, after), t + STEP
-                at_rest, together = after.slip == 0.0, after.slide == 0.0
-                wall = wall if together else 0.0
+        t, impacts, at_rest, together = 0.0, 0, y[1] == self.base(0.0)[1], True
+        for end in ends:
+            while t < end - 1e-12:
+                ahead = self.AHEAD if at_rest or together else 0.0
+                mode = self.mode(t + ahead, y, at_rest, together, wall)
+                t, y, event = self._step(t, end, y, mode)
+                at_rest, together = mode.slip == 0.0, mode.slide == 0.0
+                if event == "turn":
+                    at_rest, y[1] = True, self.base(t)[1]
+                elif event == "rest":
+                    together, y[3], wall = True, y[1], 0.0
+                elif event in ("behind", "ahead"):
+                    wall = 1.0 if event == "behind" else -1.0
+                    impacts += 1
+                    at_rest, together = False, self.restitution == 0.0
+                    y = self._struck(y, wall)
+                elif event in ("onset", "torn"):
+                    after = self.mode(t + TIE, self._on(t, TIE, y, mode), at_rest, together, wall)
+                    y, t = self._on(t, STEP, y, after), t + STEP
+                    at_rest, together = after.slip == 0.0, after.slide == 0.0
+                    wall = wall if together else 0.0
         return y, impacts
 
     def _struck(self, y: Floats, wall: float) -> Floats:
         e, b = self.restitution, self.mass
+        assert e * abs(y[1] - y[3]) > self.SLOWEST, "the particle chatters"
         u = ((1.0 - b * e) * y[1] + b * (1.0 + e) * y[3]) / (1.0 + b)
         p = ((1.0 + e) * y[1] + (b - e) * y[3]) / (1.0 + b)
         return np.array([y[0], u, y[0] - wall * self.clearance, u if e == 0.0 else p])
@@ -208,8 +217,8 @@ class UnderRecord(RubbingParticle):
     acceleration: Floats = field(default_factory=lambda: np.zeros(2))
     step: float = 1.0
 
+    AHEAD = 1e-9
     SLOWEST = 2e-3
-    """Rebound speed below which the integration fails, because chatter begins."""
 
     @cached_property
     def sampled(self) -> tuple[Floats, Floats]:
@@ -228,25 +237,4 @@ class UnderRecord(RubbingParticle):
 
     def run(self) -> tuple[Floats, int]:
         """Integrate from rest to the last sample, in pieces over which the acceleration is linear."""
-        y, wall = self.start()
-        t, impacts, at_rest, together = 0.0, 0, True, True
-        for end in self.step * np.arange(1, self.acceleration.size):
-            while t < end - 1e-12:
-                ahead = 1e-9 if at_rest or together else 0.0
-                mode = self.mode(t + ahead, y, at_rest, together, wall)
-                t, y, event = self._step(t, end, y, mode)
-                at_rest, together = self.friction > 0.0 and mode.slip == 0.0, mode.slide == 0.0
-                if event == "turn":
-                    at_rest, y[1] = True, self.base(t)[1]
-                elif event == "rest":
-                    together, y[3], wall = True, y[1], 0.0
-                elif event in ("behind", "ahead"):
-                    assert self.restitution * abs(y[1] - y[3]) > self.SLOWEST, "the particle chatters"
-                    wall, impacts = 1.0 if event == "behind" else -1.0, impacts + 1
-                    at_rest, y = False, self._struck(y, wall)
-                elif event in ("onset", "torn"):
-                    after = self.mode(t + TIE, self._on(t, TIE, y, mode), at_rest, together, wall)
-                    y, t = self._on(t, STEP, y, after), t + STEP
-                    at_rest, together = self.friction > 0.0 and after.slip == 0.0, after.slide == 0.0
-                    wall = wall if together else 0.0
-        return y, impacts
+        return self._through(self.step * np.arange(1, self.acceleration.size))

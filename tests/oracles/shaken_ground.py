@@ -115,9 +115,8 @@ class Shaken:
         """Return v, v' and the absolute acceleration after a time h, if no event occurs."""
         if self.held:
             return self.v, 0.0, a + j * h
-        mass = 1.0 + (self.particle[2] if self.wall and self.particle else 0.0)
-        k, c = self.omega**2 / mass, 2 * self.zeta * self.omega / mass
-        force = -a - self.slip * self.friction / mass
+        k, c = self.omega**2 / self.mass, 2 * self.zeta * self.omega / self.mass
+        force = -a - self.slip * self.friction / self.mass
         # particular solution B + Ch of v'' + c v' + k v = force − j h
         C = -j / k
         B = (force - c * C) / k
@@ -128,11 +127,16 @@ class Shaken:
         e, co, si = exp(-decay * h), cos(fast * h), sin(fast * h)
         v = B + C * h + e * (P * co + Q * si)
         w = C + e * ((fast * Q - decay * P) * co - (fast * P + decay * Q) * si)
-        return v, w, -c * w - k * v - self.slip * self.friction / mass
+        return v, w, -c * w - k * v - self.slip * self.friction / self.mass
 
     @property
     def held(self) -> bool:
         return self.friction > 0 and self.slip == 0
+
+    @property
+    def mass(self) -> float:
+        """Of what moves, over that of the structure."""
+        return 1.0 + (self.particle[2] if self.wall and self.particle else 0.0)
 
     def room(self, sign: int, a: float, j: float, h: float) -> float:
         """Return the distance of the particle from a wall after a time h, computed from the present distance."""
@@ -150,8 +154,7 @@ class Shaken:
         return (relative > 0) == (name == "wall+")
 
     def hold(self, acceleration: float) -> float:
-        mass = 1.0 + (self.particle[2] if self.wall and self.particle else 0.0)
-        return -mass * acceleration - self.omega**2 * self.v
+        return -self.mass * acceleration - self.omega**2 * self.v
 
     def decide(self, acceleration: float) -> None:
         """Decide whether the mass slips or sticks at v' = 0, and whether the particle remains in contact."""
@@ -165,13 +168,8 @@ class Shaken:
     def watches(self, a: float, j: float):
         found = []
         if self.held:
-            mass = 1.0 + (self.particle[2] if self.wall and self.particle else 0.0)
             found += [
-                (
-                    "loose",
-                    lambda h, s=sign: self.friction - s * (-mass * (a + j * h) - self.omega**2 * self.v),
-                )
-                for sign in (1, -1)
+                ("loose", lambda h, s=sign: self.friction - s * self.hold(a + j * h)) for sign in (1, -1)
             ]
         elif self.friction > 0:
             found.append(("turn", lambda h: self.slip * self.motion(a, j, h)[1]))

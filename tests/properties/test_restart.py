@@ -17,6 +17,7 @@ from tests.properties.designs import (
     friction_ratios,
     particles,
 )
+from tests.worker.forms import night
 
 from damperlab.worker.point import Design
 from damperlab.worker.solver.events import ARRIVED, BUDGET, NOTHING
@@ -145,7 +146,7 @@ FEW = settings(max_examples=25, deadline=None)
         ("instant", False),
         ("instant", True),
         *(
-            pytest.param(scene, friction, marks=pytest.mark.night)
+            night(scene, friction)
             for scene in ("dwell", "compliant", "rubbing")
             for friction in (False, True)
         ),

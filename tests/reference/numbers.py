@@ -72,9 +72,5 @@ class DoubleNumbers:
         """Return the non-negative square root of `value`."""
         return math.sqrt(value)
 
-    def text(self, value: Real) -> str:
-        """Return `value` with 17 significant digits."""
-        return f"{value:.17g}"
-
 
 Numbers = ExtendedNumbers | DoubleNumbers

@@ -32,24 +32,10 @@ class PeakObserver:
         self.cycles: list[tuple[Real, Real]] = []
 
     def observe(self, motion: Motion, start: Place, end: Place) -> None:
-        """Take the ends of the step and, where the rate changes sign, the extremum between."""
-        self._take(0, lambda x: [a + b for a, b in zip(x[0], x[1], strict=True)], motion, start, end)
-        self._take(1, lambda x: x[0], motion, start, end)
-
-    def _take(
-        self, which: int, values: Callable[[Sample], list[Real]], motion: Motion, start: Place, end: Place
-    ) -> None:
-        old, new = values(start[1]), values(end[1])
-        peak = max(abs(old[0]), abs(new[0]))
-        if old[1] * new[1] < 0:
-
-            def slope(h: Real) -> tuple[Real, Real]:
-                y = values(motion.at(h))
-                return y[1], y[2]
-
-            top = zero_between(slope, start[0], end[0], old[1] > 0, self._noise)
-            peak = max(peak, abs(values(motion.at(top))[0]))
-        self._now[which] = max(self._now[which], peak)
+        """Take the largest of the step."""
+        for which, values in enumerate((_displacement, _relative_displacement)):
+            peak = _largest(values, motion, start, end, self._noise)
+            self._now[which] = max(self._now[which], peak)
 
     def end_cycle(self) -> None:
         """Keep the peaks of the cycle."""
@@ -65,24 +51,43 @@ class AccelerationObserver:
         self.peak = self.square = numbers.convert(0)
 
     def observe(self, motion: Motion, start: Place, end: Place) -> None:
-        """Take the ends of the step, its middle and, where the rate of u'' changes sign, the extremum between."""
+        """Take the largest of the step; its ends and its middle for the integral."""
         old, new = _acceleration(start[1]), _acceleration(end[1])
         middle = _acceleration(motion.at((start[0] + end[0]) / 2))[0]
         self.square += (end[0] - start[0]) * (old[0] ** 2 + 4 * middle**2 + new[0] ** 2) / 6
-        self.peak = max(self.peak, abs(old[0]), abs(new[0]))
-        if old[1] * new[1] < 0:
-
-            def slope(h: Real) -> tuple[Real, Real]:
-                a = _acceleration(motion.at(h))
-                return a[1], a[2]
-
-            top = zero_between(slope, start[0], end[0], old[1] > 0, self._noise)
-            self.peak = max(self.peak, abs(_acceleration(motion.at(top))[0]))
+        self.peak = max(self.peak, _largest(_acceleration, motion, start, end, self._noise))
 
     def end_cycle(self) -> None:
         """Nothing is kept per cycle."""
 
 
+def _largest(
+    values: Callable[[Sample], list[Real]], motion: Motion, start: Place, end: Place, noise: Real
+) -> Real:
+    """Largest magnitude at the ends of a step and, where the rate changes sign, at the extremum between."""
+    old, new = values(start[1]), values(end[1])
+    peak = max(abs(old[0]), abs(new[0]))
+    if old[1] * new[1] < 0:
+
+        def slope(h: Real) -> tuple[Real, Real]:
+            y = values(motion.at(h))
+            return y[1], y[2]
+
+        top = zero_between(slope, start[0], end[0], old[1] > 0, noise)
+        peak = max(peak, abs(values(motion.at(top))[0]))
+    return peak
+
+
+def _displacement(sample: Sample) -> list[Real]:
+    """u and its derivatives."""
+    return [a + b for a, b in zip(sample[0], sample[1], strict=True)]
+
+
+def _relative_displacement(sample: Sample) -> list[Real]:
+    """v and its derivatives."""
+    return sample[0]
+
+
 def _acceleration(sample: Sample) -> list[Real]:
     """u'' and its first two derivatives."""
-    return [a + b for a, b in zip(sample[0][2:], sample[1][2:], strict=True)]
+    return _displacement(sample)[2:]

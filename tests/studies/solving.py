@@ -29,4 +29,6 @@ def solved(study: Study | Suite) -> xr.Dataset:
         variable = VARIABLES[str(name)]
         flags = {"flag_values": [0]} if variable.flags else {}
         cube[name].attrs = {"units": variable.units, "long_name": variable.long_name, **flags}
+    for name, labels in study.labels.items():
+        cube[name].attrs = labels
     return cube

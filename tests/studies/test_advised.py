@@ -4,9 +4,10 @@ import math
 from typing import Any
 
 import pytest
+from tests.studies.documents import faults_of
 
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.faults import Fault
 from damperlab.studies.reading import parse_study_text
 
 FRAME: dict[str, Any] = {
@@ -25,9 +26,7 @@ def frame(**changes: Any) -> dict[str, Any]:
 
 
 def faults(document: dict[str, Any]) -> tuple[Fault, ...]:
-    with pytest.raises(StudyFaults) as caught:
-        parse_study(document)
-    return caught.value.faults
+    return faults_of(parse_study, document)
 
 
 @pytest.mark.parametrize(
@@ -137,9 +136,7 @@ def test_a_key_that_stands_there_is_not_advised_again() -> None:
     ],
 )
 def test_a_tab_before_a_key_is_called_a_tab(text: str) -> None:
-    with pytest.raises(StudyFaults) as caught:
-        parse_study_text(text, "yaml")
-    (fault,) = caught.value.faults
+    (fault,) = faults_of(parse_study_text, text, "yaml")
     assert f"at line {text.count(chr(10)) + 1}, column 1: a tab" in fault.sentence
 
 

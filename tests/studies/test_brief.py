@@ -32,7 +32,7 @@ def test_notes_are_sorted_by_severity_and_keep_their_order_within_one() -> None:
     assert notes_document(notes)[0]["values"] == {"value": 1.0}
 
 
-def test_a_list_reads_as_one() -> None:
+def test_the_words_of_a_list_are_joined_by_commas_and_an_and() -> None:
     assert [listed(each) for each in (["a"], ["a", "b"], ["a", "b", "c"])] == ["a", "a and b", "a, b and c"]
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.studies.documents import told_of, without
 
 from damperlab.studies.amplitudes import DIMENSIONS
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.random_vibration import LEVELS
 from damperlab.studies.ground.sweep_reading import PACES
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, kind_of_definition
@@ -27,9 +27,7 @@ def case(physical: dict[str, Any], particle: bool = True, **axes: Any) -> dict[s
 
 
 def faults(document: object) -> dict[str, str]:
-    with pytest.raises(StudyFaults) as caught:
-        parse_study(document)
-    return {fault.field: str(fault) for fault in caught.value.faults}
+    return told_of(parse_study, document)
 
 
 NAMED = {each.name: each for each in QUANTITIES} | OF_SCENE | LIMIT_QUANTITIES | LEVELS | PACES
@@ -145,8 +143,7 @@ def test_an_amplitude_that_changes_one_ratio_stays_an_axis_of_it() -> None:
 
 
 def test_a_particle_alone_is_a_damper_too() -> None:
-    alone = {name: value for name, value in RAY.items() if name != "friction_force_n"}
-    made = over_amplitudes(alone)
+    made = over_amplitudes(without(RAY, "friction_force_n"))
     assert made.coordinates["friction_force_n"].tolist() == [0.0]
     points = {
         "clearance_m": np.array([0.006]),
@@ -154,9 +151,7 @@ def test_a_particle_alone_is_a_damper_too() -> None:
         "base_amplitude_m": np.array([0.002]),
     }
     assert made.ratios(points)["friction_ratio"].tolist() == [0.0]
-    friction = over_amplitudes(
-        {name: value for name, value in RAY.items() if name != "clearance_m"}, particle=False
-    )
+    friction = over_amplitudes(without(RAY, "clearance_m"), particle=False)
     assert friction.coordinates["clearance_m"].tolist() == [0.0]
     assert friction.ratios(points)["clearance_ratio"].tolist() == [0.0]
 
@@ -250,8 +245,8 @@ def beside(axes: dict[str, Any] = AT_ONCE, **physical: Any) -> dict[str, Any]:
     return case(STRUCTURE | physical, **axes)
 
 
-def ray(without: str = "", **changes: Any) -> dict[str, Any]:
-    return {"physical": {name: value for name, value in (RAY | changes).items() if name != without}}
+def ray(left_out: str = "", **changes: Any) -> dict[str, Any]:
+    return {"physical": without(RAY | changes, left_out)}
 
 
 @pytest.mark.parametrize(

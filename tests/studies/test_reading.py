@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from tests.studies.documents import faults_of, fields_of
 
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.guard import MAX_VALUES
@@ -26,10 +27,8 @@ name: 2024-01-01
 
 
 def only_fault(text: str | bytes, written_in: Format) -> Fault:
-    with pytest.raises(StudyFaults) as caught:
-        parse_study_text(text, written_in)
-    assert len(caught.value.faults) == 1
-    return caught.value.faults[0]
+    (fault,) = faults_of(parse_study_text, text, written_in)
+    return fault
 
 
 def test_json_and_yaml_give_the_same_study() -> None:
@@ -67,9 +66,7 @@ def test_syntax_faults_have_a_line_and_a_column(text: str, written_in: Format, p
 @pytest.mark.parametrize("written_in", ["json", "yaml"])
 def test_repeated_keys_are_refused_beside_other_faults(written_in: Format) -> None:
     text = '{"axes": {"clearance_ratio": 5, "clearance_ratio": 6, "frequency_ratio": -1}, "axes_": 1, "axes_": 2}'
-    with pytest.raises(StudyFaults) as caught:
-        parse_study_text(text, written_in)
-    fields = [fault.field for fault in caught.value.faults]
+    fields = fields_of(parse_study_text, text, written_in)
     assert sorted(fields) == ["axes.clearance_ratio", "axes.frequency_ratio", "axes_", "axes_"]
 
 

@@ -1,4 +1,4 @@
-"""Both forms of a kernel: the plain function, and what the compiler makes of it."""
+"""How kernels are tested: in both of their forms, plain and compiled, and what is left to the night."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,6 +10,11 @@ EPS = 2.0**-52
 FIXED = settings(max_examples=60, deadline=None, derandomize=True, database=None)
 
 both = pytest.mark.parametrize("form", ["plain", "jitted"])
+
+
+def night(*values: Any) -> Any:
+    """Values of a parametrised test that the night alone tries: another kernel, or more of the same."""
+    return pytest.param(*values, marks=pytest.mark.night)
 
 
 def in_form(function: Any, form: str) -> Callable[..., Any]:

@@ -5,9 +5,9 @@ Thousands of cycles go through a kernel of the report on accuracy, a few through
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.worker.designs_drawn import Point
 
 from damperlab.worker.accuracy.march import march_halves
+from damperlab.worker.accuracy.steady_answers import Point
 from damperlab.worker.solver.events import ARRIVED, BUDGET
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.particle import Particle

@@ -9,6 +9,7 @@ import pytest
 from tests.oracles import compliant_wall, dwelling
 from tests.reference.simulator import simulate as reference
 from tests.reference.state import State as Place
+from tests.worker.forms import night
 
 from damperlab.studies.answers.largest_acceleration import Acting, accelerations
 from damperlab.studies.definition import parse_study
@@ -65,7 +66,7 @@ def orbit_of(r: float, gamma: float, particle: Particle | None, forced: bool) ->
 
 
 @pytest.mark.parametrize("r", [1e-2, 0.5, 1.0, 3.0, 100.0])
-@pytest.mark.parametrize("forced", [False, pytest.param(True, marks=pytest.mark.night)])
+@pytest.mark.parametrize("forced", [False, night(True)])
 def test_a_linear_response_accelerates_by_its_frequency_squared(r: float, forced: bool) -> None:
     """|u''| = r² |u|; rounding of x − f where a slow force and the spring nearly balance is that over r²."""
     zeta = 0.3
@@ -91,14 +92,14 @@ def test_a_linear_response_accelerates_by_its_frequency_squared(r: float, forced
 # r, γ_F, (d/Z, e, β), forced: friction with stick and without; hybrid dampers that stick, one of them asymmetric; rides and
 # slips; without friction
 RIGID = [
-    pytest.param((0.6, 0.3, None, False), marks=pytest.mark.night),
-    pytest.param((0.95, 0.3, None, True), marks=pytest.mark.night),
+    night((0.6, 0.3, None, False)),
+    night((0.95, 0.3, None, True)),
     (0.95, 0.8, (0.5, 0.5, 0.1), False),
     (0.6, 0.3, (0.5, 0.5, 0.1), False),
     (1.3, 0.3, (0.5, 0.0, 0.1), False),
-    pytest.param((1.3, 0.3, (0.5, 0.0, 0.1), True), marks=pytest.mark.night),
-    pytest.param((0.95, 0.8, (0.5, 0.5, 0.1), True), marks=pytest.mark.night),
-    pytest.param((0.95, 0.0, (5.0, 0.5, 0.1), False), marks=pytest.mark.night),
+    night((1.3, 0.3, (0.5, 0.0, 0.1), True)),
+    night((0.95, 0.8, (0.5, 0.5, 0.1), True)),
+    night((0.95, 0.0, (5.0, 0.5, 0.1), False)),
 ]
 
 
@@ -174,14 +175,14 @@ def test_compliant_walls_agree_with_a_plain_march(point) -> None:
 
 SAME = [
     (0.95, 0.3, Particle(2.0, 0.5, 0.1)),
-    pytest.param((0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(100.0, 1.0))), marks=pytest.mark.night),
-    pytest.param((0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(1e4, 20.0))), marks=pytest.mark.night),
-    pytest.param((1.3, 0.3, None), marks=pytest.mark.night),
+    night((0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(100.0, 1.0)))),
+    night((0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(1e4, 20.0)))),
+    night((1.3, 0.3, None)),
 ]
 
 
 @pytest.mark.parametrize("point", SAME, ids=str)
-def test_the_rest_of_a_response_has_the_same_bits_without(point) -> None:
+def test_a_response_has_the_same_bits_without_its_acceleration(point) -> None:
     """Some of these do not repeat: any other rounding would be another response."""
     r, gamma, particle = point
     rest = at_rest(r, gamma, particle)
@@ -239,13 +240,13 @@ def test_a_study_stores_the_acceleration_where_it_asks_for_it() -> None:
         assert (peak, rms) == pytest.approx(expected, rel=1e-8)
 
 
-def test_a_study_that_says_nothing_of_it_is_computed_without() -> None:
+def test_a_study_that_asks_for_no_acceleration_is_computed_without_it() -> None:
     study = parse_study(ASKED)
     assert not any(name.startswith("acceleration") for name in study.metrics)
     assert {scene.purpose for scene in scenes(study)} == {"steady"}
 
 
-def test_a_point_alone_tells_it_where_it_is_asked_for() -> None:
+def test_a_point_alone_tells_its_acceleration_where_that_is_asked_for() -> None:
     design = Design(0.03, 0.6, 0.3, Particle(0.5, 0.5, 0.1))
     asked = simulate_ready(design, settings=METERED, followed=False).metrics
     plain = simulate_ready(design, settings=METERED._replace(acceleration=None), followed=False).metrics

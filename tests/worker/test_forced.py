@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.reference.simulator import simulate as reference
+from tests.worker.forms import night
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.point import Design
@@ -75,7 +76,7 @@ def test_the_structure_alone_has_its_closed_form() -> None:
     assert found.metrics["dissipation_per_cycle"] == pytest.approx(lost, rel=1e-13)
 
 
-@pytest.mark.parametrize("energies", [True, pytest.param(None, marks=pytest.mark.night)])
+@pytest.mark.parametrize("energies", [True, night(None)])
 def test_friction_as_large_as_the_force_holds_the_mass(energies) -> None:
     """γ_F ≥ 1, so that F_f ≥ F₀: nothing moves, and nothing is divided by the energy of nothing."""
     settings = Settings(4000, 0.02, 1e-9, energies)

@@ -301,8 +301,4 @@ def test_the_cache_folder_is_never_one_that_others_can_write(tmp_path: Path) -> 
 
 def test_kernels_are_plain_functions_where_numba_is_switched_off(tmp_path: Path) -> None:
     ask = "from damperlab.worker.solver.motion.taylor import value; print(type(value).__name__)"
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "DAMPERLAB_CACHE_DIR": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", ask], env=environment, check=True, capture_output=True, text=True
-    )
-    assert done.stdout.strip() == "function"
+    assert run(tmp_path, "-c", ask, NUMBA_DISABLE_JIT="1").strip() == "function"

@@ -2,36 +2,24 @@
 
 from dataclasses import replace
 from math import pi
-from typing import Any
 
 import numpy as np
 import pytest
 from tests.oracles import compliant_wall, dwelling
+from tests.worker.designs_drawn import with_contact
+from tests.worker.forms import night
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.physics.compliant_wall import contact_time_of_stiffness, wall_constants
+from damperlab.worker.physics.compliant_wall import contact_time_of_stiffness
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.particle import Particle
 
 MODELS = ("dwell", "compliant")
-
-
-def night(*values: Any) -> Any:
-    """Values of a parametrized test whose kernel the commit tier does without."""
-    return pytest.param(*values, marks=pytest.mark.night)
-
-
-def lasting(model: str, clearance: float, restitution: float, mass: float, contact_time: float) -> Particle:
-    if model == "dwell":
-        return Particle(clearance, restitution, mass, contact_time)
-    return Particle(
-        clearance, restitution, mass, None, Wall(*wall_constants(restitution, contact_time, mass))
-    )
 
 
 # of the second the contact is longer than a half cycle; of the last the mass turns and stops while the particle is held
@@ -101,7 +89,7 @@ def test_compliant_walls_agree_with_a_plain_march(scene: tuple[float, ...], forc
     """Both round at 1e-16 of a state of ten, thousands of times, and impacts amplify."""
     zeta, r, gamma, clearance, restitution, mass, stiffness, cycles = scene
     contact_time = contact_time_of_stiffness(restitution, stiffness, mass)
-    particle = lasting("compliant", clearance, restitution, mass, contact_time)
+    particle = with_contact(Particle(clearance, restitution, mass), "compliant", contact_time)
     assert particle.wall is not None
     plain = compliant_wall.Scene(zeta, r, gamma, clearance, mass, *particle.wall, forced=forced)
     expected, march = compliant_wall.end_state(plain, int(cycles))
@@ -137,9 +125,10 @@ def test_short_contacts_tend_to_the_instantaneous_law_with_order_one(
             value or 0.0 for value in simulate(Design(0.0038, r, friction, particle), cycles).state.values()
         ]
 
-    at_once = np.array(end(Particle(clearance, restitution, 0.1)))
+    particle = Particle(clearance, restitution, 0.1)
+    at_once = np.array(end(particle))
     errors = [
-        float(np.abs(end(lasting(model, clearance, restitution, 0.1, time)) - at_once).max())
+        float(np.abs(end(with_contact(particle, model, time)) - at_once).max())
         for time in (longest, longest / 10.0, longest / 100.0)
     ]
     assert errors[0] < 1000.0 * longest
@@ -158,7 +147,7 @@ def test_short_contacts_tend_to_the_instantaneous_law_with_order_one(
 def test_energy_balances(
     model: str, friction: float, clearance: float, restitution: float, contact_time: float
 ) -> None:
-    particle = lasting(model, clearance, restitution, 0.1, contact_time)
+    particle = with_contact(Particle(clearance, restitution, 0.1), model, contact_time)
     found = simulate(Design(0.0038, 0.9, friction, particle), 20).metrics
     assert found["status"] == Status.MAX_CYCLES
     assert found["energy_residual"] <= 1e-11
@@ -168,7 +157,8 @@ def test_energy_balances(
 @pytest.mark.parametrize("friction", [night(0.0), 0.8])
 def test_the_history_in_compliant_walls_is_the_motion(friction: float, stiffness: float) -> None:
     """Its samples keep momentum in contact, move as their velocities say, and show no force that pulls."""
-    particle = lasting("compliant", 0.3, 0.3, 0.5, contact_time_of_stiffness(0.3, stiffness, 0.5))
+    contact_time = contact_time_of_stiffness(0.3, stiffness, 0.5)
+    particle = with_contact(Particle(0.3, 0.3, 0.5), "compliant", contact_time)
     found = simulate(Design(0.0038, 0.9, friction, particle), 6, history=6)
     time, u, p, v = (found.history[name] for name in ("time", "u", "p", "v"))
     same = np.diff(time) <= 1e-12
@@ -220,8 +210,8 @@ def test_a_study_with_a_contact_time_by_name_answers_as_the_point_alone(model: s
     assert study.document()["contact"]["contact_time"] == pytest.approx(5.0 * pi * 0.02055, rel=1e-15)
     found = solve_block(study, Block.whole(study.shape))
     assert np.isfinite(found["amplitude_ratio"]).all()
+    particle = with_contact(Particle(2.0, 0.47, 0.1), model, CONTACT_TIMES["paper_soft_real"].contact_time)
     for friction in (0.0, 0.4):
-        particle = lasting(model, 2.0, 0.47, 0.1, CONTACT_TIMES["paper_soft_real"].contact_time)
         alone = simulate(Design(0.02, 1.0, friction, particle)).metrics
         assert alone["amplitude_ratio"] in found["amplitude_ratio"]
         assert alone["energy_residual"] in found["energy_residual"]
@@ -232,4 +222,4 @@ def test_a_study_with_a_contact_time_by_name_answers_as_the_point_alone(model: s
 @pytest.mark.parametrize("model", MODELS)
 def test_fixed_steps_refuse_a_contact_that_takes_time(model: str) -> None:
     with pytest.raises(ValueError, match=r"contact_time|wall"):
-        simulate(Design(0.02, 1.0, 0.4, lasting(model, 2.0, 0.6, 0.2, 0.5)), 2, method="rk4")
+        simulate(Design(0.02, 1.0, 0.4, with_contact(Particle(2.0, 0.6, 0.2), model, 0.5)), 2, method="rk4")

@@ -1,10 +1,9 @@
 """A particle that rubs on its cavity, or falls in it: states beside another integrator, closed forms, multipliers of orbits."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from tests.oracles.rubbing_particle import RubbingParticle
+from tests.worker.forms import night
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.point import Design, simulate_ready
@@ -20,11 +19,6 @@ from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest
 
 CYCLES = 3
-
-
-def night(point: tuple[float, ...]) -> Any:
-    """A point of a structure without friction, whose kernel the commit tier does without."""
-    return pytest.param(point, marks=pytest.mark.night)
 
 
 NEXT_TO_NOTHING = 1e-12
@@ -100,7 +94,7 @@ def test_a_light_particle_slides_as_on_a_floor_that_shakes() -> None:
     assert np.ptp(p_rate) == pytest.approx(friction * np.pi / r, rel=2e-3)
 
 
-@pytest.mark.parametrize("least", [NEXT_TO_NOTHING, pytest.param(0.0, marks=pytest.mark.night)])
+@pytest.mark.parametrize("least", [NEXT_TO_NOTHING, night(0.0)])
 def test_every_extreme_scene_has_a_status_and_balances_its_energy(least: float) -> None:
     rng = np.random.default_rng(42)
     for i in range(300):

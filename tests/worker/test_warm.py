@@ -11,8 +11,9 @@ from pathlib import Path
 import psutil
 import pytest
 from numba.core.event import install_recorder
+from tests.worker.forms import night
 
-from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.definition import parse_study
 from damperlab.studies.ground.question import read_earthquake
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.plan import Block
@@ -101,9 +102,9 @@ HYBRID = {"friction_ratio": 0.3, "mass_ratio": 0.1, "clearance_ratio": 2, "frequ
     [
         {},
         {"metrics": ["amplitude_ratio"], "particle": False, "axes": FRICTION_ALONE},
-        pytest.param({"metrics": ["amplitude_ratio"]}, marks=pytest.mark.night),
+        night({"metrics": ["amplitude_ratio"]}),
         {"metrics": ["acceleration_ratio"], "axes": HYBRID},
-        pytest.param({"metrics": ["acceleration_ratio"]}, marks=pytest.mark.night),
+        night({"metrics": ["acceleration_ratio"]}),
         {"start": {"kind": "ensemble", "n": 2, "seed": 1}},
         {"start": {"kind": "continuation", "direction": "up"}},
         {"solver": {"method": "rk4", "steps_per_cycle": 50}},
@@ -120,19 +121,10 @@ HYBRID = {"friction_ratio": 0.3, "mass_ratio": 0.1, "clearance_ratio": 2, "frequ
     ],
 )
 def test_a_block_compiles_nothing_more(more: dict[str, object]) -> None:
-    study = _study(more)
+    axes = FRICTION_ALONE | {"mass_ratio": [0, 0.1], "clearance_ratio": 2}
+    study = parse_study({"damping_ratio": 0.05, "axes": axes, "steady": {"max_cycles": 60}} | more)
     block = Block.whole(study.shape)
     assert compiled_by(lambda: solve_block(study, block), scenes(study)) == 0
-
-
-def _study(more: dict[str, object]) -> Study:
-    axes = {
-        "friction_ratio": [0, 0.3],
-        "mass_ratio": [0, 0.1],
-        "clearance_ratio": 2,
-        "frequency_ratio": [0.9, 1.0],
-    }
-    return parse_study({"damping_ratio": 0.05, "axes": axes, "steady": {"max_cycles": 60}} | more)
 
 
 def test_a_comparison_compiles_nothing_more(tmp_path) -> None:

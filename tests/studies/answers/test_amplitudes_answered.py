@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.studies.documents import without
 
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.answers.frequency_response import frequency_response
@@ -42,9 +43,7 @@ PHYSICAL = {
     "friction_force_n": [0.5, 1.0, 1.5],
     "excitation_frequency_hz": [3.6, 4.0, 4.4, 4.8],
 }
-FORCED = {name: value for name, value in PHYSICAL.items() if name != "base_amplitude_m"} | {
-    "force_n": (Z * MASS * (2 * np.pi * HERTZ) ** 2).tolist()
-}
+FORCED = without(PHYSICAL, "base_amplitude_m") | {"force_n": (Z * MASS * (2 * np.pi * HERTZ) ** 2).tolist()}
 
 
 def keep(store: Store, physical: dict[str, Any]) -> str:
@@ -73,18 +72,23 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Store, st
     store.close()
 
 
+def cube_of(stored: tuple[Store, str], constant: str) -> xr.Dataset:
+    """The cube of which so much of the base's motion is constant."""
+    store, study_id = stored
+    named = constant != "displacement"
+    return store.cube(keep(store, PHYSICAL | {"constant": constant}) if named else study_id)
+
+
 @pytest.fixture
 def cube(stored: tuple[Store, str]) -> xr.Dataset:
-    store, study_id = stored
-    return store.cube(study_id)
+    return cube_of(stored, "displacement")
 
 
-@pytest.mark.parametrize(("constant", "order"), [(None, 0), ("acceleration", 2)])
+@pytest.mark.parametrize(("constant", "order"), [("displacement", 0), ("acceleration", 2)])
 def test_results_in_units_are_the_ratios_times_the_displacement_of_the_base_at_each_frequency(
-    stored: tuple[Store, str], constant: str | None, order: int
+    stored: tuple[Store, str], constant: str, order: int
 ) -> None:
-    store, study_id = stored
-    cube = store.cube(keep(store, PHYSICAL | {"constant": constant}) if constant else study_id)
+    cube = cube_of(stored, constant)
     base_m = Z[:, None] / cube["frequency_ratio"].values ** order
     ratio, stiffness = cube["amplitude_ratio"].values, MASS * (2 * np.pi * HERTZ) ** 2
     np.testing.assert_array_equal(cube["amplitude_m"].values, ratio * base_m)
@@ -103,8 +107,8 @@ def test_results_in_units_are_the_ratios_times_the_displacement_of_the_base_at_e
     loaded = with_units(cube.drop_vars(["amplitude_m"]).load())
     np.testing.assert_array_equal(loaded["amplitude_m"].values, ratio * base_m)
     # the ratios of a damper, a handful of roundings
-    per = base_m if constant else Z
-    dims = ("base_amplitude_m", "frequency_ratio") if constant else ("base_amplitude_m",)
+    per = base_m if order else Z
+    dims = ("base_amplitude_m", "frequency_ratio") if order else ("base_amplitude_m",)
     assert cube["clearance_ratio"].dims == ("clearance_m", *dims)
     np.testing.assert_array_equal(cube["clearance_ratio"][1], 0.01 / per)
     np.testing.assert_allclose(cube["friction_ratio"][2], 1.5 / (stiffness * per), rtol=1e-15)
@@ -219,9 +223,8 @@ def test_dampers_are_ranked_by_their_worst_amplitude_and_frequency(cube: xr.Data
 def test_a_tuned_mass_damper_is_compared_at_one_base_amplitude(
     stored: tuple[Store, str], constant: str
 ) -> None:
-    store, study_id = stored
     falls = constant != "displacement"
-    whole = store.cube(keep(store, PHYSICAL | {"constant": constant}) if falls else study_id)
+    whole = cube_of(stored, constant)
     definition = whole.attrs["study"]
     at = {"clearance_m": 0.01, "friction_force_n": 1.5, "base_amplitude_m": 0.0021}
     one, rest = at_one_amplitude(whole, at)
@@ -303,8 +306,7 @@ def test_a_damper_with_the_value_of_the_best_is_equal(cube: xr.Dataset) -> None:
 def test_no_linear_peak_stands_beside_a_base_whose_displacement_varies(
     stored: tuple[Store, str], constant: str
 ) -> None:
-    store, _ = stored
-    brief = worst_case_designs(store.cube(keep(store, PHYSICAL | {"constant": constant}))).attrs["brief"]
+    brief = worst_case_designs(cube_of(stored, constant)).attrs["brief"]
     assert {"tuned mass damper", "without damper"}.isdisjoint(row[0] for row in brief["rows"])
     assert brief["damper"] == "hybrid"
 
@@ -313,10 +315,7 @@ def test_no_linear_peak_stands_beside_a_base_whose_displacement_varies(
 def test_the_acceleration_of_the_best_damper_is_the_largest_over_all_base_amplitudes(
     stored: tuple[Store, str], constant: str
 ) -> None:
-    store, study_id = stored
-    cube = store.cube(
-        study_id if constant == "displacement" else keep(store, PHYSICAL | {"constant": constant})
-    )
+    cube = cube_of(stored, constant)
     ranked = worst_case_designs(cube, exclude_locked=True)
     best = cube.sel({name: ranked[name].values[0] for name in ("clearance_m", "friction_force_n")})
     damped = np.hypot(1.0, 2.0 * best["damping_ratio"] * best["frequency_ratio"])

@@ -9,12 +9,12 @@ import pytest
 import xarray as xr
 from tests.studies.solving import solved
 
-from damperlab.studies.amplitudes import AMPLITUDE, DIMENSIONS
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.particle_friction import COEFFICIENTS, find_friction
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.ranking import ranked_designs
-from damperlab.studies.definition import parse_study
+from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.questions import Judging, Ranking
 from damperlab.studies.units import with_units
 
@@ -32,20 +32,16 @@ SEVERAL: dict[str, Any] = ONE | {
 }
 
 
+def computed(study: Study) -> xr.Dataset:
+    return with_units(solved(study))
+
+
 def ranked_with(definition: dict[str, Any], *more: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
     """Give a study's cube, and its ranking with further cubes."""
-    cube = with_units(_named(solved(parse_study(definition))))
+    cube = computed(parse_study(definition))
     cubes = {"study": cube} | {str(place): each for place, each in enumerate(more)}
     ranking = Ranking(with_=tuple(map(str, range(len(more)))))
     return cube, ranked_designs(cube, Judging(), ranking, lambda _: cubes)
-
-
-def _named(cube: xr.Dataset) -> xr.Dataset:
-    """Give the dimensions over base amplitudes their units and names, as a stored cube has them."""
-    if AMPLITUDE in cube.sizes:
-        for name, (units, long_name) in DIMENSIONS.items():
-            cube[name].attrs = {"units": units, "long_name": long_name}
-    return cube
 
 
 def row_of(ranked: xr.Dataset) -> str:
@@ -71,13 +67,13 @@ def test_the_friction_up_to_which_the_best_damper_holds_is_that_of_the_damper_on
 
     def peak(coefficient: float) -> float:
         physical = definition["physical"] | damper | {"particle_friction_coefficient": coefficient}
-        alone = with_units(_named(solved(parse_study(definition | {"physical": physical}))))
+        alone = computed(parse_study(definition | {"physical": physical}))
         return float(alone[measure].max())
 
     promised = ranked["value"].values[0]
     held = [peak(each) <= 1.1 * promised for each in COEFFICIENTS]
     count = held.index(False) if False in held else len(held)
-    more = [with_units(_named(solved(study))) for study in step.studies]
+    more = list(map(computed, step.studies))
     _, completed = ranked_with(definition, *more)
     (note,) = (each["values"] for each in completed.attrs["notes"] if each["kind"] == "particle_friction")
     assert note["up_to"] == (0.0, *COEFFICIENTS)[count]
@@ -101,7 +97,7 @@ def test_studies_of_another_damper_say_nothing_of_the_best() -> None:
     clearance = 0.003 if ranked["clearance_m"].values[0] > 0.0035 else 0.004
     other = Judging(ranges={"clearance_m": (clearance, clearance)})
     of_other = ranked_designs(cube, other, Ranking(), lambda _: {})
-    more = [with_units(_named(solved(study))) for study in find_friction(cube, of_other, other).studies]
+    more = map(computed, find_friction(cube, of_other, other).studies)
     assert "`optimum --friction`" in row_of(ranked_with(SEVERAL, *more)[1])
 
 

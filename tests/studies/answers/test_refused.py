@@ -21,6 +21,7 @@ from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.faults import Fault
 from damperlab.studies.questions import Fragile, Judging, Search, Selection, Tuning
 from damperlab.studies.store.store import Store
 
@@ -155,6 +156,12 @@ def test_a_question_without_an_answer_is_refused_with_what_may_be_asked(
     assert caught.value.fault.field == field
 
 
+def fault_of(ask: Ask, cube: xr.Dataset) -> Fault:
+    with pytest.raises(QueryFault) as caught:
+        ask(cube)
+    return caught.value.fault
+
+
 @pytest.fixture
 def little(cube: xr.Dataset) -> xr.Dataset:
     """The cube of a study with ``metrics: [amplitude_ratio]``."""
@@ -165,51 +172,45 @@ UNLOCKED = Judging(exclude_locked=True)
 
 
 @pytest.mark.parametrize(
-    ("field", "missing", "ask"),
+    ("field", "missing", "left_out", "ask"),
     [
-        ("exclude_locked", "response_class", ranked(exclude_locked=True)),
+        ("exclude_locked", "response_class", "exclude_locked", ranked(exclude_locked=True)),
         (
             "exclude_locked",
             "response_class",
+            "exclude_locked",
             lambda cube: refine_optimum(study_of(cube), {"a": cube}, judging=UNLOCKED),
         ),
-        ("max_impact_speed", "impact_speed_max", ranked(max_impact_speed=1.0)),
-        ("stick_fraction", "stick_fraction", within(stick_fraction=(0.0, 0.5))),
+        ("max_impact_speed", "impact_speed_max", "max_impact_speed", ranked(max_impact_speed=1.0)),
+        ("stick_fraction", "stick_fraction", "stick_fraction", within(stick_fraction=(0.0, 0.5))),
+        (
+            "pareto",
+            "dissipation_impact",
+            "dissipation_impact",
+            lambda cube: pareto_front(cube, ["amplitude", "-dissipation_impact"]),
+        ),
         (
             "boundary",
             "response_class",
+            None,
             lambda cube: refine_boundary(study_of(cube), {"a": cube}, PLANE[1], {}),
         ),
-        ("study", "run_time, amplitude_error", work_precision),
-        ("objective", "amplitude_ratio", lambda cube: optimal_designs(cube[["status"]])),
-        ("study", "amplitude_ratio", lambda cube: tmd_comparison(cube[["status"]])),
+        ("study", "run_time, amplitude_error", None, work_precision),
+        ("objective", "amplitude_ratio", None, lambda cube: optimal_designs(cube[["status"]])),
+        ("study", "amplitude_ratio", None, lambda cube: tmd_comparison(cube[["status"]])),
     ],
 )
 def test_what_is_not_stored_is_named_with_what_to_do(
-    little: xr.Dataset, field: str, missing: str, ask: Ask
+    little: xr.Dataset, field: str, missing: str, left_out: str | None, ask: Ask
 ) -> None:
-    with pytest.raises(QueryFault) as caught:
-        ask(little)
-    fault = caught.value.fault
+    fault = fault_of(ask, little)
     assert (fault.field, fault.found) == (field, f"a study that does not store {missing}")
     submit = f"add {missing} to `metrics` and submit again"
-    needed = field in ("boundary", "study", "objective")
-    assert fault.advice == (submit if needed else f"{submit}, or leave {field} out")
-
-
-def test_a_respect_that_is_not_stored_can_be_left_out(little):
-    with pytest.raises(QueryFault) as caught:
-        pareto_front(little, ["amplitude", "-dissipation_impact"])
-    assert caught.value.fault.field == "pareto"
-    assert caught.value.fault.advice.endswith(
-        "add dissipation_impact to `metrics` and submit again, or leave dissipation_impact out"
-    )
+    assert fault.advice == (submit if left_out is None else f"{submit}, or leave {left_out} out")
 
 
 def test_a_metric_that_is_not_stored_is_no_misspelt_one(little):
-    with pytest.raises(QueryFault) as caught:
-        frequency_response(little, Selection("amplitude_error"))
-    fault = caught.value.fault
+    fault = fault_of(curve(metric="amplitude_error"), little)
     assert (fault.field, fault.allowed) == ("metric", "one of amplitude_ratio, status")
     assert fault.found == "amplitude_error, which the study does not store"
     assert "did you mean" not in fault.advice
@@ -228,9 +229,7 @@ def test_a_metric_that_is_not_stored_is_no_misspelt_one(little):
 def test_the_advice_is_a_study_that_can_be_submitted(little, solver, metric, needed):
     definition = json.loads(little.attrs["study"])
     asked = little.assign_attrs(study=json.dumps({**definition, "solver": {"method": solver}}))
-    with pytest.raises(QueryFault) as caught:
-        frequency_response(asked, Selection(metric))
-    advice = caught.value.fault.advice
+    advice = fault_of(curve(metric=metric), asked).advice
     assert needed in advice
     assert ("with `" in advice) == bool(needed)
 

@@ -124,5 +124,5 @@ def test_the_best_damper_at_the_end_of_an_axis_is_said_to_be():
         [[1.00, 1.05, 1.08], [1.01, 1.06, 1.09], [1.02, 1.07, 1.09]],  # as good all along
     ],
 )
-def test_elsewhere_nothing_is_said(values: list[list[float]]):
+def test_a_best_damper_elsewhere_is_not_said_to_lie_at_an_end(values: list[list[float]]):
     assert ends(values) == {}

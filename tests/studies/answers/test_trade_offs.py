@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import xarray as xr
+from tests.studies.answers.test_verdict import made
 
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.flatness import LOSS
@@ -117,26 +117,9 @@ def test_flatness_ends_where_the_loss_is_exceeded(whole):
     )
 
 
-def _logarithmic():
-    """A plane of equal logarithmic steps, two to the doubling, and every value known."""
-    d, g = 2.0 ** np.arange(0, 4.5, 0.5), 0.1 * 2.0 ** np.arange(0, 4.5, 0.5)
-    r = np.array([0.9, 1.0, 1.1])
-    rng = np.random.default_rng(3)
-    shape = (1, 1, 1, d.size, g.size, r.size)
-    coordinates = {"damping_ratio": [0.0038], "restitution": [0.5], "mass_ratio": [0.1]}
-    coordinates |= {"clearance_ratio": d, "friction_ratio": g, "frequency_ratio": r}
-    variables = {
-        "amplitude_ratio": rng.uniform(1, 9, shape),
-        "amplitude_error": rng.uniform(0, 0.1, shape),
-        "response_class": np.full(shape, 3, np.int8),
-        "status": np.zeros(shape, np.int8),
-    }
-    return xr.Dataset({name: (DIMENSIONS, array) for name, array in variables.items()}, coordinates)
-
-
 def test_a_range_of_what_a_response_does_not_have():
     """No impact is an impact speed of 0; a multiplier that is not defined is in no range."""
-    cube = _logarithmic().isel(clearance_ratio=[0], friction_ratio=[0, 1, 2])
+    cube = made([1.0, 2.0, 3.0])
     missing = np.full(cube["status"].shape, 0.5)
     missing[..., 1, 1] = np.nan  # of the second design at one frequency
     every, others = cube["friction_ratio"].values, cube["friction_ratio"].values[[0, 2]]

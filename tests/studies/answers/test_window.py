@@ -44,7 +44,7 @@ def test_a_part_is_whole_where_it_is_small_and_says_nothing() -> None:
     assert part.attrs == {"note": "At r = 1.", "thinned": False}
 
 
-def test_thinning_is_said() -> None:
+def test_a_map_that_was_thinned_says_so() -> None:
     note = window(_map(11, 3), most=4).attrs["note"]
     assert note.startswith("At r = 1. 4 of 11 values of friction ratio γ_F are shown.")
     assert "clearance_ratio" not in note

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 from tests.oracles.transmissibility import absolute_amplitude
+from tests.oracles.tuned_mass import amplitude_ratio
 
 from damperlab.studies.design.absorber import DETUNED, Beside, tuned_beside
 from damperlab.studies.design.verdict import _without_damper
@@ -44,16 +45,9 @@ def asked(
 
 def receptance(beside: Beside, damping_ratio: float, r: np.ndarray, tuning: float, own: float) -> np.ndarray:
     """|x/z| with the absorber's tuning times a factor, on a structure whose natural frequency is times another."""
-    gamma, zeta, mass_ratio = (
-        tuning * beside.absorber.tuning / own,
-        beside.absorber.damping_ratio,
-        beside.absorber.mass_ratio,
-    )
-    lam = r / own
-    link = gamma**2 + 2j * zeta * gamma * lam
-    structure = 1.0 + 2j * damping_ratio * lam
-    below = structure - lam**2 - mass_ratio * lam**2 * link / (link - lam**2)
-    return np.asarray(np.abs(structure / below))
+    tuned = beside.absorber
+    tuning *= tuned.tuning / own
+    return amplitude_ratio(r / own, tuned.mass_ratio, tuning, tuned.damping_ratio, damping_ratio)
 
 
 @pytest.mark.parametrize(

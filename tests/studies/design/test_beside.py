@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.benchmarks.design import LIMIT, TOLERANCES, drawn, peaks
-from tests.studies.design.test_design import DAMPED, brute, pursued
+from tests.studies.design.test_design import DAMPED, pursued
+from tests.studies.documents import without
 
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.answer import answer_document
@@ -121,6 +122,7 @@ GIVEN: dict[str, Any] = DAMPED | {
     "friction_force_n": 30.0,
     "tolerances": {},
 }
+FRICTION_N = np.array([30.0])
 
 
 @pytest.fixture(scope="module")
@@ -135,13 +137,13 @@ def test_about_a_mass_that_is_given_lighter_and_heavier_ones_are_looked_at(given
     assert recommended == [False, False, True, False, False]
     for each in given.front:
         document = GIVEN | {"particle_mass_kg": each.mass_kg}
-        alone = brute(document, np.array([each.build.clearance_m]), np.array([30.0])).item()
+        alone = peaks(document, np.array([each.build.clearance_m]), FRICTION_N, 101).item()
         # of 101 frequencies none need be at the peak, which is as wide as ζ; what is stated is not exceeded
         assert 0.98 * each.score.value <= alone <= 1.02 * (each.score.value + each.score.error)
         # a step of a sixteenth of the range to either side, which was looked at, is no better
         ratio = 6.0 ** (1 / 16)
         beside = np.clip(each.build.clearance_m * np.array([1 / ratio, ratio]), 0.002, 0.012)
-        assert float(brute(document, beside, np.array([30.0])).min()) >= 0.98 * each.score.value
+        assert peaks(document, beside, FRICTION_N, 101).min() >= 0.98 * each.score.value
     assert all(each.build.friction_force_n == 30.0 for each in given.front)
     for each in given.front:
         beside = tuned_beside(given.asked, each.mass_kg / 40.0)
@@ -158,7 +160,7 @@ def test_masses_end_at_their_limit_and_lists_are_kept_to() -> None:
 
     assert masses(GIVEN | {"limits": {"particle_mass_kg": 7.0}}) == [1, 2, 4, 6, 7]
     assert masses(GIVEN | {"limits": {"particle_mass_kg": 4.0}}) == [1, 2, 4]
-    chosen = {key: value for key, value in GIVEN.items() if key != "particle_mass_kg"}
+    chosen = without(GIVEN, "particle_mass_kg")
     choose = GIVEN["choose"]
     assert masses(chosen | {"choose": choose | {"particle_mass_kg": [1.0, 3.0, 4.0]}}) == [1, 3, 4]
     ranged = {"choose": choose | {"particle_mass_kg": {"start": 2.0, "stop": 6.0}}}

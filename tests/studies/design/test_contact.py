@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.studies.design.test_design import DAMPED, pursued
+from tests.studies.documents import without
 
 from damperlab.studies.choices import DwellContact
 from damperlab.studies.definition import parse_study
@@ -34,7 +35,7 @@ RUBBER, STEEL = (0.0,), (1.0,)
 @pytest.fixture(scope="module")
 def damped() -> tuple[Found, list[Any]]:
     """Follow a search to its end; the studies that it took."""
-    document = {name: value for name, value in DAMPED.items() if name != "restitution"} | CHOSEN
+    document = without(DAMPED, "restitution") | CHOSEN
     found, cubes = pursued(document | {"clearance_m": 0.003, "friction_force_n": 40.0})
     return found, [parse_study(json.loads(cube.attrs["study"])) for cube in cubes.values()]
 

@@ -11,7 +11,6 @@ from tests.oracles import forced_friction
 from tests.studies.solving import solved
 
 from damperlab.studies.brief import lines_of
-from damperlab.studies.definition import parse_study
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.design import Ask, designing
 from damperlab.studies.design.found import Found
@@ -60,26 +59,6 @@ def pursued(document: dict[str, Any], budget: int = BUDGET) -> tuple[Found, dict
 @pytest.fixture(scope="module")
 def damped() -> tuple[Found, dict[str, xr.Dataset]]:
     return pursued(DAMPED)
-
-
-def brute(document: dict[str, Any], clearances_m: np.ndarray, forces_n: np.ndarray) -> xr.DataArray:
-    """Worst displacement [m] of every damper of a grid, at 101 frequencies of the band from 7 to 9 Hz."""
-    structure, scale = document["structure"], document["excitation"]["base_amplitude_m"]
-    stiffness = structure["mass_kg"] * (2 * np.pi * structure["natural_frequency_hz"]) ** 2
-    study = parse_study(
-        {
-            "damping_ratio": structure["damping_ratio"],
-            "axes": {
-                "clearance_ratio": (clearances_m / scale).tolist(),
-                "friction_ratio": (forces_n / (stiffness * scale)).tolist(),
-                "restitution": document["restitution"],
-                "mass_ratio": document["particle_mass_kg"] / structure["mass_kg"],
-                "frequency_ratio": {"start": 0.875, "stop": 1.125, "num": 101},
-            },
-            "metrics": ["amplitude_ratio"],
-        }
-    )
-    return scale * solved(study)["amplitude_ratio"].max("frequency_ratio")
 
 
 @pytest.mark.night

@@ -24,6 +24,11 @@ AT = Round(
 
 
 @pytest.fixture
+def shelf(tmp_path: Path) -> Shelf:
+    return Shelf(tmp_path)
+
+
+@pytest.fixture
 def asked() -> Specification:
     return read_specification("prototype")
 
@@ -34,8 +39,7 @@ def kept_design(shelf: Shelf, asked: Specification) -> Kept:
     return kept
 
 
-def test_a_design_is_queued_then_runs_then_is_done(tmp_path: Path, asked: Specification) -> None:
-    shelf = Shelf(tmp_path)
+def test_a_design_is_queued_then_runs_then_is_done(shelf: Shelf, asked: Specification) -> None:
     design_id = kept_design(shelf, asked).id
     assert (shelf.get(design_id).state, shelf.get(design_id).specification) == ("queued", asked.document)
     shelf.follow(design_id, AT)
@@ -48,8 +52,7 @@ def test_a_design_is_queued_then_runs_then_is_done(tmp_path: Path, asked: Specif
     assert shelf.report(design_id) == "<p>ü</p>".encode()
 
 
-def test_who_ends_a_design_first_has_ended_it(tmp_path: Path, asked: Specification) -> None:
-    shelf = Shelf(tmp_path)
+def test_who_ends_a_design_first_has_ended_it(shelf: Shelf, asked: Specification) -> None:
     design_id = kept_design(shelf, asked).id
     assert shelf.end(design_id, "cancelled")
     assert not shelf.finish(design_id, {}, "")
@@ -59,9 +62,8 @@ def test_who_ends_a_design_first_has_ended_it(tmp_path: Path, asked: Specificati
 
 
 def test_the_same_specification_is_one_design_whatever_it_is_called(
-    tmp_path: Path, asked: Specification
+    shelf: Shelf, asked: Specification
 ) -> None:
-    shelf = Shelf(tmp_path)
     first = kept_design(shelf, asked)
     other = parse_specification(asked.document | {"name": "another"})
     assert shelf.put(other, 1000) == (first, False)
@@ -71,10 +73,7 @@ def test_the_same_specification_is_one_design_whatever_it_is_called(
             shelf.find(reference)
 
 
-def test_a_name_that_is_the_start_of_another_designs_id_is_a_name(
-    tmp_path: Path, asked: Specification
-) -> None:
-    shelf = Shelf(tmp_path)
+def test_a_name_that_is_the_start_of_another_designs_id_is_a_name(shelf: Shelf, asked: Specification) -> None:
     first = kept_design(shelf, asked)
     other = asked.document | {"name": first.id[:5], "restitution": 0.4}
     named, new = shelf.put(parse_specification(other), 1000)
@@ -84,9 +83,8 @@ def test_a_name_that_is_the_start_of_another_designs_id_is_a_name(
 
 
 def test_a_deletion_that_was_cut_short_leaves_nothing_to_a_later_design(
-    tmp_path: Path, asked: Specification
+    shelf: Shelf, tmp_path: Path, asked: Specification
 ) -> None:
-    shelf = Shelf(tmp_path)
     design_id = kept_design(shelf, asked).id
     shelf.finish(design_id, {"words": ["old"]}, "old")
     # what a deletion does first
@@ -120,8 +118,7 @@ def test_so_many_designs_are_kept_in_all_and_of_each_owner(tmp_path: Path, asked
     assert len(shelf.ids()) == 3
 
 
-def test_a_design_comes_back_from_the_trash_as_it_was(tmp_path: Path, asked: Specification) -> None:
-    shelf = Shelf(tmp_path)
+def test_a_design_comes_back_from_the_trash_as_it_was(shelf: Shelf, asked: Specification) -> None:
     design_id = kept_design(shelf, asked).id
     with pytest.raises(DesignBusy):
         shelf.delete(shelf.get(design_id), trash=True)
@@ -140,8 +137,9 @@ def test_a_design_comes_back_from_the_trash_as_it_was(tmp_path: Path, asked: Spe
         shelf.undelete(design_id)
 
 
-def test_what_has_been_in_the_trash_for_a_week_is_gone(tmp_path: Path, asked: Specification) -> None:
-    shelf = Shelf(tmp_path)
+def test_what_has_been_in_the_trash_for_a_week_is_gone(
+    shelf: Shelf, tmp_path: Path, asked: Specification
+) -> None:
     design_id = kept_design(shelf, asked).id
     shelf.end(design_id, "cancelled")
     shelf.delete(shelf.get(design_id), trash=True)
@@ -173,9 +171,8 @@ def test_what_is_asked_for_again_is_restored_from_the_trash_with_its_answer(
 
 
 def test_a_design_has_another_name_and_its_specification_keeps_its_own(
-    tmp_path: Path, asked: Specification
+    shelf: Shelf, asked: Specification
 ) -> None:
-    shelf = Shelf(tmp_path)
     kept = kept_design(shelf, asked)
     shelf.rename(kept.id, "second draft")
     assert shelf.get(kept.id) == replace(kept, name="second draft")
@@ -185,9 +182,8 @@ def test_a_design_has_another_name_and_its_specification_keeps_its_own(
 
 
 @pytest.mark.parametrize("name", ["request.json", "end.json", "answer.json", "name.json"])
-def test_every_changed_byte_is_told(tmp_path: Path, asked: Specification, name: str) -> None:
+def test_every_changed_byte_is_told(shelf: Shelf, tmp_path: Path, asked: Specification, name: str) -> None:
     store = Store.open(tmp_path)
-    shelf = Shelf(tmp_path)
     design_id = kept_design(shelf, asked).id
     shelf.rename(design_id, "draft")
     shelf.finish(design_id, {"words": ["a"]}, "")

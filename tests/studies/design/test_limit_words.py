@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.studies.design.test_design import DAMPED, pursued
+from tests.studies.documents import without
 from tests.studies.solving import solved
 
 from damperlab.service.design_report import design_report
@@ -37,6 +38,12 @@ WANTED: dict[str, Any] = DAMPED | {
     "builds": 4,
 }
 """So light a particle that the more friction there is, the less it moves."""
+
+AT_RESONANCE = {
+    "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0},
+    "excitation": {"base_amplitude_m": 0.001, "frequency_hz": 8.0},
+}
+"""Of a structure without damping."""
 
 
 @pytest.fixture(scope="module")
@@ -118,16 +125,9 @@ def test_friction_below_pi_quarters_bounds_nothing_at_resonance(friction_ratio: 
     """An undamped structure: friction F takes 4FX a cycle, the base gives πkZX. Den Hartog (1931)."""
     assert (friction_ratio > math.pi / 4) == bounded
     stiffness = 40.0 * (2 * math.pi * 8.0) ** 2
-    asked = parse_specification(
-        {
-            "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0},
-            "excitation": {"base_amplitude_m": 0.001, "frequency_hz": 8.0},
-            "choose": {"clearance_m": {"start": 0.002, "stop": 0.012}},
-            "friction_force_n": friction_ratio * stiffness * 0.001,
-            "particle_mass_kg": 4.0,
-            "restitution": 0.5,
-        }
-    )
+    chosen = {"choose": {"clearance_m": DAMPED["choose"]["clearance_m"]}, "tolerances": {}}
+    force = {"friction_force_n": friction_ratio * stiffness * 0.001}
+    asked = parse_specification(DAMPED | AT_RESONANCE | chosen | force)
     book, build = Book(asked, 10), Build(1.0, asked.choices["friction_force_n"].start, 0.0, 0.0)
     amplitudes = amplitudes_of(asked, FEW)
     cubes = [solved(each) for each in book.studies([Wanted(build, amplitudes[0], (1.0,))])]
@@ -161,9 +161,7 @@ def test_damping_bounds_a_response_however_little_is_known_of_it() -> None:
 
 
 def test_a_damper_without_bound_is_no_number() -> None:
-    document = {key: value for key, value in DAMPED.items() if key not in ("tolerances", "choose")} | {
-        "structure": {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0},
-        "excitation": {"base_amplitude_m": 0.001, "frequency_hz": 8.0},
+    document = without(DAMPED | AT_RESONANCE, "tolerances", "choose") | {
         "clearance_m": 1.0,
         "particle_mass_kg": 0.0,
         "friction_force_n": 30.0,

@@ -56,17 +56,13 @@ def peaks_m(
 ) -> xr.DataArray:
     """Displacement [m] of the structure with dampers of a grid, under each record at each scale."""
     axes = {
-        **{
-            "scale": excitation.get("scales", 1.0),
-            "natural_frequency_hz": frequency_hz,
-            "damping_ratio": 0.02,
-        },
-        **{
-            "restitution": 0.5,
-            "particle_mass_kg": 4.0,
-            "clearance_m": clearance_m,
-            "friction_force_n": force_n,
-        },
+        "scale": excitation.get("scales", 1.0),
+        "natural_frequency_hz": frequency_hz,
+        "damping_ratio": 0.02,
+        "restitution": 0.5,
+        "particle_mass_kg": 4.0,
+        "clearance_m": clearance_m,
+        "friction_force_n": force_n,
     }
     study = {"records": excitation["records"], "mass_kg": 40.0, "axes": axes, "metrics": [variable]}
     return solved(parse_study(study))[variable]

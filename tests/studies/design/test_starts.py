@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 from tests.studies.design.test_design import BUDGET, DAMPED, pursued
+from tests.studies.documents import without
 
 from damperlab.studies.design.design import designing
 from damperlab.studies.design.found import Found
@@ -60,8 +61,7 @@ def test_every_study_of_a_search_computes_the_response_that_counts(judge: str) -
 @pytest.mark.night
 def test_no_start_leads_beyond_the_worst_response_where_that_counts(light: Found) -> None:
     given = {"clearance_m": light.build.clearance_m, "builds": 0}
-    asked = {key: value for key, value in LIGHT.items() if key != "choose"} | given
-    worst, _ = pursued(asked | {"judge": "worst"})
+    worst, _ = pursued(without(LIGHT, "choose") | given | {"judge": "worst"})
     assert worst.starts is not None
     assert worst.starts.beyond == 0
     assert worst.nominal.value >= light.nominal.value

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from tests.studies.design.test_design import DAMPED, pursued
+from tests.studies.documents import without
 from tests.studies.solving import solved
 
 from damperlab.service.design_report import design_report
@@ -209,7 +210,7 @@ def test_an_acceleration_is_asked_for_where_it_is_judged_and_told_in_its_unit() 
     for cube in cubes.values():
         metrics = set(json.loads(cube.attrs["study"])["metrics"])
         assert {"acceleration_ratio", "acceleration_ratio_rms"} <= metrics
-    plain = {key: value for key, value in FLOOR.items() if key not in ("measure", "limits")}
+    plain = without(FLOOR, "measure", "limits")
     for limits, count in (({}, 0), ({"acceleration_m_per_s2": 9.0}, 1)):
         variables = Book(parse_specification(plain | {"limits": limits}), 10).variables
         assert sum("acceleration" in name for name in variables) == count

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.studies.documents import faults_of, fields_of, without
 from tests.studies.fit.estimates import BENCH as PROTOTYPE
 
 from damperlab.studies.faults import StudyFaults
@@ -78,8 +79,7 @@ def test_a_range_of_a_decade_is_searched_in_its_logarithm() -> None:
         ({"axes": {"restitution": 0.5}}, {"damping_ratio": None},
          "`friction_ratio` is neither given nor estimated nor a column of the table"),
         ({**PROTOTYPE, "axes": {"restitution": 3}}, {"damping_ratio": None}, "`restitution` must be"),
-        ({**PROTOTYPE, "axes": {"speed": 3}}, {"damping_ratio": None}, "`speed` is not a known value of a "
-                                                                       "prototype"),
+        ({**PROTOTYPE, "axes": {"speed": 3}}, {"damping_ratio": None}, "`speed` is not a known value of a prototype"),
         ({**PROTOTYPE, "contact": {"model": "soft"}}, {"damping_ratio": None}, "contact.model"),
         ({**PROTOTYPE, "solver": {"method": "rk4"}}, {"damping_ratio": None}, "A fit needs the event solver"),
         ({**PROTOTYPE, "particle": False}, {"restitution": None}, "in a scene without a particle"),
@@ -110,9 +110,9 @@ def test_what_is_given_twice_is_refused(known: dict[str, float], fit: dict[str, 
 
 
 def test_confidence_and_deviation_have_bounds() -> None:
-    with pytest.raises(StudyFaults) as caught:
-        make_question(parse_measurement(TABLE), PROTOTYPE, {"restitution": None}, share=0.0, confidence=95.0)
-    assert [fault.field for fault in caught.value.faults] == ["confidence", "deviation"]
+    measured, settings = parse_measurement(TABLE), {"share": 0.0, "confidence": 95.0}
+    fields = fields_of(make_question, measured, PROTOTYPE, {"restitution": None}, **settings)
+    assert fields == ["confidence", "deviation"]
 
 
 DECAY = History("decay", 0.01, 0.02 * np.cos(2 * np.pi * 2.5 * 0.01 * np.arange(400)))
@@ -124,12 +124,9 @@ KNOWN: dict[str, Any] = {
 
 
 def history_without(name: str) -> dict[str, Any]:
+    parts = without(KNOWN, name)
     return {
-        part: {key: value for key, value in inside.items() if key != name}
-        if isinstance(inside, dict)
-        else inside
-        for part, inside in KNOWN.items()
-        if part != name
+        part: without(inside, name) if isinstance(inside, dict) else inside for part, inside in parts.items()
     }
 
 
@@ -168,17 +165,14 @@ def test_an_axis_is_a_range_and_an_option_replaces_a_ratio_or_what_makes_it() ->
             {"restitution": None, "particle_friction_coefficient": None},
             "cannot be combined with a contact that takes time",
         ),
-        (KNOWN | {"start": {"kind": "continuation", "direction": "up"}}, {"restitution": None}, "does not "
-                                                                                                "apply to a "
-                                                                                                "time"),
+        (KNOWN | {"start": {"kind": "continuation", "direction": "up"}}, {"restitution": None}, "does not apply to a time"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_asked_of_a_history_is_refused_in_a_sentence(
     structure: dict[str, Any], fit: dict[str, Any], said: str
 ) -> None:
-    with pytest.raises(StudyFaults) as refused:
-        make_history_question(DECAY, structure, fit)
-    assert said in " ".join(fault.sentence for fault in refused.value.faults)
+    faults = faults_of(make_history_question, DECAY, structure, fit)
+    assert said in " ".join(fault.sentence for fault in faults)
 
 
 @pytest.mark.parametrize("force", [0.02, 0.05, 0.3])
@@ -205,6 +199,5 @@ def test_a_decay_shows_where_its_frequency_and_its_friction_lie(force: float, no
     ],
 )
 def test_a_history_that_is_too_short_or_too_coarse_is_refused(step: float, rows: int, said: str) -> None:
-    with pytest.raises(StudyFaults) as refused:
-        make_history_question(History("short", step, np.full(rows, 0.02)), KNOWN, {"restitution": None})
-    assert said in refused.value.faults[0].sentence
+    history = History("short", step, np.full(rows, 0.02))
+    assert said in faults_of(make_history_question, history, KNOWN, {"restitution": None})[0].sentence

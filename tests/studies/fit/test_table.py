@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.studies.documents import faults_of, fields_of
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.document import parse_table, read_table
@@ -62,18 +63,14 @@ def test_a_last_line_without_its_condition_is_not_cut_off() -> None:
 @pytest.mark.parametrize("separator", [";", "\t"])
 def test_decimal_commas_are_told_once(heading: str, separator: str) -> None:
     rows = [f"{9 + row / 10:.3f};{2 + row / 100:.3f}".replace(".", ",") for row in range(50)]
-    with pytest.raises(StudyFaults) as caught:
-        parse_table("\n".join([heading, *rows]).replace(";", separator))
-    (fault,) = caught.value.faults
+    (fault,) = faults_of(parse_table, "\n".join([heading, *rows]).replace(";", separator))
     assert fault.field == "line 2"
     assert 'a number with a decimal comma, or with a comma between thousands: "9,000".' in fault.sentence
     assert "write decimal points" in fault.advice
 
 
 def test_lines_that_are_all_cut_alike_are_told_once() -> None:
-    with pytest.raises(StudyFaults) as caught:
-        parse_table("frequency (Hz),amplitude (mm)\n" + "9,000,0,100\n" * 50)
-    (fault,) = caught.value.faults
+    (fault,) = faults_of(parse_table, "frequency (Hz),amplitude (mm)\n" + "9,000,0,100\n" * 50)
     assert (
         "Each of the 50 lines after the heading has 4 cells, but the heading names 2 columns."
         in fault.sentence
@@ -89,9 +86,7 @@ def test_nobody_is_told_to_remove_the_measurement(heading: str) -> None:
 
 
 def test_every_fault_is_told_together() -> None:
-    with pytest.raises(StudyFaults) as caught:
-        parse_measurement("r, X/Z\n1, x\n2, 3, 4\n0, 1\n")
-    assert [fault.field for fault in caught.value.faults] == [
+    assert fields_of(parse_measurement, "r, X/Z\n1, x\n2, 3, 4\n0, 1\n") == [
         "line 2.amplitude_ratio",
         "line 3",
         "line 4.frequency_ratio",
@@ -112,16 +107,13 @@ def test_a_file_that_is_not_there_and_a_long_one_are_refused(tmp_path: Path) -> 
     ["frequency (Hz), Acceleration amplitude (g)", "time (s), absolute_acceleration (m/s2), x (mm)"],
 )
 def test_an_acceleration_of_the_structure_is_refused_with_what_to_do(heading: str) -> None:
-    with pytest.raises(StudyFaults) as refused:
-        parse_table(f"{heading}\n2.5, 12, 1\n")
-    (fault,) = refused.value.faults
+    (fault,) = faults_of(parse_table, f"{heading}\n2.5, 12, 1\n")
     assert "displacement" in fault.advice
 
 
 def test_columns_are_counted_before_their_names_are_compared() -> None:
-    with pytest.raises(StudyFaults) as caught:
-        parse_table("," * 30_000)
-    assert [fault.allowed for fault in caught.value.faults] == [f"at most {MOST_COLUMNS} columns"]
+    (fault,) = faults_of(parse_table, "," * 30_000)
+    assert fault.allowed == f"at most {MOST_COLUMNS} columns"
 
 
 def table(heading: str, rows: int = 30, line: str = "{t:.3f}, {x:.4f}", **more: float) -> str:

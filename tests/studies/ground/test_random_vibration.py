@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.signal import welch
+from tests.studies.documents import faults_of, fields_of, without
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.generated import GENERATED
@@ -56,7 +57,7 @@ def test_the_power_is_the_integral_of_the_table(vibration: RandomVibration) -> N
 
 def test_levels_in_g_are_those_in_units() -> None:
     units = [STANDARD_GRAVITY**2 * each for each in TRUCK["psd_g2_per_hz"]]
-    other = {key: value for key, value in TRUCK.items() if key != "psd_g2_per_hz"} | {"psd_m2_per_s3": units}
+    other = without(TRUCK, "psd_g2_per_hz") | {"psd_m2_per_s3": units}
     assert random_vibration_of(other) == random_vibration_of(TRUCK)
 
 
@@ -165,19 +166,13 @@ def test_seeds_are_as_many_records() -> None:
     ],
 )
 def test_every_fault_is_said_at_once_where_it_stands(change: dict[str, Any], fields: list[str]) -> None:
-    with pytest.raises(StudyFaults) as caught:
-        read_sources({"random_vibration": TRUCK | change}, Shelf.none())
-    assert [fault.field for fault in caught.value.faults] == [f"random_vibration.{field}" for field in fields]
-    assert all(fault.found and fault.allowed and fault.advice for fault in caught.value.faults)
+    faults = faults_of(read_sources, {"random_vibration": TRUCK | change}, Shelf.none())
+    assert [fault.field for fault in faults] == [f"random_vibration.{field}" for field in fields]
+    assert all(fault.found and fault.allowed and fault.advice for fault in faults)
 
 
 def test_what_is_missing_is_said() -> None:
-    with pytest.raises(StudyFaults) as caught:
-        random_vibration_of({})
-    assert {fault.field.rpartition(".")[2] for fault in caught.value.faults} == {
-        "duration_s",
-        "random_vibration",
-        "frequency_hz",
-    }
+    missing = {field.rpartition(".")[2] for field in fields_of(random_vibration_of, {})}
+    assert missing == {"duration_s", "random_vibration", "frequency_hz"}
     with pytest.raises(StudyFaults, match="must be a mapping"):
         random_vibration_of([])

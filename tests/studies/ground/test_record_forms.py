@@ -4,6 +4,7 @@ import gzip
 
 import numpy as np
 import pytest
+from tests.studies.documents import faults_of
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.files import Layout, read_record
@@ -277,9 +278,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
 @pytest.mark.parametrize("form", BROKEN)
 def test_what_cannot_be_read_is_refused_with_its_reason_and_a_remedy(form: str) -> None:
     text, units, field, reason, remedy = BROKEN[form]
-    with pytest.raises(StudyFaults) as caught:
-        read_record(text, layout_of(text), units=units)
-    (fault,) = caught.value.faults
+    (fault,) = faults_of(read_record, text, layout_of(text), units=units)
     assert fault.field == field
     assert reason in fault.sentence
     assert remedy in fault.advice

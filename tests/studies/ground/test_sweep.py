@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.studies.documents import without
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.generated import GENERATED
@@ -20,8 +21,8 @@ UP: dict[str, Any] = {"start_hz": 6, "stop_hz": 10, "rate_hz_per_s": 0.5, "base_
 DOWN = UP | {"start_hz": 10, "stop_hz": 6}
 OCTAVES = {"start_hz": 6, "stop_hz": 12, "rate_octaves_per_minute": 10, "base_velocity_m_per_s": 0.05}
 ACCELERATED = {"start_hz": 12, "stop_hz": 3, "rate_octaves_per_minute": 20, "base_acceleration_m_per_s2": 2}
-SWEEPS = [UP, DOWN, OCTAVES, ACCELERATED, UP | {"base_velocity_m_per_s": 0.05, "base_amplitude_m": None}]
-SWEEPS = [{key: value for key, value in each.items() if value is not None} for each in SWEEPS]
+BY_VELOCITY = without(UP, "base_amplitude_m") | {"base_velocity_m_per_s": 0.05}
+SWEEPS = [UP, DOWN, OCTAVES, ACCELERATED, BY_VELOCITY]
 
 
 @pytest.mark.parametrize("document", SWEEPS)
@@ -93,28 +94,23 @@ def test_the_phase_is_the_integral_of_the_frequency(document: dict[str, Any]) ->
 
 
 def test_a_duration_is_a_rate() -> None:
-    lasting = {key: value for key, value in UP.items() if key != "rate_hz_per_s"} | {"duration_s": 8.0}
+    lasting = without(UP, "rate_hz_per_s") | {"duration_s": 8.0}
     assert sweep_of(lasting) == sweep_of(UP)
     assert sweep_of(OCTAVES).duration_s == 6.0
     assert GENERATED["sweep"](lasting).digest == GENERATED["sweep"](UP).digest
-
-
-def without(key: str, **more: Any) -> dict[str, Any]:
-    """The run-up without a key, and with others."""
-    return {name: value for name, value in UP.items() if name != key} | more
 
 
 @pytest.mark.parametrize(
     ("document", "field", "words"),
     [
         ([], "sweep", "must be a mapping"),
-        (without("start_hz"), "sweep.start_hz", "missing"),
+        (without(UP, "start_hz"), "sweep.start_hz", "missing"),
         (UP | {"start_hz": 0}, "sweep.start_hz", "0.02 to 1000"),
         (UP | {"stop_hz": 6}, "sweep.stop_hz", "the two must differ"),
         (UP | {"stop": 10}, "sweep.stop", "not a known key"),
-        (without("rate_hz_per_s"), "sweep", "how fast the frequency changes"),
+        (without(UP, "rate_hz_per_s"), "sweep", "how fast the frequency changes"),
         (UP | {"duration_s": 8}, "sweep.duration_s", "`sweep.rate_hz_per_s` both say how fast"),
-        (without("base_amplitude_m"), "sweep", "how far the base moves"),
+        (without(UP, "base_amplitude_m"), "sweep", "how far the base moves"),
         (UP | {"base_velocity_m_per_s": 1}, "sweep.base_velocity_m_per_s", "both say how far the base moves"),
         (UP | {"ramp_cycles": 1}, "sweep.ramp_cycles", "4 to 1000"),
         (UP | {"rate_hz_per_s": 5}, "sweep.rate_hz_per_s", "takes 1.067 s to rise and fall"),
@@ -130,7 +126,7 @@ def test_what_is_no_sweep_is_refused_where_it_stands(document: object, field: st
 
 
 def test_the_longest_sweep_has_as_many_samples_as_a_record_may_have() -> None:
-    longest = without("rate_hz_per_s", duration_s=(MOST_SAMPLES - 1) / 720)
+    longest = without(UP, "rate_hz_per_s") | {"duration_s": (MOST_SAMPLES - 1) / 720}
     assert sweep_of(longest).samples == MOST_SAMPLES
     with pytest.raises(StudyFaults, match="Sweep faster"):
         sweep_of(longest | {"duration_s": longest["duration_s"] + 0.001})

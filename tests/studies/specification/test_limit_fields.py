@@ -3,7 +3,8 @@
 from typing import Any
 
 import pytest
-from tests.studies.specification.test_specification import PROTOTYPE, changed, faults_of
+from tests.studies.documents import without
+from tests.studies.specification.test_specification import PROTOTYPE, RATIOS, changed, faults_of
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.specification.reading import parse_specification, read_specification
@@ -60,16 +61,6 @@ def test_contradictory_limits_are_named_beside_a_fault_of_the_excitation(excitat
     assert {"limits.cavity_length_m", "tolerances.particle_mass_kg", "contact_time_s"} <= found.keys()
 
 
-RATIOS: dict[str, Any] = {
-    "structure": {"damping_ratio": 0.0038},
-    "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
-    "choose": {
-        "clearance_ratio": {"start": 1.0, "stop": 20.0},
-        "friction_ratio": {"start": 0.0, "stop": 0.8},
-    },
-    "mass_ratio": 0.1,
-    "restitution": 0.47,
-}
 OF_RESULTS = {
     "displacement_ratio": 5.0,
     "relative_displacement_ratio": 4.0,
@@ -116,9 +107,9 @@ def test_a_ratio_of_the_damper_that_no_value_keeps_is_refused_in_ratios() -> Non
 def test_a_limit_of_nothing_excludes_every_particle_and_every_friction_that_begins_above_it(
     given: Any,
 ) -> None:
-    place = {"choose": GIVEN["choose"] | {"particle_mass_kg": given}} if isinstance(given, dict) else {}
-    document = {key: value for key, value in GIVEN.items() if key != "particle_mass_kg"}
-    document |= place or {"particle_mass_kg": given}
+    chosen = {"choose": GIVEN["choose"] | {"particle_mass_kg": given}}
+    place = chosen if isinstance(given, dict) else {"particle_mass_kg": given}
+    document = without(GIVEN, "particle_mass_kg") | place
     told = faults_of(document | {"limits": {"particle_mass_kg": 0, "friction_force_n": 0}})
     assert "excludes every allowed particle_mass_kg" in told["limits.particle_mass_kg"]
     assert "at least 0.33" in told["limits.friction_force_n"]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.studies.documents import told_of, without
 
 from damperlab.studies.design.spelling import transients, under_records
 from damperlab.studies.faults import StudyFaults
@@ -36,6 +37,16 @@ PROTOTYPE: dict[str, Any] = {
     "confidence": 0.9,
     "budget_minutes": 8,
 }
+RATIOS: dict[str, Any] = {
+    "structure": {"damping_ratio": 0.0038},
+    "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
+    "choose": {
+        "clearance_ratio": {"start": 1.0, "stop": 20.0},
+        "friction_ratio": {"start": 0.0, "stop": 0.8},
+    },
+    "mass_ratio": 0.1,
+    "restitution": 0.47,
+}
 
 
 def changed(path: str, value: object) -> dict[str, Any]:
@@ -49,9 +60,7 @@ def changed(path: str, value: object) -> dict[str, Any]:
 
 
 def faults_of(document: object) -> dict[str, str]:
-    with pytest.raises(StudyFaults) as caught:
-        parse_specification(document)
-    return {fault.field: str(fault) for fault in caught.value.faults}
+    return told_of(parse_specification, document)
 
 
 def test_a_band_in_hertz_is_one_of_frequency_ratios() -> None:
@@ -63,27 +72,15 @@ def test_a_band_in_hertz_is_one_of_frequency_ratios() -> None:
 
 def test_ratios_say_the_same_as_units() -> None:
     asked = parse_specification(PROTOTYPE | {"limits": {}})
-    ratios = parse_specification(
-        {
-            "structure": {"damping_ratio": 0.0038},
-            "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.25}},
-            "choose": {
-                "clearance_ratio": {"start": 1.0, "stop": 20.0},
-                "friction_ratio": {
-                    "start": 0,
-                    "stop": 0.42 / (asked.structure.stiffness_n_per_m * 0.0015),
-                },
-            },
-            "mass_ratio": 0.1,
-            "restitution": 0.47,
-        }
-    )
+    force_n = asked.structure.stiffness_n_per_m * 0.0015
+    choose = RATIOS["choose"] | {"friction_ratio": {"start": 0.0, "stop": 0.42 / force_n}}
+    ratios = parse_specification(RATIOS | {"choose": choose})
     assert not ratios.in_units
     # with k = 1 N/m and Z = 1 m a ratio is its quantity
     assert ratios.structure.stiffness_n_per_m == pytest.approx(1.0, rel=1e-15)
     for name, scale in (
         ("clearance_m", 0.0015),
-        ("friction_force_n", asked.structure.stiffness_n_per_m * 0.0015),
+        ("friction_force_n", force_n),
         ("particle_mass_kg", 1.605),
         ("restitution", 1.0),
     ):
@@ -106,13 +103,14 @@ def test_a_cavity_limit_cuts_the_clearance_with_its_tolerance_at_half_of_it() ->
     assert asked.bounds == {"clearance_m": "limits.cavity_length_m"}
 
 
+def choice_of(*materials: dict[str, Any]) -> Choice:
+    """Read a specification that chooses among materials; give the choice."""
+    document = without(changed("choose.restitution", list(materials)), "restitution")
+    return parse_specification(document).choices["restitution"]
+
+
 def test_materials_are_named_and_sorted_by_their_restitution() -> None:
-    document = changed(
-        "choose.restitution",
-        [{"name": "steel", "restitution": 0.8}, {"name": "rubber", "restitution": 0.3}],
-    )
-    del document["restitution"]
-    choice = parse_specification(document).choices["restitution"]
+    choice = choice_of({"name": "steel", "restitution": 0.8}, {"name": "rubber", "restitution": 0.3})
     assert choice == Choice(0.3, 0.8, (0.3, 0.8), ("rubber", "steel"))
 
 
@@ -174,8 +172,7 @@ def test_what_a_design_does_not_know_is_refused_with_its_reason(
 
 @pytest.mark.parametrize("key", ["structure", "excitation", "choose", "restitution", "particle_mass_kg"])
 def test_what_is_missing_is_named(key: str) -> None:
-    document = {name: value for name, value in PROTOTYPE.items() if name != key}
-    assert key in faults_of(document)
+    assert key in faults_of(without(PROTOTYPE, key))
 
 
 @pytest.mark.parametrize("document", [None, [], 3, "text", {}, {"structure": 3, "excitation": []}])
@@ -238,8 +235,7 @@ def test_several_excitations_are_read_with_their_names_and_ratios_are_over_the_l
     assert asked.largest_m > 0.001
 
 
-SHAKEN = {key: value for key, value in PROTOTYPE.items() if key not in ("limits", "measure")} | {
-    "structure": {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "damping_ratio": 0.0038},
+SHAKEN = without(PROTOTYPE, "limits", "measure") | {
     "excitation": {"records": ["el-centro", "loma-prieta-090"], "scales": [1, 0.5], "tail_s": 5},
 }
 
@@ -430,12 +426,6 @@ def test_what_holds_over_bands_alone_and_where_responses_begin() -> None:
 
 UNSCALED = {"structure": {"damping_ratio": 0.01}}
 BAND = {"frequency_ratio": {"start": 0.9, "stop": 1.1}}
-IN_RATIOS = {
-    "structure": {"damping_ratio": 0.0038},
-    "excitation": BAND,
-    "choose": {"clearance_ratio": {"start": 1.0, "stop": 20.0}},
-    **{"friction_ratio": 0.3, "mass_ratio": 0.1, "restitution": 0.47},
-}
 LONG = [0.003, {"clearance_m": 0.004, "contact_time_s": 0.1}]
 
 
@@ -475,14 +465,12 @@ def test_what_does_not_go_together_is_named(document: dict[str, Any], fields: st
 
 
 def test_a_contact_time_is_in_seconds_where_everything_else_is_in_ratios() -> None:
-    parse_specification(IN_RATIOS)
-    assert "contact_time_s" in faults_of(IN_RATIOS | {"contact_time_s": 0.004})
+    parse_specification(RATIOS)
+    assert "contact_time_s" in faults_of(RATIOS | {"contact_time_s": 0.004})
 
 
 def test_materials_have_contact_times() -> None:
-    document = changed("choose.restitution", [{"name": "steel", "restitution": 0.8}, RUBBER])
-    del document["restitution"]
-    choice = parse_specification(document).choices["restitution"]
+    choice = choice_of({"name": "steel", "restitution": 0.8}, RUBBER)
     assert choice.contact_times_s == (0.004, 0.0)
     assert [choice.contact_time_s(share) for share in (0.0, 1.0)] == [0.004, 0.0]
     # one for all of a range
@@ -493,9 +481,7 @@ def test_materials_have_contact_times() -> None:
 
 def test_materials_may_differ_by_their_contact_time_alone() -> None:
     hard = {"name": "hard rubber", "restitution": 0.3, "contact_time_s": 0.002}
-    document = changed("choose.restitution", [RUBBER, hard])
-    del document["restitution"]
-    choice = parse_specification(document).choices["restitution"]
+    choice = choice_of(RUBBER, hard)
     assert (choice.values, choice.free) == ((0.3, 0.3), True)
     assert [choice.contact_time_s(share) for share in (0.0, 1.0)] == [0.002, 0.004]
     assert [choice.called(0.3, each) for each in (0.002, 0.004, 0.0)] == ["hard rubber", "rubber", ""]
@@ -505,11 +491,8 @@ def test_materials_may_differ_by_their_contact_time_alone() -> None:
 
 @pytest.mark.parametrize("choose", [{}, None])
 def test_a_damper_may_be_given_whole(choose: dict[str, Any] | None) -> None:
-    document = {key: value for key, value in PROTOTYPE.items() if key != "choose"}
-    document |= {"clearance_m": 0.006, "friction_force_n": 0.2} | (
-        {} if choose is None else {"choose": choose}
-    )
-    assert parse_specification(document).free == ()
+    document = without(PROTOTYPE, "choose") | {"clearance_m": 0.006, "friction_force_n": 0.2}
+    assert parse_specification(document if choose is None else document | {"choose": choose}).free == ()
 
 
 def test_a_list_of_one_value_is_told_to_have_another() -> None:
@@ -519,7 +502,7 @@ def test_a_list_of_one_value_is_told_to_have_another() -> None:
 
 
 def test_a_key_without_a_value_is_left_out() -> None:
-    empty = PROTOTYPE | {"limits": None, "tolerances": None, "name": None}
-    without = {key: value for key, value in PROTOTYPE.items() if key not in empty or empty[key] is not None}
-    assert parse_specification(empty).digest == parse_specification(without).digest
+    keys = ("limits", "tolerances", "name")
+    empty = PROTOTYPE | dict.fromkeys(keys)
+    assert parse_specification(empty).digest == parse_specification(without(PROTOTYPE, *keys)).digest
     assert "structure" in faults_of(PROTOTYPE | {"structure": None})

@@ -7,27 +7,28 @@ import numpy as np
 import pytest
 from tests.oracles import compliant_wall, dwelling
 from tests.oracles.impact_pair import two_impacts_per_cycle
-from tests.worker.designs_drawn import Point, drawn_points, with_contact
+from tests.worker.designs_drawn import drawn_points, solved, with_contact
+from tests.worker.forms import night
 from tests.worker.plain_march import plain_end, plain_means
 
 from damperlab.studies.variables import ResponseClass
-from damperlab.worker.solver.events import ARRIVED, BUDGET, TURN
-from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.accuracy.steady_answers import Point
 from damperlab.worker.solver.particle import Particle
-from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.solver.transition_log import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
-from damperlab.worker.steady.orbits.newton import march_with_jacobian
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.section.coordinates import coordinates, state_at
 
 LASTING = ("dwell", "compliant")
-MODELS = ["instant", *(pytest.param(model, marks=pytest.mark.night) for model in LASTING)]
+MODELS = ["instant", *map(night, LASTING)]
 DRAWN = 24
 PLAIN_CYCLES = 4000
 EXACT = 1e-8
 SLOW = 0.96  # a period: 25 cycles or more for a factor of e
 CHAOTIC = Point(0.0038, 1.0, 0.6, Particle(5.0, 0.47, 0.1))
+
+
+def of_model(point: Point, model: str, contact_time: float) -> Point:
+    return point._replace(particle=with_contact(point.particle, model, contact_time))
 
 
 @lru_cache
@@ -36,8 +37,8 @@ def periodic(model: str) -> list[tuple[Point, Response, State]]:
     found = []
     contact_times = np.geomspace(0.003, 0.3, 5)
     for i, point in enumerate(islice(drawn_points(77, damping=(0.0038,)), DRAWN)):
-        point = with_contact(point, model, float(contact_times[i % 5]))
-        response, end = point.solve()
+        point = of_model(point, model, float(contact_times[i % 5]))
+        response, end = solved(point)
         if response.period > 0 and response.response_class != ResponseClass.LOCKED:
             found.append((point, response, end))
     return found
@@ -104,47 +105,13 @@ def test_multipliers_are_those_of_the_two_impact_motion() -> None:
         mass, zeta = float(random.uniform(0.05, 0.3)), float(random.choice((0.0038, 0.02)))
         motions = two_impacts_per_cycle(zeta, r, clearance, restitution, mass)
         point = Point(zeta, r, None, Particle(clearance, restitution, mass))
-        found, _ = point.solve()
+        found, _ = solved(point)
         if found.response_class != ResponseClass.SYMMETRIC or found.impacts_per_cycle != 2.0:
             continue
         truth = min(motions, key=lambda motion: abs(motion.amplitude_ratio - found.amplitude_ratio))
         assert found.amplitude_ratio == pytest.approx(truth.amplitude_ratio, rel=0.0, abs=EXACT)
         assert found.floquet_multiplier == pytest.approx(truth.floquet_multiplier, rel=0.0, abs=1e-5)
         compared += 1
-
-
-def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_it() -> None:
-    """Of half a cycle, by central differences: step 1e-6, so its square; a held mass has no w to vary."""
-    point = Point(0.02, 0.8, 0.5, Particle(1.0, 0.1, 1.0))
-    scene = make_scene(*point, True)
-    particle = scene.particle
-    scene.counts[BUDGET] = 100_000
-    state = point.rest()
-    log = empty_transitions(1000)
-    for _ in range(40):
-        log.cursor[0] = 0
-        state, outcome = half_cycle(state, scene, None, log)
-        assert outcome == ARRIVED
-    log = empty_transitions(1000)
-    jacobian = np.zeros((4, 4))
-    march_with_jacobian(state, 1, scene, log, jacobian)
-    rows = log.rows.reshape(-1, WIDTH)[: log.cursor[0]]
-    let_go = (rows[:, BEFORE + RIDING] > 0.0) & (rows[:, AFTER + RIDING] == 0.0)
-    assert (let_go & (rows[:, EVENT] == TURN)).any()
-    here, there = np.zeros(4), np.zeros(4)
-    coordinates(state, particle, here)
-    for j in (0, 2, 3):
-        truth = np.zeros(4)
-        for sign in (1.0, -1.0):
-            moved = here.copy()
-            moved[j] += sign * 1e-6
-            start, possible = state_at(moved, state, particle)
-            assert possible
-            log.cursor[0] = 0
-            end, _ = half_cycle(start, scene, None, log)
-            coordinates(end, particle, there)
-            truth += sign * there / 2e-6
-        assert jacobian[:, j] == pytest.approx(truth, rel=0.0, abs=1e-6)
 
 
 def oracle_end(point: Point, start: np.ndarray, cycles: int) -> np.ndarray:
@@ -173,8 +140,8 @@ def test_orbits_and_multipliers_are_those_of_an_independent_march(
     model: str, instant: Point, contact_time: float
 ) -> None:
     """Central differences, step 1e-4: its square, and the oracle's 1e-12 over the step, are 1e-8."""
-    point = with_contact(instant, model, contact_time)
-    response, end = point.solve()
+    point = of_model(instant, model, contact_time)
+    response, end = solved(point)
     assert response.period == 1
     assert response.impacts_per_cycle >= 2.0
     assert end.riding == 0.0
@@ -195,8 +162,8 @@ def test_chaos_is_told_from_its_neighbours(model: str) -> None:
     Chaotic motions that have parted pass each other now and then, so one instant tells little: of three the largest counts.
     """
     for instant, expected in ((CHAOTIC, ResponseClass.CHAOTIC), (ORBITS[0][0], ResponseClass.SYMMETRIC)):
-        point = with_contact(instant, model, 0.1)
-        response, end = point.solve()
+        point = of_model(instant, model, 0.1)
+        response, end = solved(point)
         assert response.response_class == expected
         beside = end._replace(v=end.v + 1e-9)
         apart = []

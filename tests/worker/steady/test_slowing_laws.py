@@ -4,12 +4,11 @@ from math import inf
 
 import numpy as np
 import pytest
-from tests.worker.forms import both, in_form
+from tests.worker.designs_drawn import with_contact
+from tests.worker.forms import both, in_form, night
 
-from damperlab.studies.choices import CompliantContact
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
-from damperlab.worker.kernel_arguments import wall_of
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
@@ -41,40 +40,22 @@ def allowed(amplitude: float) -> float:
     return SETTINGS.tolerance * max(amplitude, 0.01)
 
 
-def particle_of(
-    kind: str, clearance: float, restitution: float, mass_ratio: float, contact_time: float = 0.3
-) -> Particle:
-    if kind == "given time":
-        return Particle(clearance, restitution, mass_ratio, contact_time)
-    if kind == "compliant":
-        contact = CompliantContact(model="compliant", contact_time=contact_time)
-        return Particle(clearance, restitution, mass_ratio, None, wall_of(contact, restitution, mass_ratio))
-    return Particle(clearance, restitution, mass_ratio)
-
-
 @pytest.mark.parametrize(
-    ("kind", "points"),
-    [
-        ("instantaneous", 4),
-        *(
-            pytest.param(kind, 25, marks=pytest.mark.night)
-            for kind in ("instantaneous", "given time", "compliant")
-        ),
-    ],
+    ("model", "points"), [("instant", 4), *(night(model, 25) for model in ("instant", "dwell", "compliant"))]
 )
-def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str, points: int) -> None:
+def test_a_mass_ends_as_near_to_its_limit_as_is_said(model: str, points: int) -> None:
     """By a march from the same start, four times as long as any run; what still creeps then goes on to the edge."""
     random = np.random.default_rng(5)
     told = 0
     for _ in range(points):
         damping, r = random.uniform(0.002, 0.3), float(np.exp(random.uniform(np.log(0.3), np.log(3.0))))
         friction = float(random.choice([1.0, 1.002, 1.02, 1.2, 1.5, 3.0]))
-        particle = particle_of(
-            kind,
+        particle = Particle(
             10.0 ** random.uniform(-1.5, 1.0),
             float(random.choice([0.1, 0.3, 0.6, 0.9])),
             float(random.choice([0.02, 0.1, 0.3])),
         )
+        particle = with_contact(particle, model, 0.3)
         coordinates = (damping, r, friction, *particle[:3])
         for start in drawn_starts(3, 7, coordinates, damping, r, friction, particle, FORCED):
             response, _ = settle(damping, r, friction, particle, SETTINGS, start, FORCED)
@@ -105,7 +86,7 @@ def test_all_starts_lead_to_one_response() -> None:
 @pytest.mark.parametrize("speed", [0.3, 0.1, 0.03, 0.01])
 def test_walls_that_push_less_than_friction_holds_do_not_move_the_mass(speed: float) -> None:
     """Up to the speed at which the wall pushes with the margin of 0.4, 0.46 here: one outcome, known at once."""
-    r, particle = 1.0, particle_of("compliant", 5.0, 0.9, 0.3, 1.0)
+    r, particle = 1.0, with_contact(Particle(5.0, 0.9, 0.3), "compliant", 1.0)
     start = State(0.1, 0.0, 0.0, 1.0, 5.0, speed, 0.0, 0, 0, Dwell(0.0, 0.0))
     response, _ = settle(0.05, r, 1.5, particle, SETTINGS, start, FORCED)
     assert (response.response_class, response.status) == (ResponseClass.LOCKED, Status.CONVERGED)
@@ -154,7 +135,7 @@ def test_a_mean_of_zero_is_looked_at_again_soon(form: str) -> None:
 
 @pytest.mark.night
 def test_a_mass_at_zero_stays_there_beside_a_particle_that_is_hardly_slowed() -> None:
-    r, particle = 1.0, particle_of("compliant", 0.5, 0.999, 0.1, 0.3)
+    r, particle = 1.0, with_contact(Particle(0.5, 0.999, 0.1), "compliant", 0.3)
     start = State(0.0, 0.0, 0.0, 1.0, 0.5, 1.0, 0.0, 0, 0, Dwell(0.0, 0.0))
     response, _ = settle(0.05, r, 20.0, particle, SETTINGS, start, FORCED)
     assert response.response_class == ResponseClass.LOCKED
@@ -171,7 +152,7 @@ def test_a_mass_at_zero_stays_there_beside_a_particle_that_is_hardly_slowed() ->
         ("the particle throws it farther than it creeps", 1.5, Particle(2.0, 0.5, 0.1), {"p_rate": 3.0}),
     ],
 )
-def test_no_limit_is_told_where(
+def test_no_limit_is_told_of_a_mass_that_may_yet_move_far(
     why: str, friction: float, particle: Particle, change: dict[str, float]
 ) -> None:
     scene = make_scene(0.05, 1.1, friction, particle, True, FORCED)

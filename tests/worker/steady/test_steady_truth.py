@@ -4,6 +4,8 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from tests.worker.designs_drawn import solved
+from tests.worker.forms import night
 from tests.worker.plain_march import plain_end
 
 from damperlab.studies.variables import ResponseClass, Status
@@ -11,25 +13,17 @@ from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.accuracy.steady_answers import SETTINGS, TRANSIENT, WARNED, Point, every, points
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.particle import Particle
-from damperlab.worker.solver.state import State
-from damperlab.worker.steady.response.measures import Response
-from damperlab.worker.steady.settle import Settings, settle
+from damperlab.worker.steady.settle import Settings
 from damperlab.worker.steady.stopping_rules import FEWEST_MEASURED
-
-
-def solved(point: Point, settings: Settings = SETTINGS, start: State | None = None) -> tuple[Response, State]:
-    """Steady response from rest, or from a given start."""
-    found: tuple[Response, State] = settle(*point, settings, point.rest() if start is None else start)
-    return found
 
 
 @pytest.mark.parametrize(
     ("model", "number", "failed", "several", "transient"),
     [
         ("instant", 40, 1, 2, 1),
-        pytest.param("instant", 120, 3, 4, 1, marks=pytest.mark.night),
-        pytest.param("dwell", 30, 1, 1, 0, marks=pytest.mark.night),
-        pytest.param("compliant", 30, 1, 1, 0, marks=pytest.mark.night),
+        night("instant", 120, 3, 4, 1),
+        night("dwell", 30, 1, 1, 0),
+        night("compliant", 30, 1, 1, 0),
     ],
 )
 def test_random_answers_are_what_plain_marches_come_to(
@@ -51,82 +45,46 @@ def test_random_answers_are_what_plain_marches_come_to(
     assert sum(one.verdict == TRANSIENT for one in answers) <= transient
 
 
-# why, the point, the period of its response and its impacts a cycle
-MET = [
-    pytest.param(
-        Point(
-            0.0037417947179528826,
-            0.9504020462770211,
-            0.679985236026813,
-            Particle(0.7183058668567155, 0.7032737803356611, 0.02890265048630109),
-        ),
-        1,
-        6.0,
-        id="Newton finds an orbit that repels, to which chaos comes back on the way",
+MET = {
+    "Newton finds an orbit that repels, to which chaos comes back on the way": (
+        (0.0037417947179528826, 0.9504020462770211, 0.679985236026813),
+        (0.7183058668567155, 0.7032737803356611, 0.02890265048630109),
+        (1, 6.0),
     ),
-    pytest.param(
-        Point(
-            0.02938829498296216,
-            2.0022119508323226,
-            None,
-            Particle(0.30084777945557656, 0.08719964108263989, 0.01920346939838433),
-        ),
-        1,
-        4.0,
-        id="an orbit with one impact a half cycle is near a run with 2, 7, 2 and 1",
+    "an orbit with one impact a half cycle is near a run with 2, 7, 2 and 1": (
+        (0.02938829498296216, 2.0022119508323226, None),
+        (0.30084777945557656, 0.08719964108263989, 0.01920346939838433),
+        (1, 4.0),
     ),
-    pytest.param(
-        Point(
-            0.002113120949328602,
-            1.2060100753492171,
-            0.33740107370351746,
-            Particle(0.7103487631805168, 0.42226738758543764, 0.016265346921454663),
-        ),
-        4,
-        None,
-        id="just beyond a period doubling the shorter orbit repels, 1e-6 from the longer one",
+    "just beyond a period doubling the shorter orbit repels, 1e-6 from the longer one": (
+        (0.002113120949328602, 1.2060100753492171, 0.33740107370351746),
+        (0.7103487631805168, 0.42226738758543764, 0.016265346921454663),
+        (4, None),
     ),
-    pytest.param(
-        Point(
-            0.0033761187698884477,
-            0.978118903312964,
-            None,
-            Particle(5.647954248171946, 0.7734920644219078, 0.12917198227863555),
-        ),
-        2,
-        None,
-        id="irregular for thousands of cycles beside a stable orbit of two",
+    "irregular for thousands of cycles beside a stable orbit of two": (
+        (0.0033761187698884477, 0.978118903312964, None),
+        (5.647954248171946, 0.7734920644219078, 0.12917198227863555),
+        (2, None),
     ),
-    pytest.param(
-        Point(
-            0.022413983658043594,
-            0.9601026383762801,
-            None,
-            Particle(2.648643418947877, 0.8572730983034805, 0.40219345254106503),
-        ),
-        1,
-        None,
-        id="the same, without friction",
+    "the same, without friction": (
+        (0.022413983658043594, 0.9601026383762801, None),
+        (2.648643418947877, 0.8572730983034805, 0.40219345254106503),
+        (1, None),
     ),
-    pytest.param(
-        Point(
-            0.0026352902322289047,
-            0.8603016675426848,
-            0.36169473853945333,
-            Particle(2.347257698625658, 0.9394384673573526, 0.28112166505672337),
-        ),
-        1,
-        None,
-        id="the same, with friction",
+    "the same, with friction": (
+        (0.0026352902322289047, 0.8603016675426848, 0.36169473853945333),
+        (2.347257698625658, 0.9394384673573526, 0.28112166505672337),
+        (1, None),
     ),
-]
+}
+"""Why it is met: ζ, r and γ_F; d/Z, e and β; the period of the response and its impacts a cycle."""
 
 
-@pytest.mark.parametrize(("point", "period", "impacts"), MET)
-def test_the_response_is_the_one_that_a_long_plain_march_comes_to(
-    point: Point, period: int, impacts: float | None
-) -> None:
+@pytest.mark.parametrize("why", MET)
+def test_the_response_is_the_one_that_a_long_plain_march_comes_to(why: str) -> None:
     """Where its mean is known to the tolerance long before, or another orbit lies near."""
+    structure, particle, (period, impacts) = MET[why]
+    point = Point(*structure, Particle(*particle))
     response, _ = solved(point)
     halves = np.empty((480, 3))
     _, outcome = march_halves(*point, point.rest(), 60_000, halves)

@@ -3,10 +3,10 @@
 from typing import Any
 
 import pytest
+from tests.worker.designs_drawn import with_contact
+from tests.worker.forms import night
 
-from damperlab.studies.choices import CompliantContact
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.kernel_arguments import wall_of
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.particle import Particle
@@ -118,8 +118,7 @@ def test_what_is_measured_of_a_run_that_does_not_repeat_leaves_the_start_out(dam
 
     At ζ = 0.2 the free vibration has died before the run is looked at for the first time.
     """
-    contact = CompliantContact(model="compliant", contact_time=0.3)
-    particle = Particle(0.5, 0.9, 0.05, None, wall_of(contact, 0.9, 0.05))
+    particle = with_contact(Particle(0.5, 0.9, 0.05), "compliant", 0.3)
     found = simulate(Design(damping, 0.5, 30.0, particle)).metrics
     assert found["period"] == 0
     assert found["response_class"] == ResponseClass.LOCKED
@@ -136,19 +135,11 @@ def test_a_response_is_not_known_while_a_particle_is_on_its_way_to_a_wall(
 ) -> None:
     """Its peaks repeat to the last digit until then: it flies through some 200 for a thousand cycles and more."""
     particle = Particle(100.0, 0.8, 0.1)
-    response, _ = settle(
-        0.05, r, friction, particle, SETTINGS, moving(0.0, r, 0.0, speed, r, friction, particle)
-    )
+    start = moving(0.0, r, 0.0, speed, r, friction, particle)
+    response, _ = settle(0.05, r, friction, particle, SETTINGS, start)
     assert response.cycles > 1200, "and it has met one by then"
     assert response.impacts_per_cycle > 0.0
-    short, _ = settle(
-        0.05,
-        r,
-        friction,
-        particle,
-        SETTINGS._replace(max_cycles=1000),
-        moving(0.0, r, 0.0, speed, r, friction, particle),
-    )
+    short, _ = settle(0.05, r, friction, particle, SETTINGS._replace(max_cycles=1000), start)
     assert short.status == Status.MAX_CYCLES
 
 
@@ -160,14 +151,7 @@ def test_a_response_is_not_known_while_a_particle_is_on_its_way_to_a_wall(
         (0.021, 1.02, None, Particle(6.4, 0.6, 0.033), False),
         # a particle that loses little at impacts, or a mass with friction: both settle more slowly than the structure alone
         (0.25, 1.13, None, Particle(0.27, 0.95, 0.3), False),
-        pytest.param(
-            0.17939655362911683,
-            1.104856423799005,
-            None,
-            Particle(1.3947412260790426, 0.8, 0.3),
-            True,
-            marks=pytest.mark.night,
-        ),
+        night(0.17939655362911683, 1.104856423799005, None, Particle(1.3947412260790426, 0.8, 0.3), True),
         (
             0.09433787661340863,
             0.7225422151208001,

@@ -38,7 +38,7 @@ def test_friction_below_a_quarter_of_pi_bounds_no_undamped_resonance(
 
 
 @pytest.mark.parametrize(("particle", "forced"), [(FAR, False), (None, True)])
-def test_neither_does_a_particle_that_meets_no_wall_nor_a_force(
+def test_undamped_resonance_grows_beside_a_particle_that_meets_no_wall_and_under_a_force(
     particle: Particle | None, forced: bool
 ) -> None:
     assert ended(0.0, 0.3, 400, particle, forced) == Status.UNBOUNDED

@@ -1,28 +1,22 @@
-"""Whole arrays in kernels: as numpy has them, jitted and plain."""
+"""The largest multiplier of an orbit, as numpy finds it."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
+from tests.worker.forms import both, in_form
 
 from damperlab.worker.steady.stability.multipliers import spectral_radius
 
-FORMS = ["jitted", "plain"]
 
-
-def form(function: object, which: str) -> object:
-    return getattr(function, "py_func", function) if which == "plain" else function
-
-
-@pytest.mark.parametrize("which", FORMS)
+@both
 @given(matrix=arrays(np.float64, (4, 4), elements=st.floats(-1e6, 1e6, allow_subnormal=False)))
 def test_the_spectral_radius_is_the_largest_eigenvalue_of_the_leading_block(
-    which: str, matrix: NDArray[np.float64]
+    form: str, matrix: NDArray[np.float64]
 ) -> None:
     given_matrix = matrix.copy()
-    found = form(spectral_radius, which)(matrix, 3)  # type: ignore[operator]
+    found = in_form(spectral_radius, form)(matrix, 3)
     np.testing.assert_array_equal(matrix, given_matrix)
     # squaring goes wrong where eigenvalues are defective by the square root of rounding and more, as any method does
     scale = np.abs(matrix[:3, :3]).max()
