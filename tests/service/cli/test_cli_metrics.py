@@ -154,6 +154,7 @@ def rows(said: str) -> list[str]:
     return said.splitlines()[1:]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("scene", ["accelerated"], indirect=True)
 def test_a_tuned_mass_damper_stands_beside_a_damper_under_one_acceleration(
     scene: str, printed: Callable[..., str], folder: Path

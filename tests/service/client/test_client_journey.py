@@ -64,8 +64,7 @@ def test_journey(remote: Client, helpers: Any, tmp_path: Path) -> None:
     assert study in remote.studies("done")
     assert study not in remote.studies("failed")
 
-    # minutes of kernels: it has not ended when it is cancelled
-    long = remote.submit(helpers.long_study("left by its client", 0.0041, frequencies=12_000))
+    long = remote.submit(helpers.lasting_study("left by its client"))
     with pytest.raises(StillRunning, match="points done"):
         long.wait(progress=False, timeout=0.1)
     with pytest.raises(Conflict):
