@@ -16,7 +16,7 @@ RATIOS: dict[str, Any] = {
     "damping_ratio": 0.05,
     "axes": {
         "clearance_ratio": [2, 6],
-        "friction_ratio": [0, 0.4],
+        "friction_ratio": [0.2, 0.4],
         "frequency_ratio": [0.9, 1.0],
         "mass_ratio": 0.07,
         "restitution": 0.5,
