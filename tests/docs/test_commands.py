@@ -7,7 +7,6 @@ from contextlib import chdir, redirect_stdout
 from pathlib import Path
 from unittest.mock import patch
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from docs import demo
@@ -24,6 +23,7 @@ from docs.console import (
     shown_again,
     shown_in,
 )
+from matplotlib.image import imread
 from tests.docs.tiers import first_read
 
 from damperlab.service.cli.main import _run
@@ -35,7 +35,7 @@ ALIKE = 0.02
 
 
 def compare(made: Path, kept: Path, exact: bool) -> None:
-    new, old = plt.imread(made), plt.imread(kept)
+    new, old = imread(made), imread(kept)
     assert new.shape == old.shape
     off = float(np.abs(new - old).mean())
     assert off < (SAME_PICTURE if exact else ALIKE), f"{kept.name}: {HOW}"

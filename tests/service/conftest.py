@@ -50,6 +50,22 @@ def long_study(name: str, damping_ratio: float = 0.0038, frequencies: int = 600)
     }
 
 
+def lasting_study(name: str) -> dict[str, Any]:
+    """A hybrid damper over a grid: minutes of kernels, so that it ends only where it is cancelled.
+
+    Its points are dear and few: a map of it, and a block's done-mark, take little.
+    """
+    return {
+        "name": name,
+        "axes": {
+            "clearance_ratio": 10,
+            "friction_ratio": {"start": 0.05, "stop": 0.75, "num": 100},
+            "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 600},
+        },
+        "steady": {"max_cycles": 2000},
+    }
+
+
 @dataclass
 class Running:
     """A service in a process."""

@@ -368,11 +368,8 @@ def test_an_export_is_one_file_behind_every_door(
 
 DRAWN: list[tuple[Callable[[Study], Any], str]] = [
     (lambda study: study.resonance_map(), "Clearance ratio"),
-    (lambda study: study.resonance_map(minus=study), "Difference in amplitude ratio"),
-    (lambda study: study.frequency_response(**AT), "Frequency ratio"),
     (lambda study: study.frequency_response(with_=study, **AT), "Frequency ratio"),
     (lambda study: study.optimal_designs(), "argest amplitude ratio in the band"),
-    (lambda study: study.tmd_comparison(**AT), "tuned mass damper"),
     (lambda study: study.work_precision(), "Run time of a point"),
 ]
 

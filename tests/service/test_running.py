@@ -29,9 +29,7 @@ def _events(lines: Iterator[str]) -> Iterator[dict[str, str]]:
 
 
 def test_a_running_study_is_followed_asked_cancelled_and_resumed(client: httpx.Client, helpers: Any) -> None:
-    # minutes of kernels: it ends only where it is cancelled
-    long = helpers.long_study("long", frequencies=12_000)
-    record = client.post(STUDIES, json=long).raise_for_status().json()
+    record = client.post(STUDIES, json=helpers.lasting_study("long")).raise_for_status().json()
     address = f"{STUDIES}/{record['id']}"
     helpers.wait_for(client, record["id"], lambda now: now["blocks_done"] > 0)
     try:

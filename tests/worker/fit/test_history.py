@@ -160,6 +160,7 @@ def test_friction_of_the_particle_is_found_in_a_decay() -> None:
     assert physical["particle_friction_coefficient"] == fitted.values["particle_friction_coefficient"]
 
 
+@pytest.mark.night
 def test_without_a_deviation_the_scatter_is_estimated() -> None:
     one = made_history("friction", 2)
     fitted = fit_history(one.question)

@@ -16,10 +16,12 @@ from damperlab.worker.ground.response import HISTORY_COLUMNS, ground_history, gr
 
 PAPER = Structure()
 MASS = 0.1605
+NEXT_TO_NOTHING = 1e-12
+"""A friction force [N] that changes no digit that is looked at: it calls the kernels of a structure that rubs."""
 RUBBING_UNDER_RECORDS = [
     (0, 0.04, 0.0, 1.5, 0.8, 0.015),
-    (1, 0.012, 0.0, 0.0, 0.78, 0.015),
-    (2, 0.16, 0.0, 0.0, 0.73, 0.013),
+    (1, 0.012, 0.0, NEXT_TO_NOTHING, 0.78, 0.015),
+    (2, 0.16, 0.0, NEXT_TO_NOTHING, 0.73, 0.013),
     (30, 0.04, 8.0, 1.5, 0.86, 0.017),
     pytest.param(7, 0.05, 3.0, 0.0, 0.8, 0.012, marks=pytest.mark.night),
     (12, 0.1, 0.0, 0.5, 0.64, 0.01),
@@ -274,9 +276,9 @@ def test_a_particle_that_rubs_or_falls_moves_as_another_integrator_says(
     assert found.end_relative_velocity_m_s / (length * omega) == pytest.approx(u_rate - s_rate, abs=1e-11)
     assert found.energy_residual < 1e-13
     assert found.loss_particle_j > 0.0
-    if force_n and tilt_deg:
-        same, history = ground_history(structure, damper, motion)
-        assert same == found
+    if force_n <= NEXT_TO_NOTHING:
+        without = Damper(0.0, 0.3, clearance_m, restitution, cavity=damper.cavity)
+        _, history = ground_history(structure, without, motion)
         assert history["particle_displacement_m"][-1] / length == pytest.approx(p, abs=1e-11)
 
 
@@ -292,9 +294,9 @@ def test_a_carried_particle_is_dead_mass() -> None:
 
 
 def test_the_pull_of_a_sliding_particle_is_in_the_acceleration_that_is_shown() -> None:
+    """The pull is 0.49 m/s², more than three times what the steps may be off."""
     motion = part("el-centro-180", 0.0, 8.0)
-    cavity = Cavity(0.1, 20.0)
-    found, history = ground_history(PAPER, Damper(0.1, MASS, 0.02, 0.5, cavity=cavity), motion)
+    found, history = ground_history(PAPER, Damper(0.0, MASS, 0.02, 0.5, cavity=Cavity(0.5)), motion)
     time, rate = history["time_s"], history["relative_velocity_m_s"]
     fine = np.flatnonzero((np.diff(time) > 1e-4) & (rate[1:] * rate[:-1] > 0.0))
     base = history["base_acceleration_m_s2"]
