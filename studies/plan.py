@@ -24,7 +24,9 @@ SLOWEST_BLOCK_SECONDS = 10.0
 """Expected time of a block in the slowest part of a study."""
 
 BALANCED_BLOCKS = 32
-"""Smallest number of blocks of a study that takes a few seconds or more, so that few workers are idle at the end."""
+"""Smallest number of blocks of a study that takes four seconds or more. A longer study has more blocks, in proportion to
+the square root of its time, so that few workers are idle at the end.
+"""
 
 MAX_BLOCK_POINTS = 65_536
 MAX_BLOCKS = 50_000
@@ -176,16 +178,18 @@ class Plan:
 
 
 def make_plan(study: AnyStudy, cost: Cost) -> Plan:
-    """Cut a study into blocks of about two seconds.
+    """Divide a study into blocks of about two seconds.
 
-    A short study gets shorter blocks, so that it has `BALANCED_BLOCKS` blocks. These blocks still take
-    `SHORTEST_BLOCK_SECONDS` or more. A very long study gets longer blocks, so that it has at most `MAX_BLOCKS` blocks.
-    A block has at most `MAX_BLOCK_POINTS` points. Rows that must stay complete (`AnyStudy.whole_rows`) may have more.
+    A shorter study gets shorter blocks, but none below `SHORTEST_BLOCK_SECONDS`. Between `BALANCED_BLOCKS` of the
+    shortest blocks and a long study, the number of blocks and their time both grow with the square root of the study's
+    time. A very long study gets longer blocks, so that it has at most `MAX_BLOCKS` blocks. A block has at most
+    `MAX_BLOCK_POINTS` points. Rows that must stay complete (`AnyStudy.whole_rows`) may have more.
     """
     mean, most = _sampled_cost(study, cost)
     shape = study.shape
     points = math.prod(shape)
-    seconds = min(max(mean * points / BALANCED_BLOCKS, SHORTEST_BLOCK_SECONDS), BLOCK_SECONDS)
+    balanced = math.sqrt(mean * points * SHORTEST_BLOCK_SECONDS / BALANCED_BLOCKS)
+    seconds = min(max(balanced, SHORTEST_BLOCK_SECONDS), BLOCK_SECONDS)
     wanted = min(seconds / mean, SLOWEST_BLOCK_SECONDS / most, MAX_BLOCK_POINTS)
     size = max(1, int(wanted), -(-points // MAX_BLOCKS))
     if study.whole_rows:
