@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.plan import Block, Plan
-from damperlab.studies.store.cube.cube import stored_variables
+from damperlab.studies.store.cube.description import stored_variables
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.reuse import Overlaps

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.care.sweep import sweep
-from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.cube.packed import write_region
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from damperlab.studies.digest import family_digest
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.sweep import sweep
-from damperlab.studies.store.cube.cube import description_of
 from damperlab.studies.store.cube.definition import parse_stored
+from damperlab.studies.store.cube.description import description_of
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import ShelfAway
