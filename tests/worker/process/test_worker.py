@@ -184,15 +184,17 @@ def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> N
     shown = ("--protocol=tls", f"--tls-ca-file={ours / 'ca.pem'}", f"--tls-cert={ours / 'cert.pem'}")
     with scheduler_process(*shown, f"--tls-key={ours / 'key.pem'}") as (address, _):
         for scheme, options, reason in (
-            ("tls:", (f"--tls={theirs}",), "its certificate is not believed here"),
-            ("tcp:", (), "it closes the connection, as where it asks for certificates"),
+            ("tls:", (f"--tls={theirs}",), "its certificate is not trusted here"),
+            ("tcp:", (), "it closes the connection; perhaps it requires certificates"),
         ):
             asked = address.replace("tls:", scheme)
             with worker_process(asked, "--lifetime=60", *options, stderr=subprocess.PIPE) as stranger:
                 assert stranger.stderr is not None
                 with stranger.stderr as told:
                     lines = iter(told.readline, b"")
-                    said = next(text for line in lines if "let this worker in" in (text := line.decode()))
+                    said = next(
+                        text for line in lines if "does not accept this worker" in (text := line.decode())
+                    )
                     assert reason in said
                     # it is asked again meanwhile, and nothing more is said
                     time.sleep(2.0)
