@@ -26,7 +26,9 @@ SLOWEST_BLOCK_SECONDS = 10.0
 """Expected time of a block in the slowest part of a study."""
 
 BALANCED_BLOCKS = 32
-"""Smallest number of blocks in a study of a few seconds or more, so that few workers are idle at the end."""
+"""Smallest number of blocks of a study that takes four seconds or more. A longer study has more blocks, in proportion to
+the square root of its time, so that few workers are idle at the end.
+"""
 
 MAX_BLOCK_POINTS = 65_536
 MAX_BLOCKS = 50_000
@@ -182,14 +184,16 @@ class Plan:
 def make_plan(study: AnyStudy, cost: Cost) -> Plan:
     """Divide a study into blocks of about two seconds.
 
-    A short study is divided into `BALANCED_BLOCKS` shorter blocks, if each still takes `SHORTEST_BLOCK_SECONDS`. A very
-    long study is divided into longer blocks, at most `MAX_BLOCKS`. A block has at most `MAX_BLOCK_POINTS` points,
-    except for rows that must be complete (`AnyStudy.whole_rows`).
+    A shorter study gets shorter blocks, but none below `SHORTEST_BLOCK_SECONDS`. Between `BALANCED_BLOCKS` of the
+    shortest blocks and a long study, the number of blocks and their time both grow with the square root of the study's
+    time. A very long study gets longer blocks, so that it has at most `MAX_BLOCKS` blocks. A block has at most
+    `MAX_BLOCK_POINTS` points. Rows that must stay complete (`AnyStudy.whole_rows`) may have more.
     """
     mean, most = _sampled_cost(study, cost)
     shape = study.shape
     points = math.prod(shape)
-    seconds = min(max(mean * points / BALANCED_BLOCKS, SHORTEST_BLOCK_SECONDS), BLOCK_SECONDS)
+    balanced = math.sqrt(mean * points * SHORTEST_BLOCK_SECONDS / BALANCED_BLOCKS)
+    seconds = min(max(balanced, SHORTEST_BLOCK_SECONDS), BLOCK_SECONDS)
     wanted = min(seconds / mean, SLOWEST_BLOCK_SECONDS / most, MAX_BLOCK_POINTS)
     size = max(1, int(wanted), -(-points // MAX_BLOCKS))
     if study.whole_rows:

@@ -156,7 +156,7 @@ def _store(settings: "Settings") -> str:
         finally:
             store.shelf.remove(trial)
         took = time.perf_counter() - began
-        used, quota = store.taken(), store.quota
+        used, quota = store.usage(), store.quota
         trouble = store.trouble()
     finally:
         store.close()

@@ -30,7 +30,7 @@ from damperlab.studies.store.cube.description import (
 )
 from damperlab.studies.store.cube.packed import Marks, read_part
 from damperlab.studies.store.export.grouped import Group, chunk_place, group_of, grouped_metadata
-from damperlab.studies.store.faults import BlockDamaged, StudyNotFound, telling
+from damperlab.studies.store.faults import BlockDamaged, StudyNotFound, reporting_damage
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
@@ -123,7 +123,7 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
 
 
 def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:
-    with telling(shelf, index, variable):
+    with reporting_damage(shelf, index, variable):
         content = read_part(shelf, _description(shelf).digest, index, generation, variable)
         if not checksum_holds(content):
             raise ValueError("its file is not as it was written")
@@ -133,7 +133,7 @@ def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:
 @lru_cache(maxsize=64)
 def _description(shelf: Shelf) -> Description:
     # may be cached: the arrays of a study never change, and the location of its files is never reused
-    with telling(shelf, None, "the cube's description"):
+    with reporting_damage(shelf, None, "the cube's description"):
         return describe_cube(shelf.get(DESCRIPTION))
 
 
@@ -165,7 +165,7 @@ def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Respo
     if chunk is not None:
         content = _coordinate(shelf, chunk, key)
     elif name == DESCRIPTION and (node == "" or node in described.arrays or node in described.coordinates):
-        with telling(shelf, None, "the cube's description"):
+        with reporting_damage(shelf, None, "the cube's description"):
             content = shelf.get(DESCRIPTION)
         content = plain_metadata(content) if node == "" else node_metadata(plain_metadata(content), node)
         if complete:
@@ -184,7 +184,7 @@ def _coordinate(shelf: Shelf, one: StoredCoordinate, key: str) -> bytes:
     if one.value is not None:
         raise _nothing(key)  # The metadata holds the value, so a reader needs no chunk.
     # An error is raised if the chunk is missing: Zarr would read the answer 404 as fill values.
-    with telling(shelf, None, f"the coordinates along {one.name}"):
+    with reporting_damage(shelf, None, f"the coordinates along {one.name}"):
         content = shelf.get(key)
         one.decode(content)
     return content

@@ -1,14 +1,16 @@
 """Access to the cubes of a store, and the check of the free space on the disk."""
 
 import os
+import threading
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import Row
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.catalogue.base import StoreBase
-from damperlab.studies.store.catalogue.home import disk_gone
-from damperlab.studies.store.catalogue.quota import Taken, taken
+from damperlab.studies.store.catalogue.catalogue import Catalogue
+from damperlab.studies.store.catalogue.home import cube_name, disk_gone
+from damperlab.studies.store.catalogue.quota import Quota, Usage, usage_of
 from damperlab.studies.store.catalogue.rows import lost_marks, marks_of, study_row
 from damperlab.studies.store.cube.packed import Marks, block_key
 from damperlab.studies.store.faults import RevisionGone, catalogue_damaged, using
@@ -26,8 +28,38 @@ RESERVE_FILES = 64
 _MARKS_KEPT = 16  # number of studies whose marks are cached
 
 
-class Cubes(StoreBase):
-    """The part of a store that reads cubes."""
+class Cubes:
+    """The catalogue and the cubes of a data directory. This is the base class of all parts of a store.
+
+    Parameters
+    ----------
+    data_dir : Path
+        The data directory; see `Store.open`.
+    catalogue : Catalogue
+        Catalogue of the store.
+    shelf : Shelf
+        Storage location of the cubes.
+    quota : Quota
+        Quota of all studies.
+    """
+
+    def __init__(self, data_dir: Path, catalogue: Catalogue, shelf: Shelf, quota: Quota) -> None:
+        self.data_dir = data_dir
+        self.catalogue = catalogue
+        self.shelf = shelf
+        self.quota = quota
+        self._marks: dict[int, tuple[int, Marks]] = {}
+        self._marks_lock = threading.Lock()
+        # for every claimed study: the latest renewal, and the monotonic time when this process first saw the renewal
+        self._renewals: dict[int, tuple[tuple[str, float], float]] = {}
+
+    def close(self) -> None:
+        """Close the connections to the catalogue."""
+        self.catalogue.close()
+
+    def cube_shelf(self, study_id: str, number: int) -> Shelf:
+        """Return the storage location of a study's cube, given the id and the number of the study."""
+        return self.shelf.at(cube_name(study_id, number))
 
     def cube_path(self, study_id: str) -> str:
         """Return the address with which a worker can open a study's cube."""
@@ -52,14 +84,9 @@ class Cubes(StoreBase):
         return open_cube(shelf, marks).assign_attrs(title=row.name)
 
     def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
-        """Return the storage location of a cube, and the generation of every block that is done.
+        """Return the storage location of a cube, and the generation of every block that was done at a revision.
 
-        Parameters
-        ----------
-        study_id : str
-            The complete id.
-        revision : int, optional
-            Revision of the study at which the returned blocks were done; by default the present revision.
+        By default the present revision is used.
 
         Raises
         ------
@@ -151,7 +178,7 @@ class Cubes(StoreBase):
                 return f"the disk of {place} is full: room for {room.f_favail} more files; remove some"
         return None
 
-    def taken(self) -> Taken:
+    def usage(self) -> Usage:
         """Return the number of points and bytes of all studies, as the quota counts them."""
         with self.catalogue.reading() as connection:
-            return taken(connection)
+            return usage_of(connection)

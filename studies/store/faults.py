@@ -130,7 +130,9 @@ def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDama
 
 
 @contextmanager
-def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is lost") -> Iterator[None]:
+def reporting_damage(
+    shelf: Shelf, index: int | None, what: str, lost: str = "its file is lost"
+) -> Iterator[None]:
     """Raise a `StoreFault` in place of an error that occurs while a cube is read.
 
     Raises

@@ -33,10 +33,9 @@ class KeptQuota:
             Owner of each stored item.
         """
         owner = submitter.get()
-        his = None if owner is None else self.of_owner
         for setting, count, most in (
             (f"quota_{what}s", len(owners), self.together),
-            (f"key_quota_{what}s", owners.count(owner), his),
+            (f"key_quota_{what}s", owners.count(owner), None if owner is None else self.of_owner),
         ):
             if most is not None and count >= most:
                 found = counted(count, what)

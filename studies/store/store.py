@@ -9,7 +9,6 @@ from tempfile import TemporaryDirectory
 from damperlab.studies.store.catalogue.catalogue import BUSY_SECONDS, SQLITE_FILE, open_catalogue
 from damperlab.studies.store.catalogue.home import CUBES, fact, require_catalogue, shelf_of
 from damperlab.studies.store.catalogue.quota import Quota
-from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.life_cycle.deletion import Deletion
@@ -21,7 +20,7 @@ _COPIES = 10
 _LOG_HEADER_BYTES = 32
 
 
-class Store(Submissions, Deletion, SmallBatches, Cubes):
+class Store(Submissions, Deletion, SmallBatches):
     """Studies and their cubes in one data directory.
 
     Several threads may use one `Store`. Several processes may use the same data directory, each with a separate

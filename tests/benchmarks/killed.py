@@ -21,7 +21,6 @@ from tests.worker.dask_processes import scheduler_process
 
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.window import Window
 
 ROOT = Path(__file__).parents[2]
@@ -59,7 +58,7 @@ def _half_killed(client: Client, victims: list[subprocess.Popen[bytes]], blocks:
     seconds = np.random.default_rng(4).uniform(2.0, 4.0, blocks)
     named = client.scheduler_info(n_workers=-1)["workers"]
     left = [address for address, told in named.items() if int(told["name"]) % 2]
-    window = Window(client, lambda index, key: (asleep, index, float(seconds[index])), Backlog(range(blocks)))
+    window = Window(client, lambda index, key: (asleep, index, float(seconds[index])), range(blocks))
     waiting = set(range(blocks))
     ideal = killed_at = 0.0
     began = time.monotonic()

@@ -5,8 +5,8 @@ measured, beside the best that is possible with the same blocks. And what become
 hour each.
 
 `run_time.npz` holds what each point of a hybrid study took, 48 × 24 × 80 points, as sixteenths of powers of two in seconds;
-each point of another grid takes what the nearest of these took. `python -m tests.benchmarks.model` prints both; workers and
-backlog are the product's, nothing of them is modelled.
+each point of another grid takes what the nearest of these took. `python -m tests.benchmarks.model` prints both; the policy is
+the product's, nothing of it is modelled.
 """
 
 import heapq
@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Plan, make_plan
-from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.window import LOOK_SECONDS
 from damperlab.worker.dispatch.workers import Workers
@@ -41,8 +40,8 @@ class Model:
 
     Parameters
     ----------
-    backlog : Backlog
-        The blocks.
+    policy : Workers
+        The workers, none of them present yet, and the blocks.
     truth : callable
         What a block takes [s].
     workers : int
@@ -57,14 +56,14 @@ class Model:
 
     def __init__(
         self,
-        backlog: Backlog,
+        policy: Workers,
         truth: Callable[[int], float],
         workers: int,
         life_seconds: float = math.inf,
         replace_seconds: float = 60.0,
         handing_seconds: float = HANDING_SECONDS,
     ) -> None:
-        self.workers = Workers(backlog)
+        self.workers = policy
         self._truth = truth
         self._life, self._replace = life_seconds, replace_seconds
         self._events: list[tuple[float, int, str, str]] = []
@@ -215,7 +214,7 @@ def busy(refined: int, workers: int) -> dict[str, Any]:
     plan = study_of(24 * refined, 12 * refined, 40 * refined)
     replay = Replay(plan)
     truth = replay.blocks
-    model = Model(Backlog(plan.order(), plan.block_seconds), replay, workers)
+    model = Model(Workers(plan.order(), plan.block_seconds), replay, workers)
     model.run()
     return {
         "blocks": plan.count,
@@ -245,8 +244,8 @@ def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
     plan = make_plan(parse_study({"damping_ratio": 0.0038, "axes": axes}), seconds_per_point)
     truth = plan.block_seconds * np.random.default_rng(2).lognormal(0.0, 0.5, plan.count)
     began = time.process_time()
-    backlog = Backlog(plan.order(), plan.block_seconds)
-    model = Model(backlog, lambda index: float(truth[index]), workers, life_seconds)
+    policy = Workers(plan.order(), plan.block_seconds)
+    model = Model(policy, lambda index: float(truth[index]), workers, life_seconds)
     model.run()
     cpu = time.process_time() - began
     return {
@@ -266,7 +265,7 @@ def killed(workers: int = 24, blocks: int = 240, seconds: float = 2.0) -> dict[s
     """Half of the workers are gone at a third of the run, and none comes back; beside the ideal time."""
     truth = np.full(blocks, seconds) * np.random.default_rng(3).lognormal(0.0, 0.3, blocks)
     model = Model(
-        Backlog(range(blocks)), lambda index: float(truth[index]), workers, replace_seconds=math.inf
+        Workers(range(blocks)), lambda index: float(truth[index]), workers, replace_seconds=math.inf
     )
     at = truth.sum() / workers / 3
     for name in list(model._threads)[: workers // 2]:

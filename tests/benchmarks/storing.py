@@ -19,7 +19,8 @@ from tests.benchmarks._service import cpu_seconds, serving
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, make_plan, plan_with_chunk
-from damperlab.studies.store.cube.cube import stored_variables, write_region
+from damperlab.studies.store.cube.description import stored_variables
+from damperlab.studies.store.cube.packed import write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point
@@ -131,7 +132,7 @@ def reading(folder: Path) -> dict[str, float]:
     study = build(folder)
     with closing(Store.open(folder)) as store:
         study_id = store.find("synthetic").id
-        raw = store.taken().bytes
+        raw = store.usage().bytes
         stored = sum(entry.size for entry in store.shelf.entries())
     figures = {"points": float(study.points), "stored over raw size": stored / raw}
     with serving(folder, None) as (url, pid):

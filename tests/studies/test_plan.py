@@ -14,6 +14,7 @@ from damperlab.studies.plan import (
     BALANCED_BLOCKS,
     MAX_BLOCK_POINTS,
     MAX_BLOCKS,
+    SHORTEST_BLOCK_SECONDS,
     Cost,
     chunk_of,
     make_plan,
@@ -88,6 +89,12 @@ def test_short_studies_get_few_blocks_and_medium_ones_keep_workers_balanced() ->
     assert make_plan(grid(10, 10), flat(1e-5)).count == 1
     assert make_plan(grid(49, 33), flat(4.2 / 1617)).count >= BALANCED_BLOCKS
     assert make_plan(grid(49, 33), flat(20 / 1617)).count >= BALANCED_BLOCKS
+
+
+def test_blocks_and_their_time_grow_with_the_square_root_of_the_time_of_a_study() -> None:
+    least = BALANCED_BLOCKS * SHORTEST_BLOCK_SECONDS
+    counts = [make_plan(grid(64, 64), flat(times * least / 64**2)).count for times in (1, 4, 16, 64)]
+    assert counts == [BALANCED_BLOCKS, 2 * BALANCED_BLOCKS, 4 * BALANCED_BLOCKS, 8 * BALANCED_BLOCKS]
 
 
 def test_slow_regions_keep_blocks_short() -> None:

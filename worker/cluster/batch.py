@@ -119,34 +119,12 @@ class Place:
 
 
 def worker_name(submission: int, task: int) -> str:
-    """Return the name of the worker of a job.
-
-    Parameters
-    ----------
-    submission : int
-        Number of the submission.
-    task : int
-        Number of the job in this submission, from 1.
-    """
+    """Return the name of the worker of a job, from the numbers of its submission and of the job therein, from 1."""
     return f"job-{submission}-{task}"
 
 
 def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) -> str:
-    """Return the batch script of one submission.
-
-    Parameters
-    ----------
-    jobs : Jobs
-        Settings of the jobs.
-    place : Place
-        Address of the scheduler, and folder of the certificates.
-    submission : int
-        Number of the submission, which becomes part of the workers' names.
-    count : int
-        Number of jobs in the submission.
-    idle : bool
-        Whether the workers stay even if no blocks are left.
-    """
+    """Return the batch script of a submission of `count` jobs. If `idle` is true, the workers stay without work."""
     dialect = _DIALECTS[jobs.system]
     whole = math.floor(jobs.wall_seconds)
     numbers = {
@@ -178,19 +156,7 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
 
 
 def submit(system: BatchSystem, text: str) -> str:
-    """Submit a batch script.
-
-    Parameters
-    ----------
-    system : str
-        Name of the batch system.
-    text : str
-        The script.
-
-    Returns
-    -------
-    str
-        Identifier that the batch system gives to the submitted jobs.
+    """Submit a batch script, and return the identifier that the batch system gives to the submitted jobs.
 
     Raises
     ------
@@ -206,14 +172,7 @@ def submit(system: BatchSystem, text: str) -> str:
 
 
 def cancel(system: BatchSystem, job: str) -> None:
-    """Cancel all waiting and running jobs of a submission.
-
-    Parameters
-    ----------
-    system : str
-        Name of the batch system.
-    job : str
-        Identifier of the jobs, from `submit`.
+    """Cancel all waiting and running jobs of a submission, given their identifier from `submit`.
 
     Raises
     ------

@@ -3,7 +3,6 @@
 import os
 import ssl
 from datetime import UTC, datetime, timedelta
-from importlib.util import find_spec
 from pathlib import Path
 
 from distributed import Security
@@ -79,8 +78,6 @@ def _encrypts(shown: Security) -> bool:
 
 def _require_valid(file: Path) -> None:
     """Raise `ClusterUnusable` if a file contains no certificate, or a certificate that is not valid now."""
-    if find_spec("cryptography") is None:
-        return
     from cryptography import x509
 
     now = datetime.now(UTC)
@@ -120,17 +117,9 @@ def _require_valid(file: Path) -> None:
 
 
 def refusal(error: BaseException) -> str:
-    """Return the reason why a server refused a connection.
+    """Return the reason why a server refused a connection; empty if the server did not answer.
 
-    Parameters
-    ----------
-    error : BaseException
-        Error of the attempt to connect.
-
-    Returns
-    -------
-    str
-        A clause without capital letter and full stop; empty if the server did not answer.
+    The reason is a clause without capital letter and full stop.
     """
     closed = False
     seen: BaseException | None = error

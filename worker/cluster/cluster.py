@@ -5,7 +5,6 @@ import logging
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 
 import dask
 from distributed import Client, Nanny, Security, SpecCluster, rpc
@@ -100,24 +99,6 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
         yield client
 
 
-def secret() -> Security:
-    """Return temporary certificates for a local cluster, which exist only in memory.
-
-    Returns
-    -------
-    Security
-        TLS settings with the certificates. If the package cryptography is missing, a warning is logged and the settings
-        contain no encryption.
-    """
-    if find_spec("cryptography") is None:
-        _log.warning(
-            "The package cryptography is missing, so the embedded cluster is unprotected: any process of "
-            "this machine can reach it. Install damperlab[service] again."
-        )
-        return Security()
-    return Security.temporary()
-
-
 def dask_setup(worker: object) -> None:
     """Set up a worker of a local cluster: lower its priority, and let it ignore SIGINT.
 
@@ -131,11 +112,11 @@ def dask_setup(worker: object) -> None:
 
 @contextmanager
 def _local(count: int) -> Iterator[Client]:
-    shown = secret()
+    shown = Security.temporary()  # the certificates exist only in memory
     worker = {
         "nthreads": 1,
         "host": "127.0.0.1",
-        "protocol": "tls" if shown.require_encryption else "tcp",
+        "protocol": "tls",
         "security": shown,
         "memory_limit": MEMORY_LIMIT // count,
         "silence_logs": logging.CRITICAL,

@@ -39,7 +39,7 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
     Parameters
     ----------
     security : Security
-        Certificates of the cluster. Without certificates, connections are not encrypted.
+        Certificates of the cluster.
     config : dict
         Dask's settings in the process of the scheduler.
     host : str
@@ -117,17 +117,14 @@ def _started(environment: dict[str, str]) -> "subprocess.Popen[bytes]":
     )
 
 
-async def _serve(host: str, tls: dict[str, str | None]) -> None:
-    encrypted = tls["tls_ca_file"] is not None
-    security = Security(require_encryption=True, **tls) if encrypted else Security()
-    protocol = "tls" if encrypted else "tcp"
+async def _serve(host: str, tls: dict[str, str]) -> None:
     async with Scheduler(
         host=host,
         port=0,
-        protocol=protocol,
+        protocol="tls",
         dashboard=False,
         dashboard_address="127.0.0.1:0",
-        security=security,
+        security=Security(require_encryption=True, **tls),
     ) as scheduler:
         print(scheduler.address, flush=True)
         await scheduler.finished()

@@ -58,21 +58,12 @@ class Examiner:
                 self._asked[key] = self._tasks.send(key, worker.address, self._examination), worker.address
 
     def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
-        """Test all present workers and return their answers. No worker is accepted or excluded for its answer yet.
+        """Test all present workers and return their answers by address. No worker is accepted or excluded for its
+        answer yet.
 
-        The function waits for all present workers, but for at most `LATE_SECONDS` after the first answer.
-
-        Parameters
-        ----------
-        look : callable
-            Called repeatedly. It must update the present workers and call `ask`.
-        look_on : callable
-            Called before each call of `look`. If it returns False, the wait ends.
-
-        Returns
-        -------
-        dict of Answer or None
-            At least one answer, by the address of the worker. None if `look_on` ended the wait.
+        The function waits for all present workers, but for at most `LATE_SECONDS` after the first answer. Meanwhile it
+        calls `look`, which must update the present workers and call `ask`. It returns None as soon as `look_on` returns
+        False.
         """
         self._workers.examine_again()
         answers: dict[str, Answer] = {}
@@ -90,16 +81,10 @@ class Examiner:
         return None
 
     def settle(self, answers: Mapping[str, Answer], identity: str, truth: str) -> dict[str, str] | None:
-        """Decide which answer is right, and accept or exclude the workers by their answers.
+        """Decide which answers are right, and accept or exclude the workers by their answers.
 
-        Parameters
-        ----------
-        answers : dict of Answer
-            Answers by the address of the worker.
-        identity : str
-            Identity of the study's solver. If empty, the most frequent identity is used.
-        truth : str
-            Right hash of the points' results. If empty, the hash of the majority of the workers is used.
+        If `identity` is empty, the most frequent identity counts as the identity of the study's solver. If `truth`, the
+        hash of the points' results, is empty, the hash of the majority of the workers counts as right.
 
         Returns
         -------
@@ -120,17 +105,9 @@ class Examiner:
         return next(one.facts for one in alike.values()) if self._workers.usable else None
 
     def heard(self, key: str) -> tuple[str, Answer] | None:
-        """Return the address and the answer of a tested worker.
+        """Return the address and the answer of a tested worker, given the key of an ended task.
 
-        Parameters
-        ----------
-        key : str
-            Key of a task that has ended.
-
-        Returns
-        -------
-        tuple of (str, Answer) or None
-            None if the task was not a test, or if no answer can be fetched.
+        The function returns None if the task was no test, or if no answer can be fetched.
         """
         if key not in self._asked:
             return None
@@ -176,13 +153,7 @@ class Examiner:
                 self._workers.states[address].compiled = True
 
     def forget(self, there: Collection[str]) -> None:
-        """Drop the tests of workers that have left.
-
-        Parameters
-        ----------
-        there : collection of str
-            Addresses of the present workers.
-        """
+        """Drop the tests of workers whose addresses are not in `there`, because these workers have left."""
         gone = [key for key, (_, address) in self._asked.items() if address not in there]
         self._tasks.drop([self._asked.pop(key)[0] for key in gone], "the worker has left")
 

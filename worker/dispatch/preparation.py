@@ -1,7 +1,7 @@
 """Compiles missing kernels at the workers of a cluster before the first block, once on each machine."""
 
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from distributed import Client
 
@@ -16,29 +16,18 @@ LOOK_SECONDS = 0.2
 
 
 def compile_at_workers(
-    client: Client,
-    wanted: Sequence[Scene],
-    on_progress: Callable[[int, int], None],
-    stopping: Callable[[], bool],
-    workers: Collection[str],
-) -> None:
+    client: Client, wanted: Sequence[Scene], workers: Collection[str]
+) -> Iterator[tuple[int, int]]:
     """Compile the missing kernels of the given scenes on each machine of a cluster.
 
-    Compilation errors are ignored here, because the first block compiles the kernel again and reports the error.
+    Compilation errors are ignored here, because the first block compiles the kernel again and reports the error. If the
+    caller stops the iteration, running compilations continue at their workers.
 
-    Parameters
-    ----------
-    client : Client
-        Client of the cluster.
-    wanted : sequence of Scene
-        Scenes of the study.
-    on_progress : callable
-        Called with the number of compiled scenes and the number of scenes to compile. It is not called if no kernel is
-        missing.
-    stopping : callable
-        Returns whether to stop the wait. Running compilations then continue at their workers.
-    workers : collection of str
-        Addresses of the workers that compile.
+    Yields
+    ------
+    done, total : int
+        Number of compiled scenes, every `LOOK_SECONDS`, and number of scenes to compile. Nothing is yielded if no kernel
+        is missing.
     """
     if not wanted:
         return
@@ -53,15 +42,15 @@ def compile_at_workers(
     tasks = [
         # if the worker is lost, any other worker may compile the scene, because waiting would take longer
         client.submit(
-            *sealed(_warm, scene), pure=False, workers=[there[i % len(there)]], allow_other_workers=True
+            *sealed(warm, scene), pure=False, workers=[there[i % len(there)]], allow_other_workers=True
         )
         for lacking, there in places.values()
         for i, scene in enumerate(lacking)
     ]
     while tasks:
         done = sum(task.done() for task in tasks)  # includes failed and lost compilations
-        on_progress(done, len(tasks))
-        if done == len(tasks) or stopping():
+        yield done, len(tasks)
+        if done == len(tasks):
             return
         time.sleep(LOOK_SECONDS)
 
@@ -77,7 +66,3 @@ def all_ready(client: Client, wanted: Sequence[Scene]) -> bool:
 def _lacking(wanted: list[Scene]) -> tuple[str, str, list[Scene]]:
     """Return the name of this machine, the folder of its kernels, and the scenes whose kernels are missing."""
     return identity()["host"], str(CACHE_FOLDER), missing(wanted)
-
-
-def _warm(scene: Scene) -> None:
-    warm(scene)

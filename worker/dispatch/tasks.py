@@ -47,22 +47,7 @@ class Tasks:
         return key
 
     def send(self, key: str, address: str, call: Call) -> Future:
-        """Send a function call to one worker.
-
-        Parameters
-        ----------
-        key : str
-            Key of the task.
-        address : str
-            Address of the worker.
-        call : tuple
-            The function and its arguments.
-
-        Raises
-        ------
-        SchedulerLost
-            If the connection to the scheduler is lost.
-        """
+        """Send a function call to the worker at an address; raise `SchedulerLost` if the connection is lost."""
         with asking_the_cluster(self._client):
             future = self._client.submit(
                 *sealed(*call),
@@ -104,12 +89,8 @@ class Tasks:
                 self._client.cancel(futures, reason=reason)
 
     def workers(self) -> tuple[dict[str, int], Collection[str]]:
-        """Return the present workers of the cluster.
-
-        Returns
-        -------
-        dict, collection of str
-            Number of threads of each present worker by address, and the addresses of the workers that accept tasks.
+        """Return the number of threads of each present worker by address, and the addresses of the workers that accept
+        tasks.
 
         Raises
         ------
@@ -146,16 +127,7 @@ def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[byt
     and the stores would double the time that the scheduler needs to start. A worker unpacks a call with the standard
     library alone, so a worker with another version of damperlab can still report its version.
 
-    Parameters
-    ----------
-    function : callable
-        The function. If it can be imported, it is sent by name; otherwise it is pickled by value.
-    *arguments
-        Arguments of the function.
-
-    Returns
-    -------
-    callable, bytes
-        Function that unpacks and executes the call, and the argument of this function.
+    A function that can be imported is sent by name; any other function is pickled by value. The result is a function
+    that unpacks and executes the call, and the argument of this function.
     """
     return pickle.loads, dumps(_Call(function, arguments))

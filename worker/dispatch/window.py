@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from math import inf
 
+import numpy as np
 from distributed import CancelledError, Client, Future, KilledWorker
+from numpy.typing import ArrayLike, NDArray
 
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.examiner import Examiner
 from damperlab.worker.dispatch.tasks import ANSWER_SECONDS, FETCH_SECONDS, Call, Tasks
 from damperlab.worker.dispatch.workers import Workers
@@ -34,8 +35,10 @@ class Window:
     task : callable
         Called with the index of a block and a task key. It returns a tuple of the function that computes the block, and
         the arguments of this function.
-    backlog : Backlog
-        Blocks to compute.
+    indices : array of int
+        Indices of the blocks to compute, in the order in which they start.
+    seconds : array of float, optional
+        Expected time of each block of the study [s], by the block's index; by default 1 s for every block.
     wait_seconds : float
         Longest wait while no worker can compute [s].
     priority : int
@@ -46,12 +49,13 @@ class Window:
         self,
         client: Client,
         task: Callable[[int, str], Call],
-        backlog: Backlog,
+        indices: ArrayLike,
+        seconds: NDArray[np.float64] | None = None,
         *,
         wait_seconds: float = WAIT_SECONDS,
         priority: int = 0,
     ) -> None:
-        self.workers = Workers(backlog)
+        self.workers = Workers(indices, seconds)
         self._tasks = Tasks(client, priority)
         self._examiner = Examiner(self.workers, self._tasks)
         self._task = task
@@ -80,23 +84,14 @@ class Window:
     ) -> dict[str, str] | None:
         """Test the present workers, and accept those that have the study's solver and compute the same bits.
 
-        Workers that join later are tested in the same way.
-
-        Parameters
-        ----------
-        examination : tuple
-            The function `damperlab.worker.worker_process.examination.examine` and its arguments.
-        identity : str
-            Identity of the study's solver. If empty, the most frequent identity of the workers is used.
-        truth : str
-            Hash of the stored results of the examined points. If empty, the result of the majority of the workers is used.
-        look_on : callable
-            Called between checks. If it returns False, the wait ends.
+        Workers that join later are tested in the same way. The test is the function
+        `damperlab.worker.worker_process.examination.examine` with its arguments. `identity` and `truth` are those of
+        `Examiner.settle`.
 
         Returns
         -------
         dict of str or None
-            Result of `computing()` at the accepted workers. None if `look_on` ended the wait.
+            Result of `computing()` at the accepted workers. None if `look_on` returned False between two checks.
 
         Raises
         ------
@@ -130,17 +125,10 @@ class Window:
             self.workers.sent(key, address, attempt)
 
     def collect(self, wait_seconds: float) -> Iterator[Ended]:
-        """Yield the results of the blocks that have ended since the last call.
+        """Yield the results of the blocks that have ended since the last call, in the order in which they ended.
 
-        Parameters
-        ----------
-        wait_seconds : float
-            Longest wait for the first result [s]. After this time, the remaining results are left to the next call.
-
-        Yields
-        ------
-        BlockOutcome or Failure
-            Results in the order in which the blocks ended. A block that will be tried again is not included.
+        A block that will be tried again is not included. The first result is awaited for at most `wait_seconds`. After
+        this time, the remaining results are left to the next call.
 
         Raises
         ------
@@ -160,15 +148,7 @@ class Window:
     def drain(self, grace_seconds: float) -> Iterator[Ended]:
         """Cancel the blocks that have not started, and yield the results of running blocks that end in time.
 
-        Parameters
-        ----------
-        grace_seconds : float
-            Longest wait for the running blocks [s]. Blocks that have not ended by then are cancelled.
-
-        Yields
-        ------
-        BlockOutcome or Failure
-            Results in the order in which the blocks ended.
+        Blocks that have not ended after `grace_seconds` are cancelled.
         """
         deadline = time.monotonic() + grace_seconds
         waiting = [key for one in self.workers.states.values() for key in list(one.held)[one.threads :]]

@@ -1,12 +1,11 @@
-"""Standing and failures of each worker of a study."""
+"""Standing, blocks and failures of each worker of a study."""
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from damperlab.studies.faults import counted
-from damperlab.worker.dispatch.backlog import Attempt
 from damperlab.worker.outcomes import RETRIES
 
 _NEVER = math.inf
@@ -17,15 +16,46 @@ Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
 """Standing of a worker. A joining worker is being tested, and a usable worker computes blocks. After an exclusion, a
 worker is on trial until it has completed a block. A leaving worker takes no more blocks. An excluded worker is out.
 """
-TOLD: dict[Standing, str] = {
-    "joining": "joining",
-    "usable": "usable",
-    "on trial": "usable",
-    "leaving": "leaving",
-    "out": "out",
-}
-"""Name under which each standing is reported."""
-STANDINGS = tuple(dict.fromkeys(TOLD.values()))
+STANDINGS = ("joining", "usable", "leaving", "out")
+"""The reported standings. A worker on trial is reported as usable."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """An attempt to compute a block.
+
+    Parameters
+    ----------
+    index : int
+        Index of the block.
+    errors, crashes : int
+        Number of exceptions that the block has raised, and number of processes that crashed while computing the block.
+    apart : bool
+        Whether a separate process computes the block, because a worker was lost while computing the block. If the
+        separate process crashes, the worker survives.
+    avoid : frozenset of str
+        Addresses of workers at which the block failed.
+    tries : int
+        Number of earlier attempts.
+    moved : bool
+        Whether the block ran far too long at another worker. The attempt then has no time limit.
+    """
+
+    index: int
+    errors: int = 0
+    crashes: int = 0
+    apart: bool = False
+    avoid: frozenset[str] = frozenset()
+    tries: int = 0
+    moved: bool = False
+
+    def begun(self, apart: bool = False) -> "Attempt":
+        """Return the next attempt at the block; if `apart` is true, the attempt runs in a separate process."""
+        return replace(self, tries=self.tries + 1, apart=self.apart or apart)
+
+    def elsewhere(self, address: str) -> "Attempt":
+        """Return a copy of this attempt that avoids the given worker."""
+        return replace(self, avoid=self.avoid | {address})
 
 
 @dataclass
@@ -128,7 +158,6 @@ class Standings:
             return
         if worker.standing == "out":
             self.news.append(f"worker {address} is used again")
-        if worker.standing == "out":
             worker.standing = "on trial"  # the reason of the exclusion is kept, since it may still apply
         else:
             self.trust(worker)
@@ -142,14 +171,8 @@ class Standings:
     def leave_out(self, address: str, reason: str, again_at: float = _NEVER) -> None:
         """Exclude a worker from new blocks. The worker may still finish the blocks that it has received.
 
-        Parameters
-        ----------
-        address : str
-            Address of the worker.
-        reason : str
-            Reason for the exclusion, a sentence without a full stop.
-        again_at : float
-            Time of the worker's next test by the caller's clock [s]; by default the worker is not tested again.
+        The reason is a sentence without a full stop. The worker is tested again at the time `again_at` of the caller's
+        clock; by default it is not tested again.
         """
         worker = self.states.get(address)
         if worker is None or worker.standing == "leaving":
@@ -186,7 +209,7 @@ class Standings:
 
     def standings(self) -> tuple[tuple[str, int], ...]:
         """Return the number of workers of each reported standing."""
-        found = [TOLD[worker.standing] for worker in self.states.values()]
+        found: list[str] = ["usable" if worker.usable else worker.standing for worker in self.states.values()]
         return tuple((standing, found.count(standing)) for standing in STANDINGS)
 
     def take_news(self) -> list[str]:

@@ -8,9 +8,11 @@ from collections import deque
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from damperlab.studies.store.files.shelf import ShelfAway
-from damperlab.worker.dispatch.backlog import Attempt, Backlog
-from damperlab.worker.dispatch.worker_state import AGAIN_SECONDS, Standings, WorkerState
+from damperlab.worker.dispatch.worker_state import AGAIN_SECONDS, Attempt, Standings, WorkerState
 from damperlab.worker.outcomes import RETRIES, Crashed, Failure, Leaving, Outage, is_full
 from damperlab.worker.provenance import WrongCode
 
@@ -26,17 +28,20 @@ class Workers(Standings):
 
     Parameters
     ----------
-    backlog : Backlog
-        Queue of the unassigned blocks.
+    indices : array of int
+        Indices of the blocks to compute, in the order in which they are assigned.
+    seconds : array of float, optional
+        Expected time of each block of the study [s], by the block's index; by default 1 s for every block.
     """
 
-    def __init__(self, backlog: Backlog) -> None:
+    def __init__(self, indices: ArrayLike, seconds: NDArray[np.float64] | None = None) -> None:
         super().__init__()
         self.retries = 0
         """Number of attempts that repeated a block."""
         self.incidents: list[str] = []
         """Unreported messages about failed or lost blocks. The messages end without a full stop."""
-        self._backlog = backlog
+        self._new = deque(np.asarray(indices, dtype=np.int64).tolist())
+        self._seconds = seconds
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
         # The n-th dict contains the addresses of workers with fewer than n blocks per thread, which saves a search.
@@ -47,7 +52,7 @@ class Workers(Standings):
     @property
     def waiting(self) -> int:
         """Number of unassigned blocks."""
-        return len(self._again) + self._backlog.left
+        return len(self._again) + len(self._new)
 
     @property
     def in_flight(self) -> int:
@@ -86,11 +91,6 @@ class Workers(Standings):
         it is taken back all the same, because such a worker may never end. An excluded worker is tested again after
         `AGAIN_SECONDS`.
 
-        Parameters
-        ----------
-        now : float
-            Time of the caller's clock [s].
-
         Returns
         -------
         list of str
@@ -105,7 +105,8 @@ class Workers(Standings):
             if attempt is None or (attempt.moved and not leaves):
                 continue
             seconds = now - self._since[key]
-            if seconds <= max(STUCK_SECONDS, STUCK_TIMES * self._backlog.expected(attempt.index)):
+            expected = 1.0 if self._seconds is None else self._seconds[attempt.index]
+            if seconds <= max(STUCK_SECONDS, STUCK_TIMES * expected):
                 continue
             # asked last, because the answer takes a look at all workers
             if not leaves and self._is_alone(worker):
@@ -205,12 +206,7 @@ class Workers(Standings):
     def give_back(self, key: str, apart: bool = False) -> None:
         """Take back a block that has no result, without counting a failure of the block.
 
-        Parameters
-        ----------
-        key : str
-            Key of the task.
-        apart : bool
-            Whether to compute the block in a separate process from now on.
+        If `apart` is true, a separate process computes the block from now on.
         """
         self._again.append(self._take(key).begun(apart))
 
@@ -218,15 +214,6 @@ class Workers(Standings):
         """Decide how to continue after the task of a block has raised an exception.
 
         Depending on the exception, the worker is excluded, and the block is tried again or given up.
-
-        Parameters
-        ----------
-        key : str
-            Key of the task.
-        error : BaseException
-            The exception.
-        now : float
-            Time of the caller's clock [s].
 
         Returns
         -------
@@ -285,7 +272,7 @@ class Workers(Standings):
     @property
     def _nears_end(self) -> bool:
         """Whether so few blocks are left that a second block per thread might delay the end of the study."""
-        return self._backlog.left <= self._threads
+        return len(self._new) <= self._threads
 
     def _take(self, key: str) -> Attempt:
         address = self._where.pop(key)
@@ -308,5 +295,4 @@ class Workers(Standings):
             ):
                 del self._again[place]
                 return attempt
-        index = self._backlog.take()
-        return None if index is None else Attempt(index)
+        return Attempt(self._new.popleft()) if self._new else None

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.plan import Block, Plan
-from damperlab.studies.store.cube.cube import stored_variables
+from damperlab.studies.store.cube.description import stored_variables
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.reuse import Overlaps
-from damperlab.studies.store.store import Store
 from damperlab.worker.provenance import code_hash, one_identity, require_begun_alike
 from damperlab.worker.run.lease import Lease
 from damperlab.worker.worker_process.examination import canary_of, examine, stored_bits
@@ -25,8 +24,6 @@ class Calls:
 
     Parameters
     ----------
-    store : Store
-        Store that holds the study.
     lease : Lease
         This run's claim on the study.
     plan : Plan
@@ -35,12 +32,11 @@ class Calls:
         The study in its present state.
     """
 
-    def __init__(self, store: Store, lease: Lease, plan: Plan, record: Record) -> None:
-        self._store = store
+    def __init__(self, lease: Lease, plan: Plan, record: Record) -> None:
         self._lease = lease
         self._plan = plan
         self._record = record
-        self._cube_path = store.cube_path(lease.study_id)
+        self._cube_path = lease.store.cube_path(lease.study_id)
 
     @property
     def begun(self) -> str:
@@ -63,22 +59,17 @@ class Calls:
             If the workers' solvers differ from each other, or from the solver of the existing blocks.
         """
         now = one_identity(answers)
-        self._record = self._store.begin(self._lease.study_id, dict(now), self._lease.owner)
+        self._record = self._lease.store.begin(self._lease.study_id, dict(now), self._lease.owner)
         require_begun_alike(self._lease.study_id, self._record.provenance, now)
 
     @cached_property
     def _overlaps(self) -> Overlaps:
-        return Overlaps(self._store, self._record)
+        return Overlaps(self._lease.store, self._record)
 
     def of_block(self, index: int, key: str) -> tuple[Any, ...]:
         """Return a tuple of the function that computes a block, and the arguments of this function.
 
-        Parameters
-        ----------
-        index : int
-            Index of the block.
-        key : str
-            Unique key of the task, which becomes part of the name of the block's file.
+        The unique key of the task becomes part of the name of the block's file.
         """
         block = self._plan.block(index)
         generation = key.removeprefix("block-")
@@ -88,25 +79,15 @@ class Calls:
     def of_examination(self, canary: Block | None) -> tuple[Any, ...]:
         """Return a tuple of the function that tests a worker, and the arguments of this function.
 
-        Parameters
-        ----------
-        canary : Block, optional
-            Points that the worker computes. None for a first test, before kernels are compiled.
+        The worker computes the points `canary`. They are None for a first test, before kernels are compiled.
         """
         return examine, self._cube_path, self._record.digest, code_hash(), canary
 
     def canary(self, pending: NDArray[np.int64]) -> tuple[Block, str]:
         """Return the points that every worker computes as a test, and the hash of their stored results.
 
-        Parameters
-        ----------
-        pending : array of int
-            Indices of the blocks that are not done.
-
-        Returns
-        -------
-        Block, str
-            The points, and the hash of their stored results. The hash is empty if no results are stored.
+        The hash is empty if no block is done, or the results cannot be read. `pending` are the blocks that are not
+        done.
         """
         study = self._plan.study
         done = np.setdiff1d(np.arange(self._plan.count), pending, assume_unique=True)
@@ -115,6 +96,6 @@ class Calls:
             names = [variable.name for variable in stored_variables(study)]
             with suppress(StoreFault, OSError):
                 # if the stored results cannot be read, the result of the majority of the workers counts as right
-                if truth := stored_bits(self._store.cube(self._lease.study_id), study, canary, names):
+                if truth := stored_bits(self._lease.store.cube(self._lease.study_id), study, canary, names):
                     return canary, truth
         return canary_of(self._plan, int(pending[0])), ""

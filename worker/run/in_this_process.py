@@ -50,15 +50,7 @@ class InThisProcess:
     def collect(self, wait_seconds: float | None) -> Iterator[BlockOutcome | Failure]:
         """Wait until at least one block has ended, and yield the results of all ended blocks.
 
-        Parameters
-        ----------
-        wait_seconds : float or None
-            Longest wait [s]; None for a wait without a limit.
-
-        Yields
-        ------
-        BlockOutcome or Failure
-            Result of a block. A block that will be tried again is not included.
+        A block that will be tried again is not included. If `wait_seconds` is None, the wait has no limit.
 
         Raises
         ------
@@ -88,26 +80,12 @@ class InThisProcess:
 
 
 def _judged(error: Exception, index: int, failures: int) -> Failure | None:
-    """Decide whether a block is tried again after an exception.
-
-    Parameters
-    ----------
-    error : Exception
-        Exception from `damperlab.worker.worker_process.tasks.run_block`.
-    index : int
-        Index of the block.
-    failures : int
-        Number of earlier failures of the block.
-
-    Returns
-    -------
-    Failure or None
-        Failure of the block, or None if the block is to be tried again.
+    """Decide whether a block is tried again after an exception. Return None if so, and else the failure.
 
     Raises
     ------
     Interrupted
-        If the code differs from that of the study, or data cannot be read or written. The points are not the cause.
+        If the worker's code differs from the study's, or data cannot be read or written. The points are not the cause.
     """
     if isinstance(error, WrongCode):
         raise Interrupted(str(error)) from error

@@ -74,18 +74,9 @@ def renewer(name: str, renew: Callable[[], None]) -> Background:
 
 @contextmanager
 def renewed(owner: str, renewing: Background, release: Callable[[], object]) -> Iterator[None]:
-    """Renew the claims of an owner within the context, and release them afterwards.
+    """Renew the claims of an owner within the context by a thread, and release them afterwards.
 
     Within the context, `owner_is_dead` returns False for this owner.
-
-    Parameters
-    ----------
-    owner : str
-        Name of the owner.
-    renewing : Background
-        Thread that renews the claims.
-    release : callable
-        Releases the claims.
     """
     _held.add(owner)
     renewing.start(at_once=False)
@@ -105,17 +96,7 @@ def renewed(owner: str, renewing: Background, release: Callable[[], object]) -> 
 def hold(store: Store, study_id: str) -> Iterator[Lease]:
     """Hold the claim on a study within the context.
 
-    Parameters
-    ----------
-    store : Store
-        Store that holds the study.
-    study_id : str
-        Full id of the study.
-
-    Yields
-    ------
-    Lease
-        The claim. The caller must check `Lease.over` repeatedly, because the claim can be lost.
+    The caller must check `Lease.over` repeatedly, because the claim can be lost.
 
     Raises
     ------
@@ -146,17 +127,9 @@ def _take_over(lease: Lease) -> bool:
 
 
 def owner_is_dead(owner: str) -> bool:
-    """Return whether the process that owns a claim has certainly ended.
+    """Return whether the owner of a claim was a process of this host that has ended; see `Record.owner`.
 
-    Parameters
-    ----------
-    owner : str
-        Name of the owner, see `Record.owner`.
-
-    Returns
-    -------
-    bool
-        Whether the owner was a process of this host that has ended. Processes of other hosts cannot be checked.
+    The function returns False for processes of other hosts, which cannot be checked.
     """
     if not re.fullmatch(r".+:\d+:[0-9a-f]{8}", owner):
         return False

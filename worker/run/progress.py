@@ -1,12 +1,27 @@
-"""Progress of a running study, with the computing speed and the expected remaining time."""
+"""Progress of a running study: the computing speed, the expected remaining time, and the reports on them."""
 
+import logging
 import math
 import time
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import BlockOutcome, Record
+
+if TYPE_CHECKING:
+    from damperlab.worker.dispatch.window import Window
+    from damperlab.worker.run.lease import Lease
+
+_log = logging.getLogger(__name__)
 
 WINDOW_SECONDS = 60.0
 """Period over which the computing speed is averaged [s]. Early blocks take longer than late blocks."""
+REPORT_SECONDS = 0.5
+"""Shortest time between two reports of progress [s]."""
 
 
 @dataclass(frozen=True)
@@ -61,33 +76,25 @@ class Meter:
 
     Parameters
     ----------
-    start : Progress
-        Progress at the start of this run.
+    record : Record
+        The study at the start of the measurement.
     work_left : float
         Expected kernel time of the remaining blocks [s].
     """
 
-    def __init__(self, start: Progress, work_left: float) -> None:
-        self._start = start
-        self._points = start.points_done
-        self._failed = start.points_failed
-        self._blocks = start.blocks_done
+    def __init__(self, record: Record, work_left: float) -> None:
+        self._record = record
+        self._points = record.points_done
+        self._failed = record.points_failed
+        self._blocks = record.blocks_done
         self._work_left = work_left
         self._samples: deque[tuple[float, int, float]] = deque()
         self._sample()
 
-    def add(self, points: int, failed: int, work: float) -> None:
-        """Count one finished block.
-
-        Parameters
-        ----------
-        points, failed : int
-            Number of points of the block, and number of failed points.
-        work : float
-            Expected kernel time of the block [s], which was part of `work_left`.
-        """
-        self._points += points
-        self._failed += failed
+    def add(self, outcome: BlockOutcome, work: float) -> None:
+        """Count one finished block, whose expected kernel time `work` [s] was part of `work_left`."""
+        self._points += outcome.points
+        self._failed += outcome.failed
         self._blocks += 1
         self._work_left = max(0.0, self._work_left - work)
         self._sample()
@@ -99,13 +106,13 @@ class Meter:
         speed = (self._points - points) / elapsed if elapsed > 0.0 else 0.0
         done = work - self._work_left
         left: float | None = self._work_left / done * elapsed if done > 0.0 else None
-        if self._blocks == self._start.blocks_total:
+        if self._blocks == self._record.blocks_total:
             left = 0.0
         return Progress(
-            self._start.points_total,
+            self._record.points_total,
             self._points,
             self._failed,
-            self._start.blocks_total,
+            self._record.blocks_total,
             self._blocks,
             speed,
             left,
@@ -116,3 +123,128 @@ class Meter:
         self._samples.append((now, self._points, self._work_left))
         while len(self._samples) > 2 and self._samples[1][0] < now - WINDOW_SECONDS:
             self._samples.popleft()
+
+
+class Reporter:
+    """Reports the events of a run to the catalogue, to the log and to a callback function.
+
+    Parameters
+    ----------
+    lease : Lease
+        This run's claim on the study.
+    on_progress : callable
+        Called with the present `Progress` at each report.
+    """
+
+    def __init__(self, lease: "Lease", on_progress: Callable[[Progress], None]) -> None:
+        self.left_out = ""
+        """Excluded workers and the reasons for excluding them; empty if no worker is excluded."""
+        self._lease = lease
+        self._on_progress = on_progress
+        self._phase: tuple[str | None, int | None, int | None] = None, None, None
+        self._entered: tuple[str | None, int | None, int | None, str | None] = None, None, None, None
+        self._meter: Meter | None = None
+        self._window: Window | None = None
+        self._reported = 0.0
+        self._waits_for, self._gives_up_at = "", math.inf
+
+    def measure(self, record: Record, work_left: float) -> None:
+        """Measure the speed anew. The remaining blocks are expected to take `work_left` kernel seconds."""
+        self._meter = Meter(record, work_left)
+
+    def watch(self, window: "Window | None") -> None:
+        """Include the state of the workers of a cluster in later reports; None if this process computes the blocks."""
+        self._window = window
+
+    def enter(
+        self, phase: str | None, done: int | None = None, total: int | None = None, message: str | None = None
+    ) -> None:
+        """Write the phase of the study to the catalogue, and report the progress."""
+        if (phase, done, total, message) != self._entered:
+            self._entered = phase, done, total, message
+            self._phase = phase, done, total
+            self._lease.store.set_phase(
+                self._lease.study_id, phase, done, total, owner=self._lease.owner, message=message
+            )
+        self.report(at_once=True)
+
+    def wait(self, what: str, gives_up_at: float) -> None:
+        """Report that the study waits for a resource, until the time `gives_up_at` of the monotonic clock [s].
+
+        `what` is a sentence that describes the resource. Nothing is written to the catalogue, because the catalogue may
+        be the missing resource.
+        """
+        self._phase = "waiting", None, None
+        self._waits_for, self._gives_up_at = what, gives_up_at
+        self.report(at_once=True)
+
+    def begin_blocks(self, record: Record, work_left: float) -> None:
+        """Report that the preparation has ended and that blocks are computed from now on."""
+        self.enter(None, message=self.left_out)
+        self.measure(record, work_left)
+
+    def report_workers(self) -> None:
+        """Write events about workers to the log and the catalogue. If workers are missing, report that the study waits.
+
+        Nothing happens if this process computes the blocks.
+        """
+        if self._window is None:
+            return
+        workers, stranded = self._window.workers, self._window.stranded
+        self._waits_for, self._gives_up_at = "", self._window.gives_up_at
+        study_id = self._lease.study_id
+        incidents, workers.incidents = workers.incidents, []
+        for sentence in incidents:
+            _log.warning("study %s: %s", study_id, sentence)
+        for sentence in workers.take_news():
+            _log.warning("study %s: %s", study_id, sentence)
+            self._lease.store.note(study_id, sentence)
+        out = workers.reasons()
+        if stranded is not None:
+            self.enter("waiting", message=stranded)
+        elif self._phase[0] == "waiting" or (out != self.left_out and self._phase[0] is None):
+            self.enter(None, message=out)
+        self.left_out = out
+
+    def close(self) -> None:
+        """Report the remaining events about workers. Errors of the store are ignored, so that the run can end."""
+        with suppress(StoreFault):
+            self.report_workers()
+
+    def count(self, outcome: BlockOutcome, work: float) -> None:
+        """Add a completed block to the progress. Its expected kernel time is `work` [s]."""
+        assert self._meter is not None
+        self._meter.add(outcome, work)
+        _log.debug(
+            "study %s: block %d is done: %d points, %.3g s",
+            self._lease.study_id,
+            outcome.index,
+            outcome.points,
+            outcome.seconds,
+        )
+
+    def report(self, at_once: bool = False) -> None:
+        """Report the progress if `REPORT_SECONDS` have passed since the last report, or if `at_once` is true."""
+        now = time.monotonic()
+        if self._meter is None or not (at_once or now - self._reported >= REPORT_SECONDS):
+            return
+        self._reported = now
+        progress = self._meter.progress()
+        phase, done, total = self._phase
+        if phase is not None:
+            progress = replace(progress, phase=phase, phase_done=done, phase_total=total)
+        if phase in ("starting", "waiting"):
+            # it is unknown when the study will continue, so the time left is unknown too
+            progress = replace(progress, seconds_left=None)
+        if phase == "waiting":
+            left = max(0.0, self._gives_up_at - now)
+            progress = replace(progress, waits_for=self._waits_for, gives_up_in=left)
+        if self._window is not None:
+            workers = self._window.workers
+            progress = replace(
+                progress,
+                workers=workers.standings(),
+                blocks_in_flight=workers.in_flight,
+                retries=workers.retries,
+            )
+        self._on_progress(progress)

@@ -2,20 +2,17 @@
 
 import uuid
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from damperlab.studies.plan import Plan
 from damperlab.studies.store.care.sweep import sweep
-from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.cube.packed import write_region
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.studies.store.store import Store
 from damperlab.worker.outcomes import Failure, Interrupted, Outage, is_full
-from damperlab.worker.run.lease import Lease
-from damperlab.worker.run.reporter import Reporter
 from damperlab.worker.worker_process.tasks import failed_values
+
+if TYPE_CHECKING:
+    from damperlab.worker.run.runner import Run
 
 
 class Results:
@@ -23,43 +20,22 @@ class Results:
 
     Parameters
     ----------
-    store : Store
-        Store that holds the study.
-    lease : Lease
-        This run's claim on the study.
-    reporter : Reporter
-        Object that counts each block that was marked as done.
+    run : Run
+        The run, whose plan must be set before `keep` is called.
     """
 
-    def __init__(self, store: Store, lease: Lease, reporter: Reporter) -> None:
+    def __init__(self, run: "Run") -> None:
         self.spent_seconds = 0.0
         """Kernel time of the blocks that this run has completed [s]."""
         self.marked = 0
         """Number of blocks that this run has marked as done."""
         self._failures: list[str] = []
-        self._store = store
-        self._lease = lease
-        self._reporter = reporter
-
-    def expect(self, plan: Plan, seconds: NDArray[np.float64]) -> None:
-        """Set the plan of the study, and the expected kernel time of each block [s]. Both must be set before `keep`."""
-        self._plan = plan
-        self._seconds = seconds
-        self._cube_path = self._store.cube_path(self._lease.study_id)
+        self._run = run
+        self._lease = run.lease
+        self._store = run.lease.store
 
     def keep(self, ended: Iterable[BlockOutcome | Failure]) -> None:
-        """Mark ended blocks as done.
-
-        Parameters
-        ----------
-        ended : iterable of BlockOutcome or Failure
-            Results of the blocks.
-
-        Raises
-        ------
-        Interrupted
-            If the values of a failed block cannot be written.
-        """
+        """Mark ended blocks as done; raise `Interrupted` if the values of a failed block cannot be written."""
         outcomes: list[BlockOutcome] = []
         try:
             for end in ended:
@@ -90,25 +66,21 @@ class Results:
             return
         self.marked += len(outcomes)
         for outcome in outcomes:
-            self._reporter.count(outcome, float(self._seconds[outcome.index]))
+            self._run.reporter.count(outcome, float(self._run.expected[outcome.index]))
 
     def _give_up(self, failure: Failure) -> BlockOutcome:
-        block = self._plan.block(failure.index)
-        values = failed_values(self._plan.study, block)
+        plan = self._run.plan
+        block = plan.block(failure.index)
+        path = self._store.cube_path(self._lease.study_id)
         told = {"message": failure.message}
-        outcome = write_region(self._cube_path, block, values, uuid.uuid4().hex[:12], told)
+        outcome = write_region(path, block, failed_values(plan.study, block), uuid.uuid4().hex[:12], told)
         self._failures.append(f"block {failure.index}: {failure.message}")
         return outcome
 
     def end(self, stopped_as: str, stopped_by: str | None) -> None:
-        """Set the final state of the study: done or failed if all blocks have ended, otherwise `stopped_as`.
+        """Set the final state of the study: done or failed if all blocks have ended.
 
-        Parameters
-        ----------
-        stopped_as : str
-            State to set if blocks are still pending.
-        stopped_by : str, optional
-            Message to set if blocks are still pending.
+        If blocks are still pending, the state becomes `stopped_as`, with the message `stopped_by`.
         """
         if self._lease.lost.is_set():
             return
@@ -118,7 +90,7 @@ class Results:
         if record.blocks_done < record.blocks_total:
             self.end_as(stopped_as, stopped_by)
             return
-        left_out, failures = self._reporter.left_out, self._failures
+        left_out, failures = self._run.reporter.left_out, self._failures
         message = f"computed without workers that were left out: {left_out}" if left_out else None
         if failures:
             message = f"{len(failures)} of {record.blocks_total} blocks failed; the first: {failures[0]}"

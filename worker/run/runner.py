@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.digest import family_digest
-from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.plan import Plan, plan_with_chunk
 from damperlab.studies.store.care.sweep import sweep
-from damperlab.studies.store.cube.cube import description_of
 from damperlab.studies.store.cube.definition import parse_stored
+from damperlab.studies.store.cube.description import description_of
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import ShelfAway
@@ -30,8 +30,7 @@ from damperlab.worker.provenance import WrongCode, computing, require_solver
 from damperlab.worker.run.calls import Calls
 from damperlab.worker.run.in_this_process import InThisProcess
 from damperlab.worker.run.lease import Lease, hold
-from damperlab.worker.run.progress import Progress
-from damperlab.worker.run.reporter import Reporter
+from damperlab.worker.run.progress import Progress, Reporter
 from damperlab.worker.run.results import Results
 from damperlab.worker.scenes import Scene, scenes
 from damperlab.worker.warm import compile_apart, missing
@@ -120,23 +119,21 @@ def run_study(
     store.find(study_id)
     with hold(store, study_id) as lease:
         budget = math.inf if budget_seconds is None else budget_seconds
-        limits = _Limits(here_seconds, wait_seconds, return_seconds, budget)
-        run = _Run(store, lease, Reporter(store, lease, on_progress), client_factory, stop, limits)
+        limits = Limits(here_seconds, wait_seconds, return_seconds, budget)
+        run = Run(lease, Reporter(lease, on_progress), client_factory, stop, limits)
         if run.begin(only_from):
             try:
                 run.complete(stopped_as)
             # Each branch writes the final state once: a process killed between two writes would leave a wrong state.
-            except Outage as error:
+            except StudyNotFound:
+                raise
+            except (Outage, StoreFault) as error:
+                # if the catalogue was locked or its server did not answer, writing the state may succeed now
                 run.results.end_as(outage_as, f"{error}; {run.results.left()}")
             except Interrupted as error:
                 run.results.end_as(
                     outage_as if store.trouble() else "failed", f"{error}; {run.results.left()}"
                 )
-            except StudyNotFound:
-                raise
-            except StoreFault as error:
-                # the catalogue was locked or its server did not answer; writing the state may succeed now
-                run.results.end_as(outage_as, f"{error}; {run.results.left()}")
             except WrongCode as error:
                 run.results.end_as("failed", str(error))
             except KeyboardInterrupt:
@@ -152,7 +149,7 @@ def run_study(
 
 
 @dataclass(frozen=True)
-class _Limits:
+class Limits:
     """Times that end a run or a wait of the run [s]; see the parameters of `run_study`."""
 
     here_seconds: float
@@ -161,13 +158,11 @@ class _Limits:
     budget_seconds: float
 
 
-class _Run:
+class Run:
     """One run of one claimed study.
 
     Parameters
     ----------
-    store : Store
-        Store that holds the study.
     lease : Lease
         This run's claim on the study.
     reporter : Reporter
@@ -176,39 +171,44 @@ class _Run:
         Returns a context manager that yields a client of the cluster.
     stop : Event
         Event that another thread sets to stop the run.
-    limits : _Limits
+    limits : Limits
         Times that end the run or a wait of the run.
     """
 
+    plan: Plan
+    """Division of the study into blocks. It is set when the computation begins, like `expected`."""
+    expected: NDArray[np.float64]
+    """Expected time of each block [s]."""
+
     def __init__(
         self,
-        store: Store,
         lease: Lease,
         reporter: Reporter,
         client_factory: "Callable[[], AbstractContextManager[Client]]",
         stop: Event,
-        limits: _Limits,
+        limits: Limits,
     ) -> None:
-        self._store = store
-        self._lease = lease
+        self.lease = lease
+        self.reporter = reporter
+        self.client_factory = client_factory
+        self.limits = limits
+        self.results = Results(self)
+        self.had_cluster = False
+        """Whether this run has used a cluster. The run then waits if no cluster can be reached."""
+        self._store = lease.store
         self._study_id = lease.study_id
-        self._reporter = reporter
-        self._client_factory = client_factory
         self._stop = stop
-        self._limits = limits
-        self.results = Results(store, lease, reporter)
-        self._had_cluster = False
-        self._record = store.find(self._study_id)
+        self._record = self._store.find(self._study_id)
 
     def begin(self, only_from: tuple[str, ...]) -> bool:
         """Set the state to `running` if the present state is in `only_from`. Return whether the study is running."""
         # the message of an earlier run is kept only if points have failed
         told = None if self._record.points_failed else ""
-        owner = self._lease.owner
+        owner = self.lease.owner
         self._record = self._store.set_state(
             self._study_id, "running", told, only_from=only_from, owner=owner
         )
-        self._lease.begun.set()
+        self.lease.begun.set()
         return self._record.state == "running"
 
     def complete(self, stopped_as: str) -> None:
@@ -217,25 +217,25 @@ class _Run:
         while True:
             try:
                 self._compute()
-                self._reporter.report(at_once=True)
+                self.reporter.report(at_once=True)
                 self.results.end(stopped_as, self._budget_spent())
                 return
             except StoreFault as error:
-                if not may_pass(error) or self._stopping:
+                if not may_pass(error) or self.stopping:
                     raise
                 if self.results.marked > kept:
                     kept = self.results.marked
-                    gives_up_at = time.monotonic() + self._limits.return_seconds
+                    gives_up_at = time.monotonic() + self.limits.return_seconds
                 self._wait_for_store(error, gives_up_at)
 
     def _wait_for_store(self, error: StoreFault, gives_up_at: float) -> None:
         """Wait until the catalogue answers, and read the record again. Raise the error if this takes too long."""
-        while time.monotonic() < gives_up_at and not self._stopping:
-            self._reporter.wait(error.fault.sentence, gives_up_at)
+        while time.monotonic() < gives_up_at and not self.stopping:
+            self.reporter.wait(error.fault.sentence, gives_up_at)
             self._stop.wait(AGAIN_SECONDS)
             try:
                 self._record = self._store.find(self._study_id)
-                self._reporter.enter(None)
+                self.reporter.enter(None)
                 return
             except StoreFault as again:
                 if not may_pass(again):
@@ -247,57 +247,51 @@ class _Run:
         """Compute the pending blocks until none is left, the run is stopped or the budget is spent."""
         study = parse_stored(self._record.definition, self._record.digest)
         # the recorded chunk is used, because the cost model may have changed since the submission
-        self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
+        self.plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         self._take_back_lost()
-        pending = self._store.pending(self._study_id)
+        pending = self.pending()
         earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
-        expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
-        work_left = float(expected[pending].sum())
-        self.results.expect(self._plan, expected)
-        self._reporter.measure(self._record, work_left)
-        self._reporter.report(at_once=True)
-        if not pending.size or self._stopping:
+        self.expected = self.plan.block_seconds * (family_factor(earlier) or 1.0)
+        work_left = float(self.expected[pending].sum())
+        self.reporter.measure(self._record, work_left)
+        self.reporter.report(at_once=True)
+        if not pending.size or self.stopping:
             return
         sweep(self._store, self._study_id)
         if self._record.blocks_done:
             # the workers' processors are compared later, when a cluster has started
             require_solver(self._study_id, self._record.provenance)
         self._require_room()
-        if work_left <= self._limits.here_seconds:
+        if work_left <= self.limits.here_seconds:
             self._compute_here(pending, work_left)
             return
         self._require_readable()
         # imported only here, because blocks computed in this process need no cluster library
-        from damperlab.worker.run.on_cluster import OnCluster
+        from damperlab.worker.run.on_cluster import compute_on_cluster
 
-        away = OnCluster(
-            self._store,
-            self._lease,
-            self._reporter,
-            self._plan,
-            expected,
-            lambda: self._stopping,
-            there_before=self._had_cluster,
-        )
-        self._had_cluster = True
-        away.compute(self._client_factory, self._pump, self._limits.wait_seconds, self._limits.return_seconds)
+        compute_on_cluster(self)
+
+    def pending(self) -> NDArray[np.int64]:
+        """Return the indices of the blocks that are not done."""
+        return self._store.pending(self._study_id)
 
     def _take_back_lost(self) -> None:
         """Mark blocks whose files are lost as pending, so that they are computed again."""
         lost = self._store.lost_blocks(self._study_id)
         if lost:
             require_solver(self._study_id, self._record.provenance)
-            owner = self._lease.owner
+            owner = self.lease.owner
             self._record = self._store.forget(self._study_id, lost, "their files are lost", owner=owner)
 
     def _compute_here(self, pending: NDArray[np.int64], work_left: float) -> None:
-        calls = Calls(self._store, self._lease, self._plan, self._record)
+        calls = Calls(self.lease, self.plan, self._record)
         calls.agree({"this process": computing()})
-        self._compile_here(missing(scenes(self._plan.study)))
-        self._reporter.begin_blocks(self._record, work_left)
+        self.reporter.watch(None)
+        self._compile_here(missing(scenes(self.plan.study)))
+        self.reporter.begin_blocks(self._record, work_left)
 
-        with closing(InThisProcess(calls.of_block, map(int, self._plan.order(pending)))) as here:
-            self._pump(here)
+        with closing(InThisProcess(calls.of_block, map(int, self.plan.order(pending)))) as here:
+            self.pump(here)
 
     def _require_readable(self) -> None:
         try:
@@ -311,42 +305,43 @@ class _Run:
         """Compile missing kernels in separate processes, before this process computes the study."""
         if not lacking:
             return
-        self._reporter.compiling(0, len(lacking))
+        self.reporter.enter("compiling", 0, len(lacking))
         # if a compilation fails, the first block compiles the kernel again and reports the error
         with suppress(RuntimeError), closing(compile_apart(lacking, core_count())) as compiled:
             for done, _ in enumerate(compiled, 1):
-                self._reporter.compiling(done, len(lacking))
-                if self._stopping:
+                self.reporter.enter("compiling", done, len(lacking))
+                if self.stopping:
                     return
 
     @property
-    def _stopping(self) -> bool:
-        return self._stop.is_set() or self._lease.over or self._spent
+    def stopping(self) -> bool:
+        """Whether no more blocks may start."""
+        return self._stop.is_set() or self.lease.over or self._spent
 
     @property
     def _spent(self) -> bool:
-        return self.results.spent_seconds >= self._limits.budget_seconds
+        return self.results.spent_seconds >= self.limits.budget_seconds
 
     def _budget_spent(self) -> str | None:
         """Return a message if the budget is spent, and None otherwise."""
         if not self._spent:
             return None
-        hours = self._limits.budget_seconds / SECONDS_PER_HOUR
+        hours = self.limits.budget_seconds / SECONDS_PER_HOUR
         return f"the budget of {hours:.3g} core hours is spent; {self.results.left()}"
 
-    def _pump(self, window: "Window | InThisProcess") -> None:
-        while not self._stopping:
+    def pump(self, window: "Window | InThisProcess") -> None:
+        """Send blocks and record their results until no block is left or the run stops."""
+        while not self.stopping:
             self._require_room()
             window.fill()
             if window.empty:
                 return
-            if not isinstance(window, InThisProcess):
-                self._reporter.tell_of_workers(window.stranded, window.gives_up_at)
+            self.reporter.report_workers()
             self.results.keep(window.collect(POLL_SECONDS))
-            self._reporter.report()
+            self.reporter.report()
         for ended in window.drain(GRACE_SECONDS):
             self.results.keep([ended])
-            self._reporter.report()
+            self.reporter.report()
 
     def _require_room(self) -> None:
         trouble = self._store.trouble()

@@ -38,16 +38,8 @@ POLL_SECONDS = 0.05
 def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool]) -> None:
     """Compute new studies of one block each in this process, as many at the same time as there are cores.
 
-    A study whose block fails is queued again, for a separate run.
-
-    Parameters
-    ----------
-    store : Store
-        Store that holds the studies.
-    ids : sequence of str
-        Full ids of the studies. The kernels that the studies need must be compiled already.
-    stop : callable
-        Returns True if no further study may start.
+    The kernels that the studies need must be compiled already. If `stop` returns True, no further study starts. A study
+    whose block fails is queued again, for a separate run.
     """
     identity = computing()["identity"]
     with _hold(store, ids, identity) as (owner, records):
@@ -69,21 +61,8 @@ def compute_together_on_cluster(
 ) -> list[str]:
     """Compute new studies of one block each on a cluster.
 
-    Parameters
-    ----------
-    store : Store
-        Store that holds the studies.
-    ids : sequence of str
-        Full ids of the studies.
-    client_factory : callable
-        Returns a context manager that yields a client.
-    stop : Event
-        Event that another thread sets to end the wait for results.
-
-    Returns
-    -------
-    list of str
-        Ids of the studies that need a separate run, for example because kernels must be compiled or the block failed.
+    The wait for results ends when another thread sets `stop`. The function returns the ids of the studies that need a
+    separate run, for example because kernels must be compiled or the block failed.
     """
     # imported here, because studies that this process computes need no cluster library
     from damperlab.worker.dispatch.tasks import sealed
@@ -119,19 +98,7 @@ def compute_together_on_cluster(
 def _hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str, list[Record]]]:
     """Hold claims on studies within the context. Afterwards unfinished studies are queued again.
 
-    Parameters
-    ----------
-    store : Store
-        Store that holds the studies.
-    ids : sequence of str
-        Full ids of the studies.
-    identity : str
-        Identity of the solver that computes the studies.
-
-    Yields
-    ------
-    str, list of Record
-        Name of the owner of the claims, and the claimed studies.
+    The context yields the name of the owner of the claims, and the claimed studies.
     """
     owner = new_owner()
     renewing = renewer("lease-batch", lambda: store.renew_all(owner))

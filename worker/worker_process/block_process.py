@@ -22,19 +22,7 @@ _TO_ALL = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
 
 def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Call a function in a separate process, which ends with this process.
-
-    Parameters
-    ----------
-    function : callable
-        The function.
-    *arguments : object
-        Arguments of the function.
-
-    Returns
-    -------
-    object
-        Result of the function.
+    """Call a function in a separate process, which ends with this process, and return the function's result.
 
     Raises
     ------

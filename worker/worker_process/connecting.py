@@ -19,29 +19,63 @@ REFUSED_AGAIN_SECONDS = 5.0
 """Time after which a refused worker tries again [s], since the certificates may have been renewed meanwhile."""
 
 
-async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: float) -> str | None:
-    """Wait for a route to the scheduler, and return the address of this machine on that route.
-
-    Without a route, Dask would use the loopback address, and other machines could not reach the worker later.
+async def connected(
+    scheduler: str,
+    security: Security,
+    leave: "asyncio.Future[str]",
+    limit_seconds: float,
+    memory_limit: str,
+    name: str | None,
+) -> Worker | None:
+    """Start a worker as soon as its scheduler can be reached.
 
     Parameters
     ----------
-    scheduler : str
-        Address of the scheduler.
-    told : Future
+    scheduler, security, memory_limit, name
+        See `damperlab.worker.worker_process.worker.work`.
+    leave : Future
         Future that is done when the worker is asked to leave.
     limit_seconds : float
         Longest wait [s].
 
     Returns
     -------
-    str or None
-        The address. None if the worker was asked to leave, or there was no route within the limit.
+    Worker or None
+        The started worker. None if the worker was asked to leave, or no scheduler answered within the limit.
+    """
+    gives_up_at = time.monotonic() + limit_seconds
+    while (left := gives_up_at - time.monotonic()) > 0.0:
+        host = await _own_host(scheduler, leave, left)
+        if host is None:
+            return None
+        worker = Worker(
+            scheduler,
+            host=host,
+            nthreads=1,
+            security=security,
+            dashboard=False,
+            memory_limit=memory_limit,
+            name=name,
+        )
+        try:
+            return worker if await _joined(worker, security, leave, left) else None
+        # for example, the scheduler ends meanwhile, or it has not noticed yet that a worker with this name has left
+        except (OSError, RuntimeError, ValueError) as error:
+            say(f"{scheduler} did not accept this worker: {error}")
+            await asyncio.wait([leave], timeout=REFUSED_AGAIN_SECONDS)
+    say(f"leaving: no scheduler has answered at {scheduler}")
+    return None
+
+
+async def _own_host(scheduler: str, leave: "asyncio.Future[str]", limit_seconds: float) -> str | None:
+    """Wait for a route to the scheduler, and return the address of this machine on that route.
+
+    Without a route, Dask would use the loopback address, and other machines could not reach the worker later.
     """
     loop = asyncio.get_running_loop()
     parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
     began, waits = time.monotonic(), False
-    while not told.done() and time.monotonic() - began < limit_seconds:
+    while not leave.done() and time.monotonic() - began < limit_seconds:
         with suppress(OSError):
             found = await loop.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_DGRAM)
             family, kind, protocol, _, address = found[0]
@@ -52,32 +86,15 @@ async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: f
         if not waits:
             waits = True
             say(f"there is no route to {scheduler} yet")
-        await asyncio.wait([told], timeout=ASK_AGAIN_SECONDS)
+        await asyncio.wait([leave], timeout=ASK_AGAIN_SECONDS)
     say(f"leaving: there is no route to {scheduler}")
     return None
 
 
-async def joined(
-    worker: Worker, security: Security, told: "asyncio.Future[str]", limit_seconds: float
+async def _joined(
+    worker: Worker, security: Security, leave: "asyncio.Future[str]", limit_seconds: float
 ) -> bool:
-    """Wait until the scheduler accepts connections of a worker, and start the worker.
-
-    Parameters
-    ----------
-    worker : Worker
-        The worker, which has not been started yet.
-    security : Security
-        TLS settings with the worker's certificate.
-    told : Future
-        Future that is done when the worker is asked to leave.
-    limit_seconds : float
-        Longest wait [s].
-
-    Returns
-    -------
-    bool
-        Whether the worker has started. False if the worker was asked to leave, or the limit has passed.
-    """
+    """Start a worker once the scheduler accepts its connections. Return False if it must leave, or after the limit."""
 
     async def join() -> None:
         # if the certificates do not match, Dask would try to connect ten times a second for ever, without a message
@@ -86,7 +103,7 @@ async def joined(
 
     # Dask alone would wait for ever, even if the worker is asked to leave
     joining = asyncio.ensure_future(join())
-    awaited: list[asyncio.Future[Any]] = [joining, told]
+    awaited: list[asyncio.Future[Any]] = [joining, leave]
     limit = limit_seconds if limit_seconds < float("inf") else None
     await asyncio.wait(awaited, timeout=limit, return_when=asyncio.FIRST_COMPLETED)
     if not joining.done():

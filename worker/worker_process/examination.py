@@ -73,18 +73,8 @@ def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Ans
 def canary_of(plan: Plan, block: int) -> Block:
     """Choose a few points of a block as a test of the workers.
 
-    Parameters
-    ----------
-    plan : Plan
-        Plan of the study.
-    block : int
-        Index of the block.
-
-    Returns
-    -------
-    Block
-        The first `POINTS` points along the last dimension, at the first index of all other dimensions. A study whose
-        rows must not be divided gets the complete row.
+    The test has the first `POINTS` points along the last dimension, at the first index of all other dimensions. If the
+    rows of the study must not be divided, the test has the complete row.
     """
     box = plan.block(block)
     points = box.shape[-1] if plan.study.whole_rows else min(box.shape[-1], POINTS)
@@ -101,23 +91,9 @@ def bits_of(values: Mapping[str, Any]) -> str:
 
 
 def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str]) -> str:
-    """Return the hash of the stored results at some points, see `bits_of`.
+    """Return the hash of the stored results of some variables at points of a block that is done, see `bits_of`.
 
-    Parameters
-    ----------
-    cube : Dataset
-        Cube of the study.
-    study : AnyStudy
-        The study.
-    canary : Block
-        Points of a block that is done.
-    names : collection of str
-        Names of the stored variables.
-
-    Returns
-    -------
-    str
-        The hash; empty if the result of a point is missing, because its block failed or its file was removed.
+    The hash is empty if the result of a point is missing, because its block failed or its file was removed.
     """
     where = dict(zip(study.coordinates, canary.slices, strict=True))
 
@@ -132,13 +108,7 @@ def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str
 
 
 def majority(answers: Mapping[str, str]) -> str | None:
-    """Return the answer that more than half of the workers give; None if there is no such answer.
-
-    Parameters
-    ----------
-    answers : mapping
-        Answers by worker.
-    """
+    """Return the answer that more than half of the workers give; None if there is no such answer."""
     if not answers:
         return None
     answer, count = Counter(answers.values()).most_common(1)[0]

@@ -35,18 +35,7 @@ def known_study() -> Study:
 
 
 def wrong_answers(solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block) -> str:
-    """Compute the points of the self-check and compare the results with the known values.
-
-    Parameters
-    ----------
-    solve : callable
-        Function that computes a block.
-
-    Returns
-    -------
-    str
-        Description of the wrong values; empty if all values are right.
-    """
+    """Compute the points of the self-check, and describe the wrong values; empty if all values are right."""
     study = known_study()
     values = solve(study, Block.whole(study.shape))[_METRIC].ravel()
     wrong = [
@@ -59,16 +48,16 @@ def wrong_answers(solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve
 
 async def show_alive(
     file: Path,
-    tell: Callable[[str], None],
+    give_up: Callable[[str], None],
     solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block,
 ) -> None:
-    """Repeat the self-check, and touch a file after each success. After a failure, call `tell` and stop."""
+    """Repeat the self-check, and touch a file after each success. After a failure, call `give_up` and stop."""
     loop = asyncio.get_running_loop()
     while True:
         # a thread computes, so that this worker can answer requests in the meantime
         wrong = await loop.run_in_executor(None, wrong_answers, solve)
         if wrong:
-            tell(f"it computes wrong values for known points: {wrong}")
+            give_up(f"it computes wrong values for known points: {wrong}")
             return
         file.touch()
         await asyncio.sleep(EVERY_SECONDS)

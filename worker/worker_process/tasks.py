@@ -13,8 +13,9 @@ from damperlab.studies.ground.source import RecordSource
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
-from damperlab.studies.store.cube.cube import description_of, stored_variables, write_region
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
+from damperlab.studies.store.cube.description import description_of, stored_variables
+from damperlab.studies.store.cube.packed import write_region
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import Shelf
@@ -116,19 +117,10 @@ def _motion(cube_path: str, source: RecordSource) -> GroundMotion:
 def solve_stored(cube_path: str, digest: str, block: Block | None) -> dict[str, np.ndarray] | None:
     """Read a study from its cube, and compute some points without storing the results.
 
-    Parameters
-    ----------
-    cube_path : str
-        Address of the cube.
-    digest : str
-        Digest of the study.
-    block : Block, optional
-        Points to compute. By default, no points are computed and the study is only read.
-
     Returns
     -------
     dict of ndarray or None
-        Stored variables at the points; None if there is no `block`.
+        Stored variables at the points of `block`. None if `block` is None, so that the study is only read.
 
     Raises
     ------
@@ -141,13 +133,6 @@ def solve_stored(cube_path: str, digest: str, block: Block | None) -> dict[str, 
 
 def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
     """Return the values to store for a block that could not be computed.
-
-    Parameters
-    ----------
-    study : AnyStudy
-        The study.
-    block : Block
-        The block.
 
     Returns
     -------

@@ -5,8 +5,6 @@ import math
 import os
 import signal
 import time
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from pathlib import Path
@@ -17,7 +15,7 @@ from distributed import Security, Worker
 from distributed.core import Status
 
 from damperlab.worker.cluster.cluster import ONE_THREAD
-from damperlab.worker.worker_process.connecting import REFUSED_AGAIN_SECONDS, joined, own_host, say
+from damperlab.worker.worker_process.connecting import connected, say
 from damperlab.worker.worker_process.self_check import show_alive
 
 LOOK_SECONDS = 0.2
@@ -81,40 +79,41 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
         Exit status: 0 if the worker left on request, 1 if no scheduler answered in time or a self-check failed.
     """
     loop = asyncio.get_running_loop()
-    told: asyncio.Future[str] = loop.create_future()
+    leave: asyncio.Future[str] = loop.create_future()
 
-    def tell(reason: str) -> None:
-        if told.done():
+    def ask_to_leave(reason: str) -> None:
+        if leave.done():
             # a second request to leave ends the process immediately
             os._exit(1)
-        told.set_result(reason)
+        leave.set_result(reason)
 
     wrong: list[str] = []
 
     def give_up(reason: str) -> None:
         wrong.append(reason)
-        if not told.done():
-            told.set_result(reason)
+        if not leave.done():
+            leave.set_result(reason)
 
-    # the self-checks begin before a scheduler is found, because a waiting worker must touch the file too
-    showing = None if terms.alive is None else asyncio.ensure_future(show_alive(terms.alive, give_up))
     for number in (signal.SIGTERM, signal.SIGINT):
-        loop.add_signal_handler(number, tell, signal.Signals(number).name)
+        loop.add_signal_handler(number, ask_to_leave, signal.Signals(number).name)
+    # These tasks run until the event loop ends. A worker that waits for a scheduler must touch the file, too.
+    beside = []
+    if terms.alive is not None:
+        beside.append(asyncio.ensure_future(show_alive(terms.alive, give_up)))
+    if terms.notice_url is not None:
+        beside.append(asyncio.ensure_future(_watch_notices(terms.notice_url, leave)))
     began = time.monotonic()
-    async with _asking(terms.notice_url, told):
-        reason = ""
-        while not reason:
-            worker = await _connected(scheduler, security, told, _patience(terms, began), memory_limit, name)
-            if worker is None:
-                return 0 if told.done() and not wrong else 1
-            async with worker:
-                reason = await _until_told(worker, told, terms, began)
-                if reason:
-                    await _leave(worker, reason, terms.leave_within_s)
-                else:
-                    say(f"the scheduler at {scheduler} is lost; waiting for it to come back")
-    if showing is not None:
-        showing.cancel()
+    reason = ""
+    while not reason:
+        worker = await connected(scheduler, security, leave, _patience(terms, began), memory_limit, name)
+        if worker is None:
+            return 0 if leave.done() and not wrong else 1
+        async with worker:
+            reason = await _until_asked(worker, leave, terms, began)
+            if reason:
+                await _leave(worker, reason, terms.leave_within_s)
+            else:
+                say(f"the scheduler at {scheduler} is lost; waiting for it to come back")
     return 1 if wrong else 0
 
 
@@ -122,39 +121,6 @@ def _patience(terms: Terms, began: float) -> float:
     """Return the longest time to wait for a scheduler from now on [s]."""
     lifetime = math.inf if terms.lifetime_s is None else began + terms.lifetime_s - time.monotonic()
     return max(0.0, min(lifetime, math.inf if terms.leave_idle_s is None else terms.leave_idle_s))
-
-
-async def _connected(
-    scheduler: str,
-    security: Security,
-    told: "asyncio.Future[str]",
-    limit_seconds: float,
-    memory_limit: str,
-    name: str | None,
-) -> Worker | None:
-    """Return a started worker; None if the worker must leave, or no scheduler answers in time."""
-    gives_up_at = time.monotonic() + limit_seconds
-    while (left := gives_up_at - time.monotonic()) > 0.0:
-        host = await own_host(scheduler, told, left)
-        if host is None:
-            return None
-        worker = Worker(
-            scheduler,
-            host=host,
-            nthreads=1,
-            security=security,
-            dashboard=False,
-            memory_limit=memory_limit,
-            name=name,
-        )
-        try:
-            return worker if await joined(worker, security, told, left) else None
-        # for example, the scheduler ends meanwhile, or it has not noticed yet that a worker with this name has left
-        except (OSError, RuntimeError, ValueError) as error:
-            say(f"{scheduler} did not accept this worker: {error}")
-            await asyncio.wait([told], timeout=REFUSED_AGAIN_SECONDS)
-    say(f"leaving: no scheduler has answered at {scheduler}")
-    return None
 
 
 async def _leave(worker: Worker, reason: str, seconds: float) -> None:
@@ -171,32 +137,22 @@ async def _leave(worker: Worker, reason: str, seconds: float) -> None:
     await worker.close(timeout=2, executor_wait=False, reason=reason)
 
 
-@asynccontextmanager
-async def _asking(url: str | None, told: "asyncio.Future[str]") -> AsyncIterator[None]:
-    """Within the context, set the result of `told` when a web address announces the end of the machine."""
-
-    async def ask(url: str) -> None:
-        while not told.done():
-            if await asyncio.to_thread(announced, url) and not told.done():
-                told.set_result(f"{url} announces the end of this machine")
-            await asyncio.sleep(ASK_SECONDS)
-
-    asking = None if url is None else asyncio.ensure_future(ask(url))
-    try:
-        yield
-    finally:
-        if asking is not None:
-            asking.cancel()
+async def _watch_notices(url: str, leave: "asyncio.Future[str]") -> None:
+    """Ask the worker to leave as soon as a web address announces the end of the machine."""
+    while not leave.done():
+        if await asyncio.to_thread(announced, url) and not leave.done():
+            leave.set_result(f"{url} announces the end of this machine")
+        await asyncio.sleep(ASK_SECONDS)
 
 
-async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms, began: float) -> str:
+async def _until_asked(worker: Worker, leave: "asyncio.Future[str]", terms: Terms, began: float) -> str:
     """Wait until the worker must leave, and return the reason. Return an empty string if the scheduler is lost."""
     ends = None if terms.lifetime_s is None else began + max(0.0, terms.lifetime_s - terms.leave_within_s)
     busy = time.monotonic()
     while worker.status not in (Status.closing, Status.closed, Status.failed):
-        done, _ = await asyncio.wait([told], timeout=LOOK_SECONDS)
+        done, _ = await asyncio.wait([leave], timeout=LOOK_SECONDS)
         if done:
-            return told.result()
+            return leave.result()
         if ends is not None and time.monotonic() >= ends:
             return f"its lifetime of {terms.lifetime_s:g} s ends"
         if terms.notice is not None and terms.notice.exists():
@@ -219,19 +175,10 @@ def faulty(url: str) -> str | None:
 
 
 def announced(url: str) -> bool:
-    """Ask a web address whether this machine is about to end.
+    """Ask the web address of a cloud provider's service for such notices whether this machine is about to end.
 
-    Redirects are not followed, and no proxy is used.
-
-    Parameters
-    ----------
-    url : str
-        Address of the cloud provider's service for such notices.
-
-    Returns
-    -------
-    bool
-        Whether the status of the answer is 200 and the body is a notice. An empty body, FALSE or NONE is no notice.
+    Redirects are not followed, and no proxy is used. The answer is a notice if its status is 200 and its body is not
+    empty, FALSE or NONE.
     """
     parts = urlsplit(url)
     kind = HTTPSConnection if parts.scheme == "https" else HTTPConnection

@@ -24,7 +24,7 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, pieces, record_of, rows_of_marks
+from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, record_of, rows_of_marks
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
@@ -34,7 +34,7 @@ from damperlab.studies.store.faults import (
     CatalogueDamaged,
     StoreFault,
     StudyNotFound,
-    telling,
+    reporting_damage,
     using,
 )
 from damperlab.studies.store.files.folder import Folder
@@ -129,11 +129,11 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
             state = "queued" if row.state == "running" else row.state
             free = {"state": state, "claim_owner": None, "claim_expires": None}
             connection.execute(insert(studies).values({**row._asdict(), **free, "crc": None}))
-            for some in pieces(mark._asdict() for mark in marks):
-                connection.execute(insert(done_blocks), some)
+            if marks:
+                connection.execute(insert(done_blocks), [mark._asdict() for mark in marks])
         for table, rows in kept.items():
-            for some in pieces(rows):
-                connection.execute(insert(table), some)
+            if rows:
+                connection.execute(insert(table), rows)
         advance_counters(connection)
         if for_good and not damages:
             forget(connection, BACKUP_OF)
@@ -290,7 +290,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
 
 def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, bytes]]:
     """Read all files of a cube except the blocks, and check that the files are intact."""
-    with telling(shelf, None, "the cube's description"):
+    with reporting_damage(shelf, None, "the cube's description"):
         metadata = shelf.get(DESCRIPTION)
         described = describe_cube(metadata)
         if described.digest != record.digest:
@@ -298,11 +298,11 @@ def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, b
     found = {DESCRIPTION: metadata}
     for one in described.coordinates.values():
         if one.value is None:
-            with telling(shelf, None, f"the coordinates along {one.name}"):
+            with reporting_damage(shelf, None, f"the coordinates along {one.name}"):
                 found[one.key] = shelf.get(one.key)
                 one.decode(found[one.key])
     for key, sha256 in parse_stored(record.definition, record.digest).attached.items():
-        with telling(shelf, None, key):
+        with reporting_damage(shelf, None, key):
             found[key] = shelf.get(key)
             if hashlib.sha256(found[key]).hexdigest() != sha256:
                 raise ValueError("it is not as it was written")
@@ -311,7 +311,7 @@ def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, b
 
 def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> bytes:
     """Read the file of a block, and check that the file is intact."""
-    with telling(shelf, mark.block, key):
+    with reporting_damage(shelf, mark.block, key):
         content = shelf.get(key)
         whole_block(content, described.arrays, described.digest, mark.block, mark.generation)
     return content

@@ -7,7 +7,6 @@ import json
 import math
 import sqlite3
 import time
-import uuid
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -22,6 +21,7 @@ from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue, open_catalogue
 from damperlab.studies.store.catalogue.home import (
     CUBES,
+    catalogue_id,
     fact,
     mark_owner,
     no_cubes,
@@ -34,7 +34,6 @@ from damperlab.studies.store.catalogue.rows import (
     advance_counters,
     change_study,
     last_event,
-    pieces,
     rows_of_marks,
     sums_of_marks,
 )
@@ -46,7 +45,7 @@ from damperlab.studies.store.cube.packed import BLOCKS, parse_block_key, read_he
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
-from damperlab.studies.store.life_cycle.entering import Entry
+from damperlab.studies.store.life_cycle.entering import NewStudy
 from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks, read_tombstone, study_columns
 from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import BlockOutcome
@@ -166,7 +165,7 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     """Record that the catalogue and the location of the cubes belong together, and return the location."""
     with catalogue.reading() as connection:
         address = address or fact(connection, "cubes")
-        mine = fact(connection, "id")
+        known = fact(connection, "id")
         marked = fact(connection, "marked") is not None
         used = connection.execute(select(studies.c.number).limit(1)).first() is not None
         alive = connection.execute(select(studies.c.number).where(ALIVE).limit(1)).first() is not None
@@ -176,14 +175,14 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
             # the disk of the cubes is probably not mounted; an owner marker must not be written into the empty folder
             raise no_cubes(catalogue, folder)
         place: Shelf = folder
-        shelf = place
+        shelf: Shelf = folder
     else:
         from damperlab.studies.store.files.bucket import open_bucket
 
         place = open_bucket(address)
         shelf = place.at(CUBES)
     owner = owner_of(place)
-    if owner is not None and used and mine is not None and owner != mine:
+    if owner is not None and used and known not in (None, owner):
         raise StoreFault(
             Fault(
                 "catalogue",
@@ -193,20 +192,17 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
                 f"{catalogue.name} holds studies whose cubes are not those in {place.address}.",
             )
         )
+    mine = owner or catalogue_id(catalogue)
     with catalogue.writing() as connection:
-        if owner is not None:
-            remember(connection, "id", owner)
-        elif mine is None:
-            mine = remember(connection, "id", uuid.uuid4().hex)
+        remember(connection, "id", mine)
         if address is not None:
             remember(connection, "cubes", place.address)
         else:
             remember(connection, "marked", "yes")
     if owner is None:
-        assert mine is not None
         mark_owner(place, mine)
     if address is not None:
-        mark_owner(Folder(data_dir), owner or str(mine))
+        mark_owner(Folder(data_dir), mine)
     return shelf
 
 
@@ -262,7 +258,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             return
         if row is None:
             chunk = next(iter(described.arrays.values())).chunks
-            entry = Entry(study, chunk, provenance, described.reuse, int(version or 1))
+            entry = NewStudy(study, chunk, provenance, described.reuse, int(version or 1))
             created = datetime.fromisoformat(str(described.attributes["created"])).timestamp()
             values = {**entry.columns(), "number": number, "id": study_id, "created": created}
             values |= {name: value for name, value in kept.items() if name in study_columns()}
@@ -347,8 +343,9 @@ def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any
     names = [column.name for column in done_blocks.c if column.name not in ("study", "crc")]
     untold = {**vars(BlockOutcome(index=0, points=0, failed=0)), "revision": 0, "at": 0.0}
     told = ({**untold, **mark} for mark in marks)
-    for some in pieces({"study": number, **{name: mark[name] for name in names}} for mark in told):
-        connection.execute(insert(done_blocks), some)
+    rows = [{"study": number, **{name: mark[name] for name in names}} for mark in told]
+    if rows:
+        connection.execute(insert(done_blocks), rows)
 
 
 def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any], restored: bool) -> None:

@@ -67,18 +67,8 @@ class Swept:
 def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool = False) -> Swept:
     """Remove incomplete and superseded files of a study's blocks. The done-mark of a block names the valid file.
 
-    If the study has a claim, only the owner of the claim may call this function.
-
-    Parameters
-    ----------
-    store : Store
-        Store of the study.
-    study_id : str
-        Complete id of the study.
-    older_than : float
-        Age below which files are kept [s].
-    dry_run : bool
-        Whether to report the files without removing them.
+    If the study has a claim, only the owner of the claim may call this function. Files that were written less than
+    `older_than` seconds ago are kept. A dry run reports the files without removing them.
 
     Raises
     ------
@@ -109,21 +99,11 @@ def collect_garbage(
     orphan_seconds: float = ORPHAN_SECONDS,
     dry_run: bool = False,
 ) -> Swept:
-    """Remove all unused files of a store.
+    """Remove all unused files of a store. No valid file of an existing study is removed.
 
     The function removes superseded files of studies without a claim, cubes of deleted studies, interrupted exports, and
-    cubes without results that have had no study for `orphan_seconds`. No valid file of an existing study is removed.
-
-    Parameters
-    ----------
-    store : Store
-        The store.
-    older_than : float
-        Age below which files are kept [s].
-    orphan_seconds : float
-        Age below which cubes without a study are kept [s].
-    dry_run : bool
-        Whether to report the files without removing them.
+    cubes without results that have had no study for `orphan_seconds`. Files that were written less than `older_than`
+    seconds ago are kept. A dry run reports the files without removing them.
 
     Returns
     -------

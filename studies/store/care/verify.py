@@ -28,8 +28,7 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import damaged_row, is_sound
 from damperlab.studies.store.catalogue.tables import SUMMED, access_keys, done_blocks, studies
-from damperlab.studies.store.cube.cube import lost_attachments
-from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
+from damperlab.studies.store.cube.definition import DefinitionDamaged, lost_attachments, parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube, first_pieces
 from damperlab.studies.store.cube.packed import block_key, whole_block
 from damperlab.studies.store.faults import cannot_use, using
@@ -74,14 +73,7 @@ class Damage:
 def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: None) -> Iterator[Damage]:
     """Read everything that is stored for a study, and compare it with the checksums and the done-marks.
 
-    Parameters
-    ----------
-    store : Store
-        Store of the study.
-    record : Record
-        The study.
-    pause : callable
-        Function that is called before each block, to slow the reading down.
+    The function `pause` is called before each block, to slow the reading down.
 
     Yields
     ------
@@ -133,17 +125,8 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
 def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> Iterator[str]:
     """Check the rows of the catalogue, the existence of the cubes, the uploaded records, and the designs.
 
-    Parameters
-    ----------
-    store : Store
-        The store to check.
-    pause : callable
-        Function that is called before each record, design and cube, to slow the reading down.
-
-    Yields
-    ------
-    str
-        Description of a damage in one sentence.
+    Each damage is described by one sentence. The function `pause` is called before each record, design and cube, to
+    slow the reading down.
 
     Raises
     ------
@@ -231,21 +214,10 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
 
 
 def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
-    """Repair a study: write a damaged description of the cube again, and invalidate the done-marks of damaged blocks.
+    """Repair the damages of a study that `verify` found, and return the new record of the study.
 
-    Parameters
-    ----------
-    store : Store
-        Store of the study.
-    record : Record
-        The study.
-    damages : list of Damage
-        The damage that `verify` found.
-
-    Returns
-    -------
-    Record
-        Record of the study after the repair. The study is queued if blocks must be computed.
+    A damaged description of the cube is written again. The done-marks of damaged blocks are invalidated; the study is
+    then queued.
 
     Raises
     ------

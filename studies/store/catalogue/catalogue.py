@@ -135,15 +135,9 @@ class Catalogue:
         """Whether the catalogue is a SQLite file in the data directory."""
         with self._faults():
             self._engine = _sqlite_engine(url, wait_seconds) if self.is_file else _postgresql_engine(url)
-            self._greeting = _greeting_engine(url)
-            self._writer = self._engine.execution_options(writes=wait_seconds)
-
-            @event.listens_for(self._engine, "before_execute", retval=True)
-            def _watch(
-                connection: Connection, statement: Any, many: Any, one: Any, options: Any
-            ) -> tuple[Any, Any, Any]:
-                return watch(statement, connection), many, one
-
+            # a new connection for each greeting, because all connections of the pool may be blocked
+            self._greeting = create_engine(url, poolclass=NullPool, connect_args=_patience(url))
+            event.listen(self._engine, "before_execute", watch, retval=True)
             try:
                 self._prepare()
             except BaseException:
@@ -200,7 +194,7 @@ class Catalogue:
                     f"{os.getpid()} {socket.gethostname()} {time.time():.0f}"
                 )
 
-    def _writer_told(self) -> str:
+    def _lock_holder(self) -> str:
         """Describe, for a message, the process that seems to have the write lock."""
         try:
             pid, host, since = Path(f"{self._url.database}{_WRITER}").read_text().split()
@@ -235,7 +229,7 @@ class Catalogue:
             raise self._another(found)
         if self.is_file:
             self._switch_to_wal()
-        with self._writer.begin() as connection:
+        with self._engine.execution_options(writes=self._wait_seconds).begin() as connection:
             if _revision(connection) is None:  # otherwise another process was faster
                 try:
                     create_tables(connection)
@@ -330,7 +324,7 @@ class Catalogue:
                 self.name,
                 found,
                 f"the write lock of the catalogue within {self._wait_seconds:g} s",
-                f"{self._writer_told()}. Try again in a moment; nothing was lost",
+                f"{self._lock_holder()}. Try again in a moment; nothing was lost",
                 f"The write lock of {self.name} could not be acquired within {self._wait_seconds:g} s ({found}).",
             )
         )
@@ -381,11 +375,6 @@ def _postgresql_engine(url: URL) -> Engine:
     return engine
 
 
-def _greeting_engine(url: URL) -> Engine:
-    """Return an engine that opens a new connection each time, because all connections of the pool may be blocked."""
-    return create_engine(url, poolclass=NullPool, connect_args=_patience(url))
-
-
 def _patience(url: URL) -> dict[str, int]:
     """Return the arguments of a connection to PostgreSQL: the items of `_PATIENCE` that the address does not set."""
     if url.get_backend_name() == "sqlite":
@@ -408,14 +397,7 @@ def open_catalogue(
 ) -> Catalogue:
     """Open the catalogue of a data directory. The directory and the catalogue are created if they are missing.
 
-    Parameters
-    ----------
-    data_dir : Path
-        The data directory.
-    address : str, optional
-        URL of the database; by default a SQLite file in the data directory.
-    wait_seconds : float
-        Longest time that a transaction waits for the write lock [s].
+    The address is the URL of a PostgreSQL database; by default the catalogue is a SQLite file in the data directory.
 
     Raises
     ------

@@ -13,7 +13,7 @@ _ADVICE = "delete studies that are not needed (`damperlab delete`), ask for fewe
 
 
 @dataclass(frozen=True)
-class Taken:
+class Usage:
     """Usage of a store by its studies, including deleted studies whose files still exist.
 
     Parameters
@@ -28,9 +28,9 @@ class Taken:
     bytes: int
     unfinished: int = 0
 
-    def plus(self, points: int, size: int, count: int = 1) -> "Taken":
+    def plus(self, points: int, size: int, count: int = 1) -> "Usage":
         """Return the usage after `count` more studies with `points` and `size` bytes in total."""
-        return Taken(self.points + points, self.bytes + size, self.unfinished + count)
+        return Usage(self.points + points, self.bytes + size, self.unfinished + count)
 
 
 @dataclass(frozen=True)
@@ -58,15 +58,10 @@ class Quota:
     @property
     def limited(self) -> bool:
         """Whether there is a limit on all studies together."""
-        return not self.points is self.bytes is self.unfinished is None
+        return any(limit is not None for limit in (self.points, self.bytes, self.unfinished))
 
-    def require(self, before: Taken, after: Taken) -> None:
-        """Raise an error if new studies exceed the quota.
-
-        Parameters
-        ----------
-        before, after : Taken
-            Usage without and with the new studies.
+    def require(self, before: Usage, after: Usage) -> None:
+        """Raise an error if new studies exceed the quota, given the usage without and with the new studies.
 
         Raises
         ------
@@ -102,18 +97,13 @@ class Quota:
 class Ledger:
     """Counts the usage, in total and of each owner, while one transaction enters several studies.
 
-    Parameters
-    ----------
-    connection : Connection
-        Connection of the transaction, in which no study has been entered yet.
-    quota : Quota
-        The limits.
+    The ledger must be made before the transaction enters the first study.
     """
 
     def __init__(self, connection: Connection, quota: Quota) -> None:
         self._connection = connection
         self._quota = quota
-        self._sums: dict[str | None, Taken] = {}
+        self._sums: dict[str | None, Usage] = {}
 
     def enter(self, owner: str | None, points: int, size: int, count: int) -> None:
         """Add new studies of one owner to the usage. If the studies exceed a quota, no study is added.
@@ -124,10 +114,10 @@ class Ledger:
             If the points, the bytes or the number of unfinished studies exceed a quota (`Quota.require`).
         """
         each = self._quota.of_owner if owner is not None else None
-        after: dict[str | None, Taken] = {}
+        after: dict[str | None, Usage] = {}
         for whose, quota in ((None, self._quota), (owner, each)):
             if quota is not None and quota.limited:
-                before = self._sums.get(whose) or taken(
+                before = self._sums.get(whose) or usage_of(
                     self._connection, whose, unfinished=quota.unfinished is not None
                 )
                 after[whose] = before.plus(points, size, count)
@@ -135,7 +125,7 @@ class Ledger:
         self._sums |= after
 
 
-def taken(connection: Connection, owner: str | None = None, *, unfinished: bool = False) -> Taken:
+def usage_of(connection: Connection, owner: str | None = None, *, unfinished: bool = False) -> Usage:
     """Return the usage by all studies, or by the studies of one owner."""
     c = studies.c
     sums = select(func.coalesce(func.sum(c.points_total), 0), func.coalesce(func.sum(c.bytes_total), 0))
@@ -146,4 +136,4 @@ def taken(connection: Connection, owner: str | None = None, *, unfinished: bool 
         sums, count = sums.where(c.submitted_by == owner), count.where(c.submitted_by == owner)
     points, size = connection.execute(sums).one()
     waiting = connection.execute(count).scalar_one() if unfinished else 0
-    return Taken(int(points), int(size), int(waiting))
+    return Usage(int(points), int(size), int(waiting))

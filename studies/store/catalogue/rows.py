@@ -1,10 +1,10 @@
 """Reading of the catalogue's rows: queries of studies and done-marks, and errors for missing rows."""
 
-import base64
-import binascii
 import json
+import re
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields
 from typing import Any, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, or_, select, text, update
@@ -69,7 +69,7 @@ def rows_of_marks(connection: Connection, number: int) -> Sequence[Row[Any]]:
 
 
 VALUES = 500
-"""Largest number of values, or rows, in one statement."""
+"""Largest number of values in the condition of a statement, and of rows that one page of a query reads."""
 FIRST_DIGITS = 4
 """Smallest number of first digits by which a study can be named. A shorter text is more likely a mistyped name."""
 NAMES_COMPARED = 1000
@@ -147,14 +147,7 @@ def marks_of(
 ) -> dict[int, str]:
     """Return the generation of every done block of a study, by the block's index.
 
-    Parameters
-    ----------
-    connection : Connection
-        Connection to the catalogue.
-    row : Row
-        Row of the study.
-    after, upto : int, optional
-        Revisions of the study. Only blocks that were done after `after`, and not later than `upto`, are returned.
+    Only blocks are returned that were done after the revision `after`, and not later than the revision `upto`.
 
     Raises
     ------
@@ -221,72 +214,48 @@ def _seconds_left(row: Row[Any]) -> float | None:
     return float(max(0.0, left * pace - max(0.0, time.time() - row.last_mark)))
 
 
+_FIELDS = frozenset(field.name for field in fields(Record))
+
+
 def record_of(row: Row[Any]) -> Record:
     """Convert the row of a study to a record."""
     require_row(studies, row, row.id)
-    created = utc(row.created)
-    assert created is not None
     prepares = row.state == "running" and row.phase is not None
     definition, provenance = json.loads(row.definition), json.loads(row.provenance)
-    return Record(
-        id=row.id,
-        name=row.name,
-        state=row.state,
-        phase=row.phase if prepares else row.state,
-        phase_done=row.phase_done if prepares else None,
-        phase_total=row.phase_total if prepares else None,
-        points_total=row.points_total,
-        points_done=row.points_done,
-        points_failed=row.points_failed,
-        blocks_total=row.blocks_total,
-        blocks_done=row.blocks_done,
-        created=created,
-        started=utc(row.started),
-        finished=utc(row.finished),
-        seconds_left=_seconds_left(row),
-        definition=definition,
-        digest=row.digest,
-        chunk=tuple(json.loads(row.chunk)),
-        provenance=provenance,
-        message=row.message,
-        seconds=row.seconds,
-        kernel_seconds=row.kernel_seconds,
-        owner=claim_owner(row),
-        points_reused=row.points_reused,
-        revision=row.revision,
-        reuse=row.reuse,
-        shape=tuple(json.loads(row.shape)),
-        version=row.version,
-        outdated=row.blocks_done > 0 and is_outdated(provenance),
-        priority=row.priority,
-        tags=tuple(json.loads(row.tags)),
-        note=row.note,
-        dimensions=dimensions_of_definition(definition),
-        submitted_by=provenance.get(SUBMITTED_BY),
-    )
-
-
-def cursor_of(number: int) -> str:
-    """Return the cursor of the page that begins after the study with this number."""
-    return base64.urlsafe_b64encode(f"before {number}".encode()).decode().rstrip("=")
+    computed = {
+        "phase": row.phase if prepares else row.state,
+        "phase_done": row.phase_done if prepares else None,
+        "phase_total": row.phase_total if prepares else None,
+        "created": utc(row.created),
+        "started": utc(row.started),
+        "finished": utc(row.finished),
+        "seconds_left": _seconds_left(row),
+        "definition": definition,
+        "chunk": tuple(json.loads(row.chunk)),
+        "provenance": provenance,
+        "owner": claim_owner(row),
+        "shape": tuple(json.loads(row.shape)),
+        "outdated": row.blocks_done > 0 and is_outdated(provenance),
+        "tags": tuple(json.loads(row.tags)),
+        "dimensions": dimensions_of_definition(definition),
+        "submitted_by": provenance.get(SUBMITTED_BY),
+    }
+    # the other fields of a record are columns of the row
+    copied = {name: value for name, value in row._mapping.items() if name in _FIELDS}
+    return Record(**(copied | computed))
 
 
 def number_before(cursor: str) -> int:
-    """Return the study's number from a cursor; raise `StoreFault` if the cursor is invalid."""
-    try:
-        text = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
-        word, number = text.split(" ")
-        if word == "before" and number.isascii() and number.isdigit() and len(number) < 19:
-            return int(number)
-    except (binascii.Error, ValueError):
-        pass
-    raise StoreFault(
-        Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
-    )
+    """Return the study's number from the cursor of a page; raise `StoreFault` if the cursor is invalid."""
+    if not re.fullmatch("before-[0-9]{1,18}", cursor):
+        raise StoreFault(
+            Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
+        )
+    return int(cursor.removeprefix("before-"))
 
 
 def pieces(items: Iterable[Item]) -> Iterator[list[Item]]:
-    """Yield parts of a list. Each part has at most `VALUES` items, and fits into one SQL statement."""
+    """Yield parts of a list, each of at most `VALUES` items, so that a condition with one part fits into a statement."""
     every = list(items)
     for start in range(0, len(every), VALUES):
         yield every[start : start + VALUES]

@@ -4,6 +4,7 @@ A transaction removes the checksum of each row that it writes, and adds the new 
 (`Catalogue.writing`). So a row without a checksum is being written.
 """
 
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -75,14 +76,18 @@ def damaged_row(table: Table, study_id: str) -> CatalogueDamaged:
     )
 
 
-def watch(statement: Any, connection: Connection) -> Any:
-    """Make an UPDATE statement also remove the checksums of the rows. Store the table's name for `seal_rows`."""
-    if not isinstance(statement, Insert | Update) or statement.table not in SUMMED:
-        return statement
-    if connection.get_execution_options().get("seals") or statement.get_execution_options().get("seals"):
-        return statement
-    connection.info.setdefault(_TOUCHED, set()).add(statement.table.name)
-    return statement.values(crc=None) if isinstance(statement, Update) else statement
+def watch(
+    connection: Connection, statement: Any, many: Any, one: Any, options: Mapping[str, Any]
+) -> tuple[Any, Any, Any]:
+    """Make an UPDATE statement also remove the checksums of the rows. Store the table's name for `seal_rows`.
+
+    SQLAlchemy calls this function before each statement, and executes the returned statement.
+    """
+    if isinstance(statement, Insert | Update) and statement.table in SUMMED and not options.get("seals"):
+        connection.info.setdefault(_TOUCHED, set()).add(statement.table.name)
+        if isinstance(statement, Update):
+            statement = statement.values(crc=None)
+    return statement, many, one
 
 
 def seal_rows(connection: Connection) -> None:

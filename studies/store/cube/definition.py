@@ -1,11 +1,13 @@
 """Reading of a study from its stored definition."""
 
+import hashlib
 from dataclasses import replace
 from typing import Any
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.faults import Fault
 from damperlab.studies.ground.suite import Suite
+from damperlab.studies.kind import AnyStudy
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.shelf import Shelf
 
@@ -50,6 +52,24 @@ def with_attachments(study: Study | Suite, shelf: Shelf) -> Study | Suite:
         return study
     motions = {record.id: record.read(shelf.get(record.key)) for record in study.records}
     return replace(study, motions=motions)
+
+
+def lost_attachments(shelf: Shelf, study: AnyStudy) -> list[str]:
+    """Return the names of the cube's ground-motion records that are missing or damaged.
+
+    Raises
+    ------
+    OSError
+        If the files cannot be read.
+    """
+    return [key for key, sha256 in study.attached.items() if _sha256(shelf, key) != sha256]
+
+
+def _sha256(shelf: Shelf, key: str) -> str:
+    try:
+        return hashlib.sha256(shelf.get(key)).hexdigest()
+    except FileNotFoundError:
+        return ""
 
 
 def _damaged(digest: str, found: str) -> DefinitionDamaged:

@@ -18,6 +18,7 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.store.cube.coding import Compressor, StoredArray, StoredCoordinate, encode_coordinate
 from damperlab.studies.store.files.sealed import PLACEHOLDER, is_sealed, require_seal, seal
+from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.provenance import published
 from damperlab.studies.variables import Variable
 
@@ -35,6 +36,11 @@ _CODEC_NAMES = ("bytes", "blosc", "crc32c")
 def stored_variables(study: AnyStudy) -> tuple[Variable, ...]:
     """Return the variables that a study stores, in the registry's order: the study's metrics, and always the status."""
     return tuple(v for v in study.variables.values() if v.name in study.metrics or v.name == "status")
+
+
+def bytes_per_point(study: AnyStudy) -> int:
+    """Return the number of bytes of one point of the study before compression."""
+    return sum(np.dtype(v.dtype).itemsize for v in stored_variables(study))
 
 
 def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:
@@ -150,6 +156,23 @@ def describe_cube(metadata: bytes) -> Description:
         return _parse(json.loads(metadata))
     except (KeyError, TypeError, AttributeError, IndexError, StopIteration) as error:
         raise ValueError(f"it does not describe a cube ({type(error).__name__}: {error})") from error
+
+
+def description_of(shelf: Shelf) -> Description:
+    """Read a cube's description for a worker.
+
+    Raises
+    ------
+    OSError
+        If the description cannot be read, or is damaged. After an OSError, the block is not recorded as failed.
+    """
+    try:
+        return describe_cube(shelf.get(DESCRIPTION))
+    except ValueError as error:
+        raise OSError(
+            f"the description of {shelf.name} is damaged ({error}); `damperlab store verify --repair` writes "
+            "it again"
+        ) from error
 
 
 @lru_cache(maxsize=64)

@@ -19,7 +19,7 @@ from damperlab.studies.store.cube.coding import StoredArray
 from damperlab.studies.store.cube.decoded import KEPT, read_outer
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, block_grid, describe_cube
 from damperlab.studies.store.cube.packed import Marks, block_key, read_part
-from damperlab.studies.store.faults import telling
+from damperlab.studies.store.faults import reporting_damage
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.units import base_of, ratios_beside, results_along
 
@@ -49,7 +49,7 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     StoreFault
         If the description or a coordinate cannot be read.
     """
-    with telling(shelf, None, "the cube's description", "a file of it is lost"):
+    with reporting_damage(shelf, None, "the cube's description", "a file of it is lost"):
         described = describe_cube(shelf.get(DESCRIPTION))
         variables: dict[str, xr.Variable] = {}
         for name, one in described.coordinates.items():
@@ -61,7 +61,7 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
         if "flag_values" in attributes:
             # CF requires flag values of the variable's type, which JSON does not preserve
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
-        lazy = LazilyIndexedArray(_CheckedArray(shelf, described, array, marks))
+        lazy = LazilyIndexedArray(CheckedArray(shelf, described, array, marks))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
     variables |= _along_amplitudes(described, shelf, marks, variables)
     complete = "yes" if len(marks) == int(np.prod(described.grid)) else "no"
@@ -80,7 +80,7 @@ def _along_amplitudes(
         base = base_of(cube)
         shape = [base.sizes.get(name, 1) for name in described.dimensions]
         factors = each.factor * base.values.reshape(shape) ** each.power
-        lazy = LazilyIndexedArray(_Along(_CheckedArray(shelf, described, array, marks), factors))
+        lazy = LazilyIndexedArray(_Along(CheckedArray(shelf, described, array, marks), factors))
         encoding = {"chunks": array.chunks}
         attributes = {**each.attributes, **of_variable_in_units(array.attributes)}
         found[each.name] = xr.Variable(described.dimensions, lazy, attributes, encoding)
@@ -90,7 +90,7 @@ def _along_amplitudes(
 class _Along(BackendArray):
     """A stored array multiplied by factors that broadcast to its shape."""
 
-    def __init__(self, source: "_CheckedArray", factors: np.ndarray) -> None:
+    def __init__(self, source: "CheckedArray", factors: np.ndarray) -> None:
         self._source = source
         self._factors = factors
         self.shape = source.shape
@@ -109,15 +109,11 @@ class _Along(BackendArray):
         return np.asarray(self._source.read(key) * factors)
 
 
-def read_region(
-    shelf: Shelf, described: Description, array: StoredArray, marks: Marks, region: tuple[slice, ...]
-) -> np.ndarray:
-    """Read a part of one array, with the fill value where no point is computed. Exceptions are as in `open_cube`."""
-    return _CheckedArray(shelf, described, array, marks).read(region)
+class CheckedArray(BackendArray):
+    """A stored array that is read on demand, with the fill value where no point is computed.
 
-
-class _CheckedArray(BackendArray):
-    """A stored array that is read on demand. The error for a damaged chunk names the block."""
+    The error for a damaged chunk names the block; see `open_cube`.
+    """
 
     def __init__(self, shelf: Shelf, described: Description, array: StoredArray, marks: Marks) -> None:
         self._shelf = shelf
@@ -129,6 +125,7 @@ class _CheckedArray(BackendArray):
         self.dtype = array.dtype
 
     def __getitem__(self, key: ExplicitIndexer) -> Any:
+        """Index the array as xarray requests."""
         return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self.read)
 
     def read(self, key: tuple[Any, ...]) -> np.ndarray:
@@ -144,7 +141,9 @@ class _CheckedArray(BackendArray):
         if generation is None:
             return None
         name = self._array.name
-        with telling(self._shelf, index, name, "its file is lost, or replaced since the cube was opened"):
+        with reporting_damage(
+            self._shelf, index, name, "its file is lost, or replaced since the cube was opened"
+        ):
             file = block_key(index, generation)
             return KEPT.get(self._shelf, file, partial(self._load, index, generation), name)
 

@@ -10,19 +10,27 @@ with a checksum.
 Every byte has a checksum. The header names the study, so that a lost catalogue can be rebuilt.
 
 Every attempt to compute a block writes a new file, whose name contains the generation of the attempt. The done-mark of
-the block names the generation that readers use. No file is ever overwritten, so a reader never mixes two attempts.
+the block names the generation that readers use. No file is ever overwritten, so a reader never mixes two attempts. If
+the named file is lost or damaged, reading raises an error and never returns a fill value.
 """
 
 import json
 import struct
+import time
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import google_crc32c
+import numpy as np
 
-from damperlab.studies.store.cube.coding import checksum_holds
+from damperlab.studies.plan import Block
+from damperlab.studies.store.cube.coding import checksum, checksum_holds
+from damperlab.studies.store.cube.description import description_of
+from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import Shelf
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.variables import Status
 
 BLOCKS = "blocks"
 """Name of the cube's folder with the files of the blocks."""
@@ -81,8 +89,76 @@ def pack(mark: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
         start += len(part)
     header = json.dumps({"mark": dict(mark), "parts": table}, separators=(",", ":")).encode()
     frame = _MAGIC + struct.pack("<I", len(header))
-    checksum = struct.pack("<I", google_crc32c.value(frame + header))
-    return b"".join((frame, checksum, header, *parts.values()))
+    crc = struct.pack("<I", google_crc32c.value(frame + header))
+    return b"".join((frame, crc, header, *parts.values()))
+
+
+def write_region(
+    cube_path: str,
+    block: Block,
+    values: Mapping[str, np.ndarray],
+    generation: str = "",
+    fields: Mapping[str, Any] | None = None,
+) -> BlockOutcome:
+    """Write the file of one block, and wait until the file is on the disk. The done-mark may be set only afterwards.
+
+    Parameters
+    ----------
+    cube_path : str
+        Location of the cube, from `Store.cube_path`.
+    block : Block
+        The block, which must be one of the cube's chunks.
+    values : mapping of array
+        Stored variables by name. Every variable has the shape of the block.
+    generation : str
+        Unique name of this attempt to compute the block. The name of the file and the done-mark contain this name.
+    fields : mapping, optional
+        Values of further fields of `BlockOutcome`, for the header of the file and for the returned outcome.
+
+    Returns
+    -------
+    BlockOutcome
+        Values for the done-mark.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the cube does not exist, for example because the study was deleted meanwhile.
+    KeyError
+        If a stored variable is missing from `values`.
+    ValueError
+        If a variable has another shape than the block.
+    OSError
+        If the file cannot be written, for example to a full disk, or the cube's description is damaged.
+    """
+    shelf = open_shelf(cube_path)
+    described = description_of(shelf)
+    arrays = described.arrays
+    for name in arrays:
+        if values[name].shape != block.shape:
+            raise ValueError(f"{name} has shape {values[name].shape}, its block {block.shape}")
+    stored = {name: np.asarray(values[name], array.dtype) for name, array in arrays.items()}
+    encoded = {name: array.encode(stored[name]) for name, array in arrays.items()}
+    outcome = BlockOutcome(
+        index=block.index,
+        points=block.points,
+        failed=int(np.count_nonzero(stored["status"] >= Status.TOO_MANY_EVENTS)),
+        generation=generation,
+        checksum=checksum(stored),
+        **(fields or {}),
+    )
+    mark = {
+        "digest": described.digest,
+        "block": block.index,
+        "generation": generation,
+        "checksum": outcome.checksum,
+        "points": outcome.points,
+        "failed": outcome.failed,
+        "at": time.time(),
+        **(fields or {}),
+    }
+    shelf.put(block_key(block.index, generation), pack(mark, encoded))
+    return outcome
 
 
 def parse_header(content: bytes) -> Header | None:
@@ -95,14 +171,14 @@ def parse_header(content: bytes) -> Header | None:
     """
     if len(content) < _FRAME.size:
         return None
-    magic, length, checksum = _FRAME.unpack_from(content)
+    magic, length, crc = _FRAME.unpack_from(content)
     if magic != _MAGIC or length > LONGEST_HEADER:
         raise ValueError("the file does not begin like the file of a block")
     end = _FRAME.size + length
     if len(content) < end:
         return None
     header = content[_FRAME.size : end]
-    if google_crc32c.value(content[: _FRAME.size - 4] + header) != checksum:
+    if google_crc32c.value(content[: _FRAME.size - 4] + header) != crc:
         raise ValueError("the checksum of the file's header does not match the header")
     document = json.loads(header)
     parts = {name: (end + start, size) for name, (start, size) in document["parts"].items()}

@@ -32,19 +32,9 @@ def crate_beside(export: Path) -> str:
 
 
 def write_crate(cube: xr.Dataset, export: Path) -> Path:
-    """Write an RO-Crate's metadata into the folder of an exported file.
+    """Write the metadata of an exported cube as an RO-Crate into the folder of the file, and return their path.
 
-    Parameters
-    ----------
-    cube : Dataset
-        The exported cube; its provenance is copied unchanged.
-    export : Path
-        Path of the exported file.
-
-    Returns
-    -------
-    Path
-        Path of the written metadata.
+    The provenance of the cube is copied unchanged.
     """
     path = export.parent / FILE
     path.write_text(

@@ -29,16 +29,7 @@ def without_names(cube: "xr.Dataset") -> "xr.Dataset":
 
 
 def write_file(cube: "xr.Dataset", path: Path, written_as: ExportFormat) -> None:
-    """Write a cube to a file. A file that is not complete has another name.
-
-    Parameters
-    ----------
-    cube : Dataset
-        A study's cube, from `Store.cube`.
-    path : Path
-        Path of the file; an existing file is replaced.
-    written_as : str
-        Format of the file.
+    """Write a study's cube to a file. An existing file is replaced; an incomplete file has another name.
 
     Raises
     ------

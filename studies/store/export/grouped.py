@@ -58,14 +58,14 @@ class Group:
         return blake2b(names.encode(), digest_size=8).hexdigest()
 
     def content(self, shelf: Shelf, marks: Marks) -> bytes:
-        """Read the blocks and encode them as one chunk. Exceptions are as in `read_region`."""
-        from damperlab.studies.store.cube.opened import read_region
+        """Read the blocks and encode them as one chunk. Exceptions are as in `open_cube`."""
+        from damperlab.studies.store.cube.opened import CheckedArray
 
         region = tuple(
             slice(at * step, min((at + 1) * step, extent))
             for at, step, extent in zip(self.place, self.chunks, self.array.shape, strict=True)
         )
-        values = read_region(shelf, self.described, self.array, marks, region)
+        values = CheckedArray(shelf, self.described, self.array, marks).read(region)
         return replace(self.array, chunks=self.chunks).encode(values)
 
 

@@ -13,17 +13,8 @@ def slabs(
 ) -> Iterator[tuple[slice, ...]]:
     """Split a grid along borders of chunks, so that every chunk is read once. The slabs are not in C order.
 
-    Parameters
-    ----------
-    shape, chunk : tuple of int
-        Shape of the array, and of its chunks.
-    budget : int
-        Largest number of points of a slab. If a single chunk has more points, each slab is one chunk.
-
-    Yields
-    ------
-    tuple of slice
-        Indices of a slab. Every point is in exactly one slab.
+    A slab has at most `budget` points. If a single chunk has more points, each slab is one chunk. Every point is in
+    exactly one slab.
     """
     steps = [min(extent, step) for extent, step in zip(shape, chunk, strict=True)]
     for axis in reversed(range(len(shape))):
@@ -36,19 +27,8 @@ def slabs(
 def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -> Iterator[tuple[slice, ...]]:
     """Split a grid so that the slabs, one after another, contain the points in C order, last dimension fastest.
 
-    A chunk that is longer than the slabs along a leading dimension is read once for each slab that overlaps it.
-
-    Parameters
-    ----------
-    shape, chunk : tuple of int
-        Shape of the array, and of its chunks.
-    budget : int
-        Largest number of points of a slab.
-
-    Yields
-    ------
-    tuple of slice
-        Indices of a slab. Every point is in exactly one slab.
+    A slab has at most `budget` points. A chunk that is longer than the slabs along a leading dimension is read once for
+    each slab that overlaps it. Every point is in exactly one slab.
     """
     steps = [1] * len(shape)
     for axis in reversed(range(len(shape))):

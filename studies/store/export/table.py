@@ -40,19 +40,9 @@ def chunks_of(variable: "xr.DataArray") -> tuple[int, ...]:
 
 
 def csv_lines(cube: "xr.Dataset") -> Iterator[str]:
-    """Yield the pieces of a CSV text with the table of a cube; see `columns`.
+    """Yield a CSV text with the table of a cube, see `columns`: first the header, then texts of several complete lines.
 
     Floating-point numbers have 17 digits, which reproduce every float64. A missing value is `nan`. Codes are integers.
-
-    Parameters
-    ----------
-    cube : Dataset
-        A study's cube, from `Store.cube`.
-
-    Yields
-    ------
-    str
-        First the header line, then texts of several complete lines.
     """
     described = column_attributes(cube)
     yield ",".join(described) + "\n"
@@ -69,16 +59,6 @@ def parquet_pieces(cube: "xr.Dataset") -> Iterator[bytes]:
     """Yield the pieces of a Parquet file with the table of a cube; see `columns`.
 
     The metadata contain the attributes of the cube, and the unit and the description of every column.
-
-    Parameters
-    ----------
-    cube : Dataset
-        A study's cube, from `Store.cube`.
-
-    Yields
-    ------
-    bytes
-        The pieces of the file, in order.
     """
     # imported here, because importing pyarrow takes a fifth of a second
     import pyarrow
@@ -131,12 +111,7 @@ def column_attributes(cube: "xr.Dataset") -> dict[str, tuple[np.dtype[Any], dict
 
 
 def columns(cube: "xr.Dataset") -> Iterator[dict[str, np.ndarray]]:
-    """Yield a cube as a table, piece by piece, with one row per point in C order.
-
-    Parameters
-    ----------
-    cube : Dataset
-        A study's cube, or a part of a cube, with at least one variable.
+    """Yield a cube with at least one variable as a table, piece by piece, with one row per point in C order.
 
     Yields
     ------

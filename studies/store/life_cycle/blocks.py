@@ -58,24 +58,13 @@ class Blocks(States):
     def mark(self, study_id: str, *outcomes: BlockOutcome, owner: str | None = None) -> bool:
         """Set the done-marks of blocks whose files are on the disk. A block that already has a mark keeps this mark.
 
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        outcomes : BlockOutcome
-            Reports on the blocks. Either all blocks are marked, or none.
-        owner : str, optional
-            Name of the caller. If another owner has the claim on the study, no block is marked.
-
-        Returns
-        -------
-        bool
-            False if another owner has the claim, so that no block was marked.
+        Either all blocks are marked, or none. If `owner` is given and another owner has the claim on the study, no
+        block is marked, and the method returns False.
 
         Raises
         ------
         StudyNotFound
-            If the study does not exist.
+            If there is no such study.
         """
         with self.catalogue.writing() as connection:
             return self._mark(connection, study_id, outcomes, owner)
@@ -130,16 +119,6 @@ class Blocks(States):
 
         A block fails as a whole if, for example, a worker dies. Points that failed numerically are not computed again.
 
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-
-        Returns
-        -------
-        Record
-            Record of the queued study.
-
         Raises
         ------
         StudyNotFound
@@ -176,18 +155,8 @@ class Blocks(States):
     ) -> Record:
         """Invalidate the done-marks of blocks in one transaction, so that the blocks can be computed again.
 
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        blocks : sequence of int
-            Indices of the blocks. Blocks without a done-mark are ignored.
-        why : str
-            Reason, which is recorded among the study's events.
-        in_turn : bool
-            Whether the limit of waiting and running studies applies if the study is queued again.
-        owner : str, optional
-            Owner of the claim, if the owner calls this method. The study's state is then not changed.
+        Blocks without a done-mark are ignored. The reason is recorded among the study's events. If the owner of the
+        claim calls this method, the study's state is not changed; otherwise the study is queued.
 
         Raises
         ------

@@ -2,16 +2,16 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, Row, select, tuple_
+from sqlalchemy import Row, select
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.catalogue.base import StoreBase
-from damperlab.studies.store.catalogue.rows import VALUES, alive_row, change_study, claim_owner
+from damperlab.studies.store.catalogue.rows import alive_row, change_study, claim_owner
 from damperlab.studies.store.catalogue.tables import WAITING, studies
+from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import StudyBusy
 
 CLAIM_SECONDS = 60.0
@@ -44,7 +44,7 @@ class Waiting:
     priority: int
 
 
-class Claims(StoreBase):
+class Claims(Cubes):
     """The claims on the studies of a store.
 
     A claim ends when its time is over by the wall clock, or when this process has seen no renewal for `CLAIM_SECONDS`.
@@ -55,29 +55,22 @@ class Claims(StoreBase):
     def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
         """Claim a study. Return False if another owner has a valid claim, or the study does not exist.
 
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        owner : str
-            Unique name of the owner.
-        seconds : float, optional
-            Time after which the claim ends if it is not renewed [s]; by default `CLAIM_SECONDS`.
+        If the claim is not renewed, it ends after `seconds`, by default `CLAIM_SECONDS`.
         """
         with self.catalogue.writing() as connection:
             row = alive_row(connection, study_id)
             if row is None or (row.claim_owner != owner and self._holds(row)):
                 return False
-            self._set_claim(connection, row.number, owner, _end(seconds))
+            change_study(connection, row.number, claimed(owner, seconds))
             return True
 
     def renew(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
         """Renew a claim. Return False if this owner no longer has the claim; the owner must then stop working."""
-        return self._if_owned(study_id, owner, owner, _end(seconds))
+        return self._if_owned(study_id, owner, claimed(owner, seconds))
 
     def release(self, study_id: str, owner: str) -> None:
         """Release a claim. Nothing happens if this owner does not have the claim."""
-        self._if_owned(study_id, owner, None, None)
+        self._if_owned(study_id, owner, UNCLAIMED)
 
     def abandoned(self, study_id: str) -> bool:
         """Whether no process works on a study. Repeated calls also detect that a claim is not renewed."""
@@ -88,19 +81,14 @@ class Claims(StoreBase):
     def unclaimed(self, dead: Callable[[str], bool], most: int | None = None) -> list[Waiting]:
         """Return the queued and running studies without an owner, by descending priority, then by submission time.
 
-        Parameters
-        ----------
-        dead : callable
-            Function that returns whether an owner is known to be dead, although its claim has not ended.
-        most : int, optional
-            Largest number of studies of each submitter; by default all.
+        The function `dead` returns whether an owner is known to be dead, although its claim has not ended. At most
+        `most` studies of each submitter are returned, by default all.
         """
         c = studies.c
-        # read only a few columns, page by page, because ten thousand studies may wait
+        # read only a few columns, because ten thousand studies may wait
         query = select(
             c.id,
             c.number,
-            c.created,
             c.claim_owner,
             c.claim_expires,
             c.blocks_total,
@@ -109,28 +97,19 @@ class Claims(StoreBase):
             c.submitted_by,
             c.priority,
         )
-        query = query.where(WAITING).order_by(c.priority.desc(), c.created, c.number).limit(VALUES)
+        query = query.where(WAITING).order_by(c.priority.desc(), c.created, c.number)
         found: list[Waiting] = []
         counts: Counter[str | None] = Counter()
         with self.catalogue.reading() as connection:
-            page: Sequence[Any] = connection.execute(query).all()
-            while page:
-                for row in page:
-                    owner = row.submitted_by
-                    if most is not None and counts[owner] >= most:
-                        continue
-                    if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner))):
-                        one = row.blocks_total == 1 and row.started is None
-                        small = one and row.points_total <= FEW_POINTS
-                        found.append(Waiting(row.id, small, owner, row.priority))
-                        counts[owner] += 1
-                if len(page) < VALUES:
-                    break
-                last = page[-1]
-                behind = tuple_(-c.priority, c.created, c.number)
-                page = connection.execute(
-                    query.where(behind > tuple_(-last.priority, last.created, last.number))
-                ).all()
+            rows: Iterable[Any] = connection.execute(query)
+            for row in rows:
+                if most is not None and counts[row.submitted_by] >= most:
+                    continue
+                if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner))):
+                    one = row.blocks_total == 1 and row.started is None
+                    small = one and row.points_total <= FEW_POINTS
+                    found.append(Waiting(row.id, small, row.submitted_by, row.priority))
+                    counts[row.submitted_by] += 1
         return found
 
     def _holds(self, row: Row[Any]) -> bool:
@@ -144,22 +123,25 @@ class Claims(StoreBase):
             self._renewals[row.number] = renewal, now
         return claim_owner(row) is not None and now - since <= CLAIM_SECONDS
 
-    def _if_owned(self, study_id: str, owner: str, heir: str | None, expires: float | None) -> bool:
+    def _if_owned(self, study_id: str, owner: str, change: Mapping[str, Any]) -> bool:
         with self.catalogue.writing() as connection:
             row = alive_row(connection, study_id)
             if row is None or row.claim_owner != owner:
                 return False
-            self._set_claim(connection, row.number, heir, expires)
+            change_study(connection, row.number, change)
             return True
 
-    def _set_claim(
-        self, connection: Connection, number: int, owner: str | None, expires: float | None
-    ) -> None:
-        change_study(connection, number, {"claim_owner": owner, "claim_expires": expires})
+
+UNCLAIMED: Mapping[str, Any] = {"claim_owner": None, "claim_expires": None}
+"""Columns of a study's row without a claim."""
 
 
-def _end(seconds: float | None) -> float:
-    return time.time() + (CLAIM_SECONDS if seconds is None else seconds)
+def claimed(owner: str, seconds: float | None = None) -> dict[str, Any]:
+    """Return the columns of a claim that begins or is renewed now, and ends after `seconds` or `CLAIM_SECONDS`."""
+    return {
+        "claim_owner": owner,
+        "claim_expires": time.time() + (CLAIM_SECONDS if seconds is None else seconds),
+    }
 
 
 def require_free(row: Row[Any], what: str) -> None:

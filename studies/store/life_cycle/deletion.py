@@ -8,7 +8,6 @@ from typing import Any
 from sqlalchemy import Connection, Row, delete, func, select
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.rows import (
     alive_row,
     change_study,
@@ -20,6 +19,7 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import is_sound, require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import NothingToDo, using
 from damperlab.studies.store.files.shelf import TOMBSTONE
 from damperlab.studies.store.life_cycle.claims import require_free
@@ -31,18 +31,13 @@ from damperlab.studies.vocabulary import ENDED
 _AT_ONCE = 5000  # largest number of done-marks that one transaction removes
 
 
-class Deletion(StoreBase):
+class Deletion(Cubes):
     """The part of a store that deletes and restores studies."""
 
     def delete(self, study_id: str, keep_seconds: float = 0.0) -> None:
         """Delete a study. The files of the study are removed later, by `bury`.
 
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        keep_seconds : float
-            Time for which the study stays in the trash [s]. During this time, `undelete` can restore the study.
+        The study stays in the trash for `keep_seconds`. During this time, `undelete` can restore the study.
 
         Raises
         ------
@@ -98,13 +93,8 @@ class Deletion(StoreBase):
         """Remove the files of deleted studies, then the done-marks and definitions of these studies.
 
         An empty row remains in the catalogue, so that the number and the revisions of the study are never used again.
-
-        Parameters
-        ----------
-        before : float, optional
-            Remove studies that were deleted before this time, in seconds since 1970; by default now.
-        stop : callable
-            Function that is called before each study; if it returns true, the remaining studies are left for later.
+        Studies are removed that were deleted before the time `before`, in seconds since 1970, by default now. The
+        function `stop` is called before each study; if it returns true, the remaining studies are left for later.
         """
         c = studies.c
         before = time.time() if before is None else before

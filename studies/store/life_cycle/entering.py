@@ -13,7 +13,6 @@ from sqlalchemy import Connection, bindparam, delete, func, insert, select, upda
 
 from damperlab.studies.digest import family_digest
 from damperlab.studies.kind import AnyStudy
-from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.home import (
     BACKUP_OF,
     UNKNOWN_RESULTS,
@@ -29,9 +28,9 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import NEVER_ENTERED, RESERVED, pieces, record_of
 from damperlab.studies.store.catalogue.tables import events, studies
-from damperlab.studies.store.cube.cube import bytes_per_point
-from damperlab.studies.store.cube.description import block_grid, first_pieces
+from damperlab.studies.store.cube.description import block_grid, bytes_per_point, first_pieces
 from damperlab.studies.store.cube.packed import BLOCKS
+from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import StoreFault, cannot_use, using
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
 from damperlab.studies.store.provenance import asked_by
@@ -41,7 +40,7 @@ _Answer = TypeVar("_Answer")
 
 
 @dataclass(frozen=True)
-class Entry:
+class NewStudy:
     """A study that is about to be entered into the catalogue.
 
     Parameters
@@ -101,11 +100,13 @@ class Entry:
         }
 
 
-class Entering(StoreBase):
+class Entering(Cubes):
     """The part of a store that enters new studies into the catalogue."""
 
     def enter(
-        self, decide: Callable[[Connection], tuple[list[Entry], Callable[[list[Record]], _Answer]]], what: str
+        self,
+        decide: Callable[[Connection], tuple[list[NewStudy], Callable[[list[Record]], _Answer]]],
+        what: str,
     ) -> _Answer:
         """Enter studies in three steps: reserve numbers, create the cubes, and write the rows.
 
@@ -152,13 +153,11 @@ class Entering(StoreBase):
             self._discard([each for study_id, each in made.items() if study_id not in entered])
         return answered
 
-    def _reserve(self, connection: Connection, entries: Sequence[Entry]) -> list["_Made"]:
+    def _reserve(self, connection: Connection, entries: Sequence[NewStudy]) -> list["_Made"]:
         """Reserve new numbers. The new rows look like the rows of deleted studies without files."""
         now = time.time()
-        numbers: list[int] = []
-        for some in pieces([_reserved(now)] * len(entries)):
-            new = insert(studies).returning(studies.c.number, sort_by_parameter_order=True)
-            numbers += connection.execute(new, some).scalars()
+        new = insert(studies).returning(studies.c.number, sort_by_parameter_order=True)
+        numbers = connection.execute(new, [_reserved(now)] * len(entries)).scalars()
         return [_Made(entry, number, now) for entry, number in zip(entries, numbers, strict=True)]
 
     def _make(self, fresh: Sequence["_Made"]) -> None:
@@ -199,16 +198,17 @@ class Entering(StoreBase):
         for digests in pieces(each.entry.study.digest for each in several):
             query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(digests)).group_by(c.id)
             ever |= {row[0]: row[1] for row in connection.execute(query)}
-        for rows in pieces(_row(each, ever.get(each.entry.id, 0)) for each in several):
-            names = rows[0].keys() - {"number"}
-            change = update(studies).where(c.number == bindparam("of_number"))
-            connection.execute(
-                change.values({name: bindparam(f"to_{name}") for name in names}),
-                [{"of_number": row["number"], **{f"to_{name}": row[name] for name in names}} for row in rows],
-            )
+        rows = [_row(each, ever.get(each.entry.id, 0)) for each in several]
+        names = rows[0].keys() - {"number"}
+        change = update(studies).where(c.number == bindparam("of_number"))
+        connection.execute(
+            change.values({name: bindparam(f"to_{name}") for name in names}),
+            [{"of_number": row["number"], **{f"to_{name}": row[name] for name in names}} for row in rows],
+        )
         now = time.time()
-        for noted in pieces({"study": each.entry.id, "at": now, "what": what} for each in several):
-            connection.execute(insert(events), noted)
+        connection.execute(
+            insert(events), [{"study": each.entry.id, "at": now, "what": what} for each in several]
+        )
         found: dict[int, Record] = {}
         for given in pieces(each.number for each in several):
             for row in connection.execute(select(studies).where(c.number.in_(given))):
@@ -270,7 +270,7 @@ class Entering(StoreBase):
 class _Made:
     """A new cube whose study has not been entered yet."""
 
-    entry: Entry
+    entry: NewStudy
     number: int
     created: float
 
@@ -297,7 +297,7 @@ def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int
     return found
 
 
-def _is_made(entry: Entry, made: dict[str, _Made], reserved: set[int]) -> bool:
+def _is_made(entry: NewStudy, made: dict[str, _Made], reserved: set[int]) -> bool:
     known = made.get(entry.id)
     # the cube must have been created for this very submission, and its number must still be reserved
     return known is not None and known.entry.study is entry.study and known.number in reserved

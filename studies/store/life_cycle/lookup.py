@@ -10,14 +10,12 @@ from sqlalchemy import ColumnElement, Row, func, not_, select
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.kinds import EVERY_DIMENSION, dimensions_of_definition
 from damperlab.studies.remarks import faults_of_tag
-from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.rows import (
     ALIVE,
     FIRST_DIGITS,
     VALUES,
     alive_row,
     asked_for,
-    cursor_of,
     in_trash,
     newest_row,
     number_before,
@@ -28,6 +26,7 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import events, studies
+from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.provenance import DESIGNS, REFINES
 from damperlab.studies.store.record import Page, Record, Totals
@@ -154,7 +153,7 @@ ALL = Wanted()
 """Conditions that every existing study satisfies."""
 
 
-class Lookup(StoreBase):
+class Lookup(Cubes):
     """The part of a store that finds studies."""
 
     def find(self, ref: str) -> Record:
@@ -167,7 +166,7 @@ class Lookup(StoreBase):
         StudyNotFound
             If no study fits, several studies fit the digits, or fewer than `FIRST_DIGITS` digits are given.
         """
-        ref = sayable(ref)
+        ref = storable(ref)
         with self.catalogue.reading() as connection:
             row = alive_row(connection, ref)
             if row is not None:
@@ -249,7 +248,7 @@ class Lookup(StoreBase):
                     looked_at, before = looked_at + 1, row.number
                     if not wanted.looks_inside or wanted.fits(row):
                         found.append(row)
-        return Page(tuple(map(record_of, found)), cursor_of(int(before)) if more else None)
+        return Page(tuple(map(record_of, found)), f"before-{before}" if more else None)
 
     def totals(self) -> dict[str, Totals]:
         """Return the sums over the studies in each state. States without studies are left out."""
@@ -275,6 +274,6 @@ class Lookup(StoreBase):
         return [(row.at, row.what) for row in rows]
 
 
-def sayable(text: str) -> str:
+def storable(text: str) -> str:
     """Replace lone surrogates and NUL, which databases refuse."""
     return text.encode(errors="replace").decode().replace("\0", "?")

@@ -11,11 +11,11 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, select
 
-from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.home import fact, remember
 from damperlab.studies.store.catalogue.rows import study_row
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.description import DESCRIPTION, as_complete
+from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.files.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.files.shelf import TOMBSTONE, Shelf
 from damperlab.studies.vocabulary import ENDED
@@ -30,17 +30,10 @@ NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "clai
 """Columns of a study's row that are not written with the done-marks."""
 
 
-def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> None:
+def keep_marks(store: Cubes, study_id: str, changes: Mapping[str, Any]) -> None:
     """Write the done-marks of a study into its cube. If every block is done, also mark the cube as complete.
 
-    Parameters
-    ----------
-    store : StoreBase
-        Store of the study.
-    study_id : str
-        Complete id of the study.
-    changes : mapping
-        New values for the study's row that the caller is about to write, by column.
+    The changes are new values for the study's row that the caller is about to write, by column.
 
     Raises
     ------
@@ -85,13 +78,7 @@ def drop_marks(shelf: Shelf) -> None:
 
 
 def put_tombstone(shelf: Shelf, deleted: float) -> None:
-    """Record in a cube that the study was deleted, with the time of the deletion.
-
-    Raises
-    ------
-    OSError
-        If the record cannot be written.
-    """
+    """Record in a cube that the study was deleted, with the time of the deletion; raise `OSError` if this fails."""
     shelf.put(TOMBSTONE, seal(json.dumps({"crc32c": PLACEHOLDER, "deleted": deleted}).encode()))
 
 
@@ -141,15 +128,8 @@ def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -> bool:
     """Whether the cube records the end of a study, and the catalogue has lost this end.
 
-    Parameters
-    ----------
-    kept : mapping
-        The study's data from `read_marks`; empty if the cube has no list of done-marks.
-    row : Row
-        The study's row in the catalogue.
-    last_event : float, optional
-        Time of the study's latest event in the catalogue, in seconds since 1970. If the event is later than the
-        recorded end, the study was resumed, and nothing is lost.
+    `kept` is the study's data from `read_marks`; it is empty if the cube has no list of done-marks. If the latest event
+    in the catalogue is later than the recorded end, the study was resumed, and nothing is lost.
     """
     finished = kept.get("finished")
     if kept.get("state") not in ENDED or finished is None or row.finished == finished:

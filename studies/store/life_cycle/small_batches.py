@@ -7,12 +7,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 from sqlalchemy import Connection, select, update
 
-from damperlab.studies.store.catalogue.rows import ALIVE, alive_row
+from damperlab.studies.store.catalogue.rows import ALIVE, alive_row, change_study
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.files.shelf import AT_ONCE
 from damperlab.studies.store.life_cycle.blocks import Blocks
-from damperlab.studies.store.life_cycle.claims import CLAIM_SECONDS, Claims
+from damperlab.studies.store.life_cycle.claims import UNCLAIMED, Claims, claimed
 from damperlab.studies.store.record import BlockOutcome, Record
 
 
@@ -20,19 +20,12 @@ class SmallBatches(Blocks, Claims):
     """The part of a store that processes studies of one block in batches."""
 
     def claim_all(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
-        """Claim and start the queued studies that were never started, have no owner, and are recorded for `identity`.
+        """Claim and start the queued studies that were never started and have no owner.
 
-        Parameters
-        ----------
-        ids : sequence of str
-            Complete ids of the studies.
-        owner : str
-            Owner of the claims.
-        identity : str
-            Identity of the owner's solver and processor, from `damperlab.studies.store.solver.identity_of`.
+        The studies must be recorded for `identity`, the identity of the owner's solver and processor; see
+        `damperlab.studies.store.solver.identity_of`.
         """
         taken = []
-        now = time.time()
         with self.catalogue.writing() as connection:
             for study_id in ids:
                 row = alive_row(connection, study_id)
@@ -40,9 +33,9 @@ class SmallBatches(Blocks, Claims):
                     continue
                 if json.loads(row.provenance).get("identity") != identity:
                     continue
-                self._set_claim(connection, row.number, owner, now + CLAIM_SECONDS)
+                change_study(connection, row.number, claimed(owner))
                 taken.append(
-                    self._change_state(connection, study_id, "running", None, ("queued",), owner, now)
+                    self._change_state(connection, study_id, "running", only_from=("queued",), owner=owner)
                 )
         return taken
 
@@ -50,7 +43,7 @@ class SmallBatches(Blocks, Claims):
         """Renew every claim of an owner."""
         change = update(studies).where(studies.c.claim_owner == owner, ALIVE)
         with self.catalogue.writing() as connection:
-            connection.execute(change.values(claim_expires=time.time() + CLAIM_SECONDS))
+            connection.execute(change.values(claimed(owner)))
 
     def finish_all(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
         """Set the done-mark of each study's only block. End the studies whose marks could be written into the cubes."""
@@ -65,18 +58,19 @@ class SmallBatches(Blocks, Claims):
             for study_id, good in zip(marked, kept, strict=True):
                 row = alive_row(connection, study_id)
                 if good and row is not None and row.claim_owner == owner:
-                    self._change_state(connection, study_id, "done", None, ("running",), owner, now)
-                    self._set_claim(connection, row.number, None, None)
+                    self._change_state(
+                        connection, study_id, "done", only_from=("running",), owner=owner, now=now
+                    )
+                    change_study(connection, row.number, UNCLAIMED)
 
-    def release_all(self, owner: str) -> list[str]:
-        """Queue the running studies of an owner again, release all claims of the owner, and return the studies' ids."""
+    def release_all(self, owner: str) -> None:
+        """Queue the running studies of an owner again, and release all claims of the owner."""
         c = studies.c
         with self.catalogue.writing() as connection:
             rows = connection.execute(select(c.id, c.number).where(c.claim_owner == owner, ALIVE)).all()
             for row in rows:
-                self._change_state(connection, row.id, "queued", None, ("running",), owner, time.time())
-                self._set_claim(connection, row.number, None, None)
-        return [row.id for row in rows]
+                self._change_state(connection, row.id, "queued", only_from=("running",), owner=owner)
+                change_study(connection, row.number, UNCLAIMED)
 
     def _mark_one(self, connection: Connection, study_id: str, outcome: BlockOutcome, owner: str) -> bool:
         try:

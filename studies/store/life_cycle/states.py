@@ -15,7 +15,7 @@ from damperlab.studies.store.catalogue.tables import facts, studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import first_pieces
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use, using
-from damperlab.studies.store.life_cycle.lookup import Lookup, sayable
+from damperlab.studies.store.life_cycle.lookup import Lookup, storable
 from damperlab.studies.store.life_cycle.manifest import (
     PUT_OFF,
     drop_marks,
@@ -78,18 +78,22 @@ class States(Lookup):
         with self.catalogue.writing() as connection:
             if later:
                 put_off_marks(connection, study_id)
-            return self._change_state(connection, study_id, state, message, only_from, owner, now)
+            return self._change_state(
+                connection, study_id, state, message, only_from=only_from, owner=owner, now=now
+            )
 
     def _change_state(
         self,
         connection: Connection,
         study_id: str,
         state: str,
-        message: str | None,
+        message: str | None = None,
+        *,
         only_from: tuple[str, ...],
         owner: str | None,
-        now: float,
+        now: float | None = None,
     ) -> Record:
+        now = time.time() if now is None else now
         row = study_row(connection, study_id)
         if not _may_change(row, only_from, owner):
             return record_of(row)
@@ -125,20 +129,10 @@ class States(Lookup):
         owner: str,
         message: str | None = None,
     ) -> None:
-        """Set the phase of a running study. Nothing changes if another owner has the claim.
+        """Set the phase of a running study: one of `PREPARATIONS`, or None when the computation of blocks begins.
 
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        phase : str or None
-            One of `PREPARATIONS`, or None when the computation of blocks begins.
-        done, total : int, optional
-            Number of completed items and of all items of the phase, if known.
-        owner : str
-            Owner of the claim on the study.
-        message : str, optional
-            Reason why the study waits. An empty text removes the present message; None keeps the message.
+        Nothing changes if another owner has the claim. `done` and `total` count the items of the phase, if known. The
+        message says why the study waits. An empty text removes the present message; None keeps it.
         """
         if phase not in (None, *PREPARATIONS):
             raise ValueError(f"{phase!r} is none of {PREPARATIONS}")
@@ -146,29 +140,17 @@ class States(Lookup):
         if phase is None:
             change["run_began"] = time.time()
         if message is not None:
-            change["message"] = sayable(message) or None
+            change["message"] = storable(message) or None
         ours = (studies.c.id == study_id, ALIVE, studies.c.claim_owner == owner, studies.c.state == "running")
         with self.catalogue.writing() as connection:
             connection.execute(update(studies).where(*ours).values(change))
 
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
-        """Record the solver of a study before the first block is computed.
+        """Record the solver of a study before the first block is computed, and return the record of the study.
 
-        The new solver replaces the solver that was recorded at submission if the study has no results yet.
-
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        facts : mapping of str
-            Provenance from the workers. If the `identity` in `facts` is already recorded, nothing changes.
-        owner : str, optional
-            Owner of the claim on the study. If another owner has the claim, nothing changes.
-
-        Returns
-        -------
-        Record
-            Present record of the study. If blocks are done, the caller must compare the provenance with `facts`.
+        The new solver replaces the solver that was recorded at submission if the study has no results yet. Nothing
+        changes if the `identity` in `facts`, the provenance from the workers, is already recorded, or if another owner
+        has the claim. If blocks are done, the caller must compare the provenance of the record with `facts`.
 
         Raises
         ------
@@ -209,7 +191,7 @@ class States(Lookup):
     def note(self, study_id: str, what: str) -> None:
         """Add an event to a study's log."""
         with self.catalogue.writing() as connection:
-            log_event(connection, study_id, sayable(what))
+            log_event(connection, study_id, storable(what))
 
     def _keep_marks(self, study_id: str, state: str, message: str | None, now: float) -> None:
         changes = {"state": state, "finished": now} | (
@@ -225,14 +207,8 @@ class States(Lookup):
     def remark(self, study_id: str, remarks: Remarks, *, at_once: bool = True) -> Record:
         """Store a user's remarks about a study in the catalogue, and for an ended study also in the cube.
 
-        Parameters
-        ----------
-        study_id : str
-            Complete id of the study.
-        remarks : Remarks
-            The remarks. A remark that is None is not changed.
-        at_once : bool
-            Whether to write the remarks into the cube now. If not, `keep_late_marks` writes the remarks later.
+        A remark that is None is not changed. If `at_once` is false, `keep_late_marks` writes the remarks into the cube
+        later.
 
         Raises
         ------
@@ -258,10 +234,7 @@ class States(Lookup):
     def keep_late_marks(self, stop: Callable[[], bool] = lambda: False) -> None:
         """Write the postponed done-marks of ended studies into their cubes.
 
-        Parameters
-        ----------
-        stop : callable
-            Function that is called before each study; if it returns true, the remaining studies are left for later.
+        The function `stop` is called before each study; if it returns true, the remaining studies are left for later.
 
         Raises
         ------

@@ -12,15 +12,21 @@ from sqlalchemy import Connection, insert, select
 from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
+from damperlab.studies.store.catalogue.batches import Batches
 from damperlab.studies.store.catalogue.quota import Ledger
 from damperlab.studies.store.catalogue.rows import ALIVE, newest_row, pieces, record_of, study_row
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import keys, studies
-from damperlab.studies.store.catalogue.turns import Turns
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
 from damperlab.studies.store.cube.description import block_grid
-from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, NothingToDo, QuotaReached, telling
-from damperlab.studies.store.life_cycle.entering import Entering, Entry
+from damperlab.studies.store.faults import (
+    CatalogueDamaged,
+    KeyTaken,
+    NothingToDo,
+    QuotaReached,
+    reporting_damage,
+)
+from damperlab.studies.store.life_cycle.entering import Entering, NewStudy
 from damperlab.studies.store.provenance import SUBMITTED_BY, signed, submitter
 from damperlab.studies.store.record import Record
 
@@ -68,7 +74,7 @@ class Submissions(Entering):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._turns = Turns[Sequence[Submission], Entered](self._submit_lists, _MOST, len)
+        self._batches = Batches[Sequence[Submission], Entered](self._submit_lists, _MOST, len)
 
     def submit(
         self,
@@ -109,19 +115,19 @@ class Submissions(Entering):
     def submit_all(self, submissions: Sequence[Submission]) -> Entered:
         """Submit several studies as `submit` does. Either all of the studies are entered, or none."""
         # add the owner in this thread, because another thread may enter the studies
-        return self._turns.ask([replace(one, provenance=signed(one.provenance)) for one in submissions])
+        return self._batches.ask([replace(one, provenance=signed(one.provenance)) for one in submissions])
 
     def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
         """Enter the submissions of several threads. If one list is refused, the other lists are still entered."""
 
-        def decide(connection: Connection) -> tuple[list[Entry], Callable[[list[Record]], list[Any]]]:
+        def decide(connection: Connection) -> tuple[list[NewStudy], Callable[[list[Record]], list[Any]]]:
             asked = _Asked(connection, lists)
             ledger = Ledger(connection, self.quota)
-            entries: dict[str, Entry] = {}
+            entries: dict[str, NewStudy] = {}
             refused: dict[int, Exception] = {}
             for place, some in enumerate(lists):
                 fresh = {
-                    one.study.digest: Entry(
+                    one.study.digest: NewStudy(
                         one.study, one.plan.chunk, one.provenance, one.reuse, priority=one.priority
                     )
                     for one in reversed(some)
@@ -161,13 +167,6 @@ class Submissions(Entering):
     def recompute(self, study_id: str, provenance: dict[str, str]) -> tuple[Record, bool]:
         """Enter a new version of a study, which today's solver will compute. The older versions are kept.
 
-        Parameters
-        ----------
-        study_id : str
-            Complete id of any version of the study.
-        provenance : dict of str
-            Provenance of today's solver.
-
         Returns
         -------
         record : Record
@@ -188,12 +187,12 @@ class Submissions(Entering):
             known = study_row(connection, study_id)
         shelf = self.cube_shelf(study_id, known.number)
         stored = parse_stored(record_of(known).definition, known.digest)
-        with telling(shelf, None, "a ground-motion record"):
+        with reporting_damage(shelf, None, "a ground-motion record"):
             study = with_attachments(stored, shelf)
 
         def decide(
             connection: Connection,
-        ) -> tuple[list[Entry], Callable[[list[Record]], tuple[Record, bool]]]:
+        ) -> tuple[list[NewStudy], Callable[[list[Record]], tuple[Record, bool]]]:
             older = record_of(study_row(connection, study_id))
             if not older.blocks_done or (older.state == "done" and not older.outdated):
                 raise _nothing_to_recompute(older)
@@ -201,7 +200,7 @@ class Submissions(Entering):
             newest = record_of(row) if row is not None else older
             if newest.id != older.id and not newest.outdated:
                 return [], lambda entered: (newest, False)
-            entry = Entry(
+            entry = NewStudy(
                 study, older.chunk, signed(provenance), older.reuse, newest.version + 1, older.priority
             )
             Ledger(connection, self.quota).enter(submitter.get(), study.points, entry.bytes, 1)
@@ -266,9 +265,9 @@ class _Asked:
 
     def keep_keys(self) -> None:
         """Write newly used idempotency keys into the catalogue."""
-        rows = ({"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items())
-        for some in pieces(rows):
-            self._connection.execute(insert(keys), some)
+        rows = [{"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items()]
+        if rows:
+            self._connection.execute(insert(keys), rows)
 
 
 def _nothing_to_recompute(record: Record) -> NothingToDo:

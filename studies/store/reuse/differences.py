@@ -90,14 +90,7 @@ DifferencesDocument = TypeAliasType("DifferencesDocument", Annotated[dict[str, A
 def differences_of(store: Store, newer: Record, older: Record | None = None) -> Differences:
     """Compare two versions of a study, piece by piece. The cubes need not fit into memory.
 
-    Parameters
-    ----------
-    store : Store
-        Store of the two versions.
-    newer : Record
-        The later version.
-    older : Record, optional
-        The earlier version; by default the newest version before `newer` that has results.
+    By default, `older` is the newest version before `newer` that has results.
 
     Raises
     ------

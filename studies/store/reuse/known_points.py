@@ -6,7 +6,7 @@ import numpy as np
 
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
-from damperlab.studies.store.cube.cube import stored_variables
+from damperlab.studies.store.cube.description import stored_variables
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.variables import Status
@@ -37,12 +37,7 @@ def known_points(
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Read the points of a block that earlier studies have computed. A lost or damaged cube contributes no points.
 
-    Parameters
-    ----------
-    sources : tuple of Source
-        The earlier studies, from `reuse.Overlaps.of`.
-    study, block : AnyStudy, Block
-        The study to compute, and its block.
+    The sources are the earlier studies, from `reuse.Overlaps.of`.
 
     Returns
     -------

@@ -15,9 +15,8 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
 from damperlab.studies.store.catalogue.rows import ALIVE, asked_for, pieces, record_of
 from damperlab.studies.store.catalogue.tables import studies
-from damperlab.studies.store.cube.cube import stored_variables
 from damperlab.studies.store.cube.definition import parse_stored
-from damperlab.studies.store.cube.description import block_grid
+from damperlab.studies.store.cube.description import block_grid, stored_variables
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.life_cycle.entering import box_of
 from damperlab.studies.store.provenance import DESIGNS
@@ -94,16 +93,9 @@ class Overlaps:
 
 
 class Boxes:
-    """Bounding boxes of the grids of all studies of a family that have results.
+    """Bounding boxes of the grids of all studies that have results and belong to the same family as a study.
 
     A design requests each point only once, so the other studies of the same design are left out.
-
-    Parameters
-    ----------
-    store : Store
-        Store of the studies.
-    record : Record
-        Any study of the family.
     """
 
     def __init__(self, store: Store, record: Record) -> None:
@@ -160,14 +152,9 @@ def _overlap(study: AnyStudy, other: Record, earlier: AnyStudy) -> _Overlap | No
 
 
 def done_of_family(store: Store, family: str) -> list[Record]:
-    """Find the latest completed studies of a family.
+    """Find the latest completed studies of a family, given its digest; see `damperlab.studies.digest.family_digest`.
 
-    Parameters
-    ----------
-    store : Store
-        The store.
-    family : str
-        Digest of the family, from `damperlab.studies.digest.family_digest`; no study is found for an empty text.
+    No study is found for an empty text.
     """
     c = studies.c
     query = select(studies).where(c.family == family, c.family != "", ALIVE, c.state == "done")

@@ -21,8 +21,8 @@ from zarr.storage import MemoryStore
 import damperlab.studies.store.export.export
 import damperlab.studies.store.export.table
 from damperlab.studies.conventions import of_variable
-from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.cube.description import describe_cube, plain_metadata
+from damperlab.studies.store.cube.packed import write_region
 from damperlab.studies.store.export.export import write_file
 from damperlab.studies.store.export.grouped import POINTS, group_of, grouped_chunks, grouped_metadata
 from damperlab.studies.store.export.slabs import rows, slabs

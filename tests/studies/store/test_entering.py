@@ -8,8 +8,8 @@ import pytest
 from tests.filling import make_plan_of, make_study, write_behind
 
 from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.catalogue.batches import Batches
 from damperlab.studies.store.catalogue.quota import Quota
-from damperlab.studies.store.catalogue.turns import Turns
 from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached
 from damperlab.studies.store.life_cycle.submissions import Submission
 from damperlab.studies.store.store import Store
@@ -103,11 +103,11 @@ def test_turns_answer_everybody_whatever_comes_of_one(store):
             raise ValueError("thirteen")
         return [number if number % 2 else KeyError(number) for number in asked]
 
-    turns = Turns[int, int](work, 4)
+    batches = Batches[int, int](work, 4)
 
     def ask(number: int) -> object:
         try:
-            return turns.ask(number)
+            return batches.ask(number)
         except (KeyError, ValueError) as error:
             return type(error)
 

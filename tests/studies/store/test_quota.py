@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from tests.filling import enter, make_plan_of, make_study
 
-from damperlab.studies.store.catalogue.quota import Quota, Taken
-from damperlab.studies.store.cube.cube import bytes_per_point
+from damperlab.studies.store.catalogue.quota import Quota, Usage
+from damperlab.studies.store.cube.description import bytes_per_point
 from damperlab.studies.store.faults import QuotaReached, TooManyUnfinished
 from damperlab.studies.store.provenance import submitter
 from damperlab.studies.store.store import Store
@@ -17,7 +17,7 @@ def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(tmp_path: Pat
     size = study.points * bytes_per_point(study)
     with_room = Store.open(tmp_path, quota=Quota(bytes=2 * size - 1))
     record = enter(with_room, study)
-    assert with_room.taken() == Taken(study.points, size)
+    assert with_room.usage() == Usage(study.points, size)
     with pytest.raises(QuotaReached, match=f"{size:,} bytes.*{size - 1:,} bytes.*damperlab delete"):
         enter(with_room, other)
     assert [found.id for found in with_room.page().records] == [record.id]
@@ -25,7 +25,7 @@ def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(tmp_path: Pat
     assert with_room.submit(study, make_plan_of(study), {})[0] == record  # what is there is never refused
     with_room.delete(record.id)
     with_room.bury()
-    assert with_room.taken() == Taken(0, 0)
+    assert with_room.usage() == Usage(0, 0)
     assert with_room.submit(other, make_plan_of(other), {})[1]
     with_room.close()
 
@@ -60,7 +60,7 @@ def test_a_tombstone_counts_until_its_files_are_gone(tmp_path: Path) -> None:
     study = make_study()
     record = enter(store, study)
     store.delete(record.id)
-    assert store.taken().points == study.points
+    assert store.usage().points == study.points
     store.bury()
-    assert store.taken().points == 0
+    assert store.usage().points == 0
     store.close()

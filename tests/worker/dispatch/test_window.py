@@ -16,7 +16,6 @@ from distributed.nanny import WorkerProcess
 
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.window import WAIT_SECONDS, Window
 from damperlab.worker.dispatch.workers import BLOCKS_PER_THREAD
 from damperlab.worker.outcomes import RETRIES, Failure, Outage
@@ -36,7 +35,7 @@ def client() -> Iterator[Client]:
 def window_of(
     client: Client, task: Callable[[int], BlockOutcome], count: int, wait_seconds: float = WAIT_SECONDS
 ) -> Window:
-    return Window(client, lambda index, key: (task, index), Backlog(range(count)), wait_seconds=wait_seconds)
+    return Window(client, lambda index, key: (task, index), range(count), wait_seconds=wait_seconds)
 
 
 def in_order(ended: list[BlockOutcome | Failure]) -> list[BlockOutcome | Failure]:

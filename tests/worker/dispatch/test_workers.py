@@ -3,12 +3,11 @@
 import pytest
 from tests.benchmarks import model
 
-from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.workers import STUCK_SECONDS, Workers
 
 
-def workers_of(count: int, backlog: Backlog, threads: int = 1) -> Workers:
-    workers = Workers(backlog)
+def workers_of(count: int, blocks: int, threads: int = 1) -> Workers:
+    workers = Workers(range(blocks))
     names = {f"w{number}": threads for number in range(count)}
     workers.see(names, names)
     for name in names:
@@ -27,7 +26,7 @@ def fill(workers: Workers) -> dict[str, list[int]]:
 
 
 def test_blocks_that_run_for_too_long_go_to_others() -> None:
-    workers = workers_of(3, Backlog(range(20)))
+    workers = workers_of(3, 20)
     held = fill(workers)
     workers.see(dict.fromkeys(held, 1), ("w0", "w1"))  # w2 was told to leave; it still finishes what it runs
     assert workers.take_away(0.0) == []
@@ -39,7 +38,7 @@ def test_blocks_that_run_for_too_long_go_to_others() -> None:
 
 
 def test_a_block_stays_at_the_only_worker_but_not_at_one_that_leaves_and_never_ends() -> None:
-    workers = workers_of(1, Backlog(range(4)))
+    workers = workers_of(1, 4)
     fill(workers)
     workers.take_away(0.0)
     assert workers.take_away(STUCK_SECONDS + 1.0) == []
@@ -57,7 +56,7 @@ def test_a_block_stays_at_the_only_worker_but_not_at_one_that_leaves_and_never_e
 
 
 def test_all_blocks_of_a_worker_go_to_others_if_two_of_them_run_for_too_long() -> None:
-    workers = workers_of(2, Backlog(range(20)), threads=2)
+    workers = workers_of(2, 20, threads=2)
     held = fill(workers)
     assert len(held["w0"]) == 4
     workers.take_away(0.0)
@@ -68,7 +67,7 @@ def test_all_blocks_of_a_worker_go_to_others_if_two_of_them_run_for_too_long() -
 
 
 def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> None:
-    workers = workers_of(3, Backlog(range(20)))
+    workers = workers_of(3, 20)
     held = fill(workers)
     assert [len(blocks) for blocks in held.values()] == [2, 2, 2]
     ran, waited = held["w0"]
@@ -88,7 +87,7 @@ def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> Non
 
 
 def test_worker_that_is_tried_again_is_told_with_the_reason_for_which_it_was_left_out() -> None:
-    workers = workers_of(1, Backlog(range(4)))
+    workers = workers_of(1, 4)
     workers.leave_out("w0", "its store says 503")
     assert "w0 is left out: its store says 503" in workers.words()
     workers.admit("w0")
@@ -101,7 +100,7 @@ def test_worker_that_is_tried_again_is_told_with_the_reason_for_which_it_was_lef
 
 
 def test_worker_that_is_told_to_leave_ends_what_it_runs_and_gets_nothing_more() -> None:
-    workers = workers_of(2, Backlog(range(20)))
+    workers = workers_of(2, 20)
     ran, waited = fill(workers)["w0"]
     names = {"w0": 1, "w1": 1}
     assert len(workers.see(names, ("w1",))) == 1
@@ -119,7 +118,7 @@ def test_worker_that_is_told_to_leave_ends_what_it_runs_and_gets_nothing_more() 
 
 
 def test_what_happens_to_a_block_is_told_with_its_number_and_its_worker() -> None:
-    workers = workers_of(2, Backlog(range(1)))
+    workers = workers_of(2, 1)
     fill(workers)
     (first,) = (name for name, blocks in held_by(workers).items() if blocks)
     workers.failed(next(iter(workers.states[first].held)), ValueError("no"), 0.0)

@@ -26,7 +26,6 @@ from tests.worker.run_here import (
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.provenance import code_hash
 from damperlab.worker.run.progress import Progress
@@ -99,7 +98,7 @@ def test_whoever_is_there_is_asked_at_once_each_time(store: Store, monkeypatch: 
     canary = canary_of(planned(friction_study(), CHUNK), 0)
     monkeypatch.setattr("damperlab.worker.dispatch.window.LOOK_SECONDS", float("inf"))
     with connect(workers=1) as client:
-        window = Window(client, lambda index, key: (abs, index), Backlog([0]))
+        window = Window(client, lambda index, key: (abs, index), [0])
         for points in (None, canary):
             asked = examine, store.cube_path(record.id), record.digest, code_hash(), points
             facts = window.assemble(asked, "", "", partial(next, iter([True] * 3000), False))
@@ -116,7 +115,7 @@ def test_what_workers_compile_is_no_want_of_workers(store: Store) -> None:
         # whatever it loads first is no part of this
         asked = examine, store.cube_path(record.id), record.digest, code_hash()
         client.run(*asked, canary)
-        window = Window(client, lambda index, key: (abs, index), Backlog([0]), wait_seconds=wait_seconds)
+        window = Window(client, lambda index, key: (abs, index), [0], wait_seconds=wait_seconds)
         facts = window.assemble((*asked, None), "", "", lambda: True)
         assert facts is not None
         busy = client.submit(time.sleep, 2.5 * wait_seconds, pure=False)

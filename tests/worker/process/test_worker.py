@@ -22,7 +22,6 @@ from tests.worker.dispatch.test_window import pump
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cluster.certificates import make_certificates, security
 from damperlab.worker.cluster.cluster import _probe, connect
-from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, Failure
 from damperlab.worker.worker_process.worker import announced, faulty
@@ -45,7 +44,7 @@ def test_worker_that_is_told_to_leave_ends_its_block_and_the_next_one_goes_on(tm
         return BlockOutcome(index, 1, 0, 0.0, 0.0)
 
     with scheduler_process() as (address, _), connect(scheduler=address) as client, ExitStack() as stack:
-        window = Window(client, lambda index, key: (task, index), Backlog(range(4)))
+        window = Window(client, lambda index, key: (task, index), range(4))
         ended: list[BlockOutcome | Failure] = []
         for _ in range(2):
             process = stack.enter_context(worker_process(address))
@@ -103,7 +102,7 @@ def test_block_that_takes_longer_than_there_is_time_is_given_back(
         "lifetime": "--lifetime=60",
     }[how]
     with scheduler_process() as (address, _), connect(scheduler=address) as client, ExitStack() as stack:
-        window = Window(client, lambda index, key: (task, index), Backlog(range(1)))
+        window = Window(client, lambda index, key: (task, index), range(1))
         process = stack.enter_context(worker_process(address, "--leave-within=1", options))
         while not begun(tmp_path):
             window.fill()
@@ -185,15 +184,17 @@ def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> N
     shown = ("--protocol=tls", f"--tls-ca-file={ours / 'ca.pem'}", f"--tls-cert={ours / 'cert.pem'}")
     with scheduler_process(*shown, f"--tls-key={ours / 'key.pem'}") as (address, _):
         for scheme, options, reason in (
-            ("tls:", (f"--tls={theirs}",), "its certificate is not believed here"),
-            ("tcp:", (), "it closes the connection, as where it asks for certificates"),
+            ("tls:", (f"--tls={theirs}",), "its certificate is not trusted here"),
+            ("tcp:", (), "it closes the connection; perhaps it requires certificates"),
         ):
             asked = address.replace("tls:", scheme)
             with worker_process(asked, "--lifetime=60", *options, stderr=subprocess.PIPE) as stranger:
                 assert stranger.stderr is not None
                 with stranger.stderr as told:
                     lines = iter(told.readline, b"")
-                    said = next(text for line in lines if "let this worker in" in (text := line.decode()))
+                    said = next(
+                        text for line in lines if "does not accept this worker" in (text := line.decode())
+                    )
                     assert reason in said
                     # it is asked again meanwhile, and nothing more is said
                     time.sleep(2.0)
@@ -219,7 +220,7 @@ def test_cluster_with_certificates_computes_for_those_who_have_one(
         with worker_process(address, f"--tls={ours}"):
             monkeypatch.setenv("DAMPERLAB_CLUSTER_TLS", str(ours))
             with connect(scheduler=address) as client:
-                window = Window(client, lambda index, key: (_one, index), Backlog(range(3)))
+                window = Window(client, lambda index, key: (_one, index), range(3))
                 assert [each.points for each in pump(window)] == [1, 1, 1]
                 monkeypatch.setattr("damperlab.worker.cluster.cluster.SCHEDULER_TIMEOUT_SECONDS", 2.0)
                 # the certificate of another authority, none at all, and no encryption

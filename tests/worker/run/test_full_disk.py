@@ -55,7 +55,7 @@ def fill(disk: Path, leave: int) -> Path:
 def run(store: Store, study_id: str, watch: Callable[[Progress], None], outage_as: str = "failed") -> Record:
     """Run a study in this process, which tells after each block how far it is."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("damperlab.worker.run.reporter.REPORT_SECONDS", 0.0)
+        patch.setattr("damperlab.worker.run.progress.REPORT_SECONDS", 0.0)
         return run_here(store, study_id, watch, outage_as=outage_as)
 
 

@@ -96,7 +96,7 @@ def test_embedded_scheduler_that_dies_is_replaced_and_leaves_no_process(tmp_path
 def test_a_catalogue_that_comes_back_in_time_is_gone_on_with(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, patience: float
 ) -> None:
-    monkeypatch.setattr("damperlab.worker.run.reporter.REPORT_SECONDS", 0.0)
+    monkeypatch.setattr("damperlab.worker.run.progress.REPORT_SECONDS", 0.0)
     with (
         closing(Database(tmp_path / "postgresql")) as server,
         closing(Store.open(tmp_path / "data", server.address)) as store,

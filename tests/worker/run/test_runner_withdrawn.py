@@ -54,7 +54,7 @@ def test_a_runner_whose_claim_was_taken_while_it_stood_still_spoils_nothing(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What it brings in afterwards is not marked, and the study's end is left to who has the claim now."""
-    monkeypatch.setattr("damperlab.worker.run.reporter.REPORT_SECONDS", 0.0)
+    monkeypatch.setattr("damperlab.worker.run.progress.REPORT_SECONDS", 0.0)
     study_id = submit(store, STUDY, 1).id
     kept: list[int] = []
 

@@ -17,7 +17,7 @@ class _Waiting(Generic[Asked, Answer]):
     woken: threading.Event = field(default_factory=threading.Event)
 
 
-class Turns(Generic[Asked, Answer]):
+class Batches(Generic[Asked, Answer]):
     """Collects work from several threads into batches. The next batch is collected while one batch is processed.
 
     The items of a batch share a transaction, so each item costs less in a large batch.
@@ -55,13 +55,13 @@ class Turns(Generic[Asked, Answer]):
         if waits:
             mine.woken.wait()
         if mine.answer is None:  # it is this thread's turn to process the next batch
-            self._take_turn()
+            self._process_batch()
         if isinstance(mine.answer, Exception):
             raise mine.answer
         assert mine.answer is not None
         return mine.answer
 
-    def _take_turn(self) -> None:
+    def _process_batch(self) -> None:
         with self._lock:
             weights = accumulate(self._weigh(one.asked) for one in self._queue)
             number = max(1, sum(weight <= self._most for weight in weights))
