@@ -282,6 +282,15 @@ def test_a_particle_that_rubs_or_falls_moves_as_another_integrator_says(
         assert history["particle_displacement_m"][-1] / length == pytest.approx(p, abs=1e-11)
 
 
+@pytest.mark.night
+def test_the_history_of_a_rubbing_structure_and_a_sliding_particle_is_its_response() -> None:
+    motion = part("el-centro-180", 0.0, 8.0)
+    damper = Damper(0.4, MASS, 0.02, 0.5, cavity=Cavity(0.1, 20.0))
+    response, history = ground_history(PAPER, damper, motion)
+    assert response == ground_response(PAPER, damper, motion)
+    assert history["absolute_displacement_m"].size == history["particle_displacement_m"].size > 0
+
+
 def test_a_carried_particle_is_dead_mass() -> None:
     motion = part("el-centro-180", 0.0, 8.0)
     stuck = Damper(0.4, MASS, 0.005, 0.5, cavity=Cavity(100.0))
