@@ -29,9 +29,9 @@ from damperlab.studies.answers.notes import friction_row, sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.particle_friction import friction_note, study_with_friction
 from damperlab.studies.answers.phrases import Phrases
-from damperlab.studies.answers.query_fault import NONE_QUALIFIES, check_question, refused
+from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
-from damperlab.studies.answers.verdict import is_clamped
+from damperlab.studies.answers.verdict import is_clamped, none_left
 from damperlab.studies.brief import Brief, Note, command, listed
 from damperlab.studies.cavity import left_open
 from damperlab.studies.definition import Study
@@ -90,13 +90,12 @@ def refine_optimum(
     others = [cube for cube in cubes.values() if design_of(cube.coords) != of_parent]
     cubes = {name: cube for name, cube in cubes.items() if design_of(cube.coords) == of_parent}
     judging = judging_in_ratios(parent, judging)
+    asked = DesignQuestion.ask(parent, judging)
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
-        advice = "wait for the study, resume it, or relax the limits"
-        raise refused(
-            "refine", "no design that qualifies", "a study with a best design", advice, NONE_QUALIFIES
-        )
-    asked = DesignQuestion.ask(parent, judging)
+        why = none_left(parent, asked, best.attrs)
+        advice, told = f"next: {why.next}", " ".join(why.sentences)
+        raise refused("refine", "no design that qualifies", "a study with a best design", advice, told)
     found = found_of(best)
     varied = [name for name in asked.design if parent[name].size > 1]
     if not varied:

@@ -108,7 +108,7 @@ def verdict(
         texts in units, and is left out if the study is given in ratios alone.
     """
     if ranked.sizes["rank"] == 0:
-        none = _none_left(cube, question, ranked.attrs)
+        none = none_left(cube, question, ranked.attrs)
         nothing = {"verdict": list(none.sentences), "brief": none.document(), "doubts": []}
         return said(cube, lambda _: nothing)
     values, highest = ranked["value"].values, ranked["highest"].values
@@ -398,7 +398,7 @@ class _Known:
         return ", ".join(phrases.equal(name, row[name], ".3g") for name in varied)
 
 
-def _none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str, Any]) -> Brief:
+def none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str, Any]) -> Brief:
     """Say why no design could be ranked."""
     study = name_of(cube)
     total, failed, waiting = (int(tally.get(key, 0)) for key in ("designs", "failed", "incomplete"))

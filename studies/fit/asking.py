@@ -13,6 +13,7 @@ from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 MOST_FREE = 5
+FRICTIONLESS = " (0 for a structure without friction)"
 DEFAULT_RANGES: dict[str, tuple[float, float]] = {
     "damping_ratio": (0.0, 0.1),
     "restitution": (0.0, 1.0),
@@ -271,7 +272,8 @@ def _missing(question: FitQuestion, given: Mapping[str, float], particle: bool) 
     for name in RATIOS:
         if name == "frequency_ratio" or name in ratios or (name in OF_PARTICLE and not particle):
             continue
-        advice = f"give it, estimate it with `fit: {{{name}: null}}`, or add a column"
+        zero = FRICTIONLESS if name == "friction_ratio" else ""
+        advice = f"give it{zero}, estimate it with `fit: {{{name}: null}}`, or add a column"
         if name in OF_PARTICLE:
             advice += "; or leave the particle out"
         told = f"{{field}} is neither given nor estimated nor a column of the table: {RATIOS[name].meaning}."

@@ -15,6 +15,7 @@ from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, listing
 from damperlab.studies.fit.asking import (
     DEFAULT_RANGES,
+    FRICTIONLESS,
     faults_between,
     faults_of_confidence,
     not_free,
@@ -172,7 +173,8 @@ def _missing(numbers: Mapping[str, float], ranges: Mapping[str, Any], particle: 
             quantity = NAMED[name]
             estimate = f", or estimate it with `fit: {{{name}: null}}`" if name in FREE else ""
             told = f"{{field}} is neither given nor estimated: {quantity.meaning}."
-            yield Fault(name, NOTHING, quantity.allowed, f"give it{estimate}", told)
+            zero = FRICTIONLESS if ratio == "friction_ratio" else ""
+            yield Fault(name, NOTHING, quantity.allowed, f"give it{zero}{estimate}", told)
 
 
 def _contact(
