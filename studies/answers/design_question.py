@@ -3,7 +3,7 @@
 import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -54,6 +54,10 @@ class DesignQuestion:
     def design(self) -> tuple[str, ...]:
         """The dimensions of a design."""
         return design_of(self.axes)
+
+    def place_of(self, design: "Mapping[str, Any] | xr.Dataset", cube: "xr.Dataset") -> dict[str, int]:
+        """Return the grid index of a design along each dimension of a design."""
+        return {name: nearest_place(cube[name].values, float(design[name])) for name in self.design}
 
     @property
     def long_name(self) -> str:

@@ -23,7 +23,7 @@ from damperlab.studies.choices import EventSolver
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, SUITE, kind_of
 from damperlab.studies.physical import DERIVATIONS
-from damperlab.studies.questions import Judging
+from damperlab.studies.questions import Judging, Ranking
 from damperlab.studies.units import quantities_of
 from damperlab.studies.variables import BEFORE, MADE_BY, PARTICLE_FRICTION
 
@@ -278,7 +278,7 @@ def _coefficient(definition: Mapping[str, Any]) -> float | None:
 def _values(cube: "xr.Dataset", judging: Judging, metric: str | None) -> dict[float, float]:
     """Return the value of the damper by friction coefficient, for the coefficients with which the damper qualifies."""
     if kind_of(cube.sizes) is AMPLITUDES:
-        ranked = worst_cases(cube, metric, 1)
+        ranked = worst_cases(cube, ranking=Ranking(top=1, metric=metric))
         coefficients: Collection[float] = [float(_coefficient(definition_of(cube)) or 0.0)] * ranked.sizes[
             "rank"
         ]
