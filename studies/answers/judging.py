@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.band import WHY
+from damperlab.studies.answers.band import say_only
 from damperlab.studies.answers.comparing import Found, limits
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.phrases import OVER_MORE_THAN_Z, Phrases
@@ -204,9 +204,7 @@ def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str
     """Say at how many of the computed frequencies designs were judged."""
     low, high = question.frequencies[0], question.frequencies[-1]
     if question.frequencies.size == 1:
-        why = "was computed" if computed == 1 else "is judged"
-        at = phrases.equal(FREQUENCY, low, ".10g")
-        return f"Only one frequency {why}, {at}: the judgement applies to that frequency alone. {WHY}"
+        return say_only(low, computed == 1, phrases)
     span = phrases.span(FREQUENCY, low, high, ".10g")
     return f"Judged at {question.frequencies.size} frequencies from {span}."
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,12 +16,7 @@ from damperlab.studies.answers.design_question import (
     judging_in_ratios,
 )
 from damperlab.studies.answers.flatness import end_of, say_beyond
-from damperlab.studies.answers.follow_up import (
-    Refinement,
-    follow_up,
-    found_of,
-    spent_on,
-)
+from damperlab.studies.answers.follow_up import Refinement, follow_up, spent_on
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_of, acceleration_row
 from damperlab.studies.answers.nearness import nearest_place
@@ -96,7 +91,9 @@ def refine_optimum(
         why = none_left(parent, asked, best.attrs)
         advice, told = f"next: {why.next}", " ".join(why.sentences)
         raise refused("refine", "no design that qualifies", "a study with a best design", advice, told)
-    found = found_of(best)
+    found: dict[str, Any] = {
+        name: float(best[name].values[0]) for name in (*asked.design, FREQUENCY, "value", "error")
+    }
     varied = [name for name in asked.design if parent[name].size > 1]
     if not varied:
         allowed = "a study that varies at least one design dimension"

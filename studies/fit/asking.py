@@ -62,17 +62,7 @@ def make_question(
         parameter is estimated, or there are no more rows than parameters. The exception contains all faults.
     """
     faults: list[Fault] = []
-    numbers, ranges, settings = taken_apart(structure, faults)
-    faults += _twice([*(known or {}), *(name for name in fit if name in (known or {}))])
-    for name, value in (known or {}).items():
-        for of in (numbers, ranges):
-            drop(of, name)
-        numbers |= read_number(name, value, faults)
-    usual = numbers | _middles(ranges)
-    for name in fit:
-        drop(numbers, name)
-        ranges.pop(name, None)
-    ranges |= fit
+    numbers, ranges, settings, usual = gathered(structure, known or {}, fit, faults)
     faults += [not_free(name, FREE) for name in ranges if name not in FREE]
     ranges = {name: span or _usual(name, usual, measured) for name, span in ranges.items() if name in FREE}
     free = read_ranges(ranges, faults)
@@ -87,6 +77,38 @@ def make_question(
     question = FitQuestion(measured, numbers, tuple(free), settings, share, confidence, seed)
     _check(question)
     return question
+
+
+def gathered(
+    structure: Mapping[str, Any],
+    known: Mapping[str, float],
+    fit: Mapping[str, tuple[float, float] | None],
+    faults: list[Fault],
+) -> tuple[dict[str, float], dict[str, tuple[float, float] | None], dict[str, Any], dict[str, float]]:
+    """Combine the known values and the parameters of a fit; see `make_question`.
+
+    Returns
+    -------
+    numbers : dict of float
+        Known values, without those of estimated parameters.
+    ranges : dict
+        Range of each parameter to estimate; None for the default range.
+    settings : dict
+        Other entries of `structure`.
+    usual : dict of float
+        Typical values, from which default ranges follow: all given numbers, and the middle of each axis.
+    """
+    numbers, ranges, settings = taken_apart(structure, faults)
+    faults += _twice([*known, *(name for name in fit if name in known)])
+    for name, value in known.items():
+        for of in (numbers, ranges):
+            drop(of, name)
+        numbers |= read_number(name, value, faults)
+    usual = numbers | {name: 0.5 * (span[0] + span[1]) for name, span in ranges.items() if span is not None}
+    for name in fit:
+        drop(numbers, name)
+        ranges.pop(name, None)
+    return numbers, {**ranges, **fit}, settings, usual
 
 
 def faults_of_confidence(confidence: float, share: float | None) -> list[Fault]:
@@ -186,10 +208,6 @@ def of_particle(names: Iterable[str]) -> Iterator[Fault]:
             told = f"{name} cannot be estimated in a scene without a particle."
             advice = "leave it out, or give the scene its particle"
             yield Fault(f"fit.{name}", name, "no parameter of a particle", advice, told)
-
-
-def _middles(ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, float]:
-    return {name: 0.5 * (span[0] + span[1]) for name, span in ranges.items() if span is not None}
 
 
 def read_ranges(ranges: Mapping[str, tuple[float, float] | None], faults: list[Fault]) -> list[Free]:

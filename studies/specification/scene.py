@@ -87,10 +87,7 @@ class SceneFields(RecordFields):
             told = "{field} has a mass, but neither natural_frequency_hz nor stiffness_n_per_m."
             self._fault("structure", "a mass alone", allowed, "add one of the two", told)
         if "damping_ratio" not in raw and "damping_n_s_per_m" not in raw:
-            told = "{field} is missing."
-            self._fault(
-                "structure.damping_ratio", NOTHING, DAMPING_RATIO.allowed, "add the damping ratio", told
-            )
+            self._fault("structure.damping_ratio", NOTHING, DAMPING_RATIO.allowed, "add the damping ratio")
         if self.faults and any(fault.field.startswith("structure") for fault in self.faults):
             return None
         mass = read.get("mass_kg") or 1.0
