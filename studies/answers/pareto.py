@@ -98,7 +98,7 @@ def pareto_front(
     def note(phrases: Phrases) -> dict[str, Any]:
         wanted = ", ".join(_wanted(name, question, phrases) for name in respects)
         listed = f" The {question.top} best in the first respect are listed." if length > question.top else ""
-        head = f"{counted(length, 'design')} that no other design beats in all of: {wanted}."
+        head = f"{counted(length, 'design')} that no other design beats in every respect: {wanted}."
         sentences = [
             f"{head}{listed}",
             say_judged(question, cube.sizes[FREQUENCY], phrases),

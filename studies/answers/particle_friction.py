@@ -53,9 +53,9 @@ def studies_with_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Jud
     Returns
     -------
     tuple of Study
-        One study over `COEFFICIENTS`. For a study over base amplitudes, one study for each coefficient. Empty if the
-        recommended damper does not work by impacts, if the study is in ratios or incomplete, if friction or gravity
-        already acts on the particle, or if friction cannot be combined with the contact or the solver.
+        One study over `COEFFICIENTS`. For a study over base amplitudes, one study for each coefficient. Empty in these
+        cases: the recommended damper does not work by impacts; the study is in ratios or incomplete; friction or gravity
+        already acts on the particle; friction cannot be combined with the contact or the solver.
     """
     kind, lead = kind_of(cube.sizes), leading(ranked)
     if kind is SUITE or lead is None or not _strikes(lead) or ranked.attrs["complete"] < 1:
@@ -90,16 +90,12 @@ def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) ->
     """
     asked, lead = studies_with_friction(cube, ranked, judging), leading(ranked)
     if not asked or lead is None:
-        raise refused(
-            "friction",
-            "a study to whose best damper no friction of the particle can be added",
-            "a finished study in units, with instantaneous impacts and neither friction of the particle nor tilt, whose best "
-            "damper works by impacts",
-            "leave it out",
-            "Friction of the particle cannot be added to the best damper of this study. The study must be finished and in "
-            "units, with instantaneous impacts and neither friction of the particle nor tilt, and its best damper must "
-            "work by impacts.",
+        allowed = (
+            "a finished study in units, with instantaneous impacts and neither friction of the particle nor tilt. "
+            "Its best damper must work by impacts"
         )
+        told = f"Friction cannot be added to the particle of the best damper. Needed is {allowed}."
+        raise refused("friction", "a study without such a damper", allowed, "leave it out", told)
     known = [each for each in ranked.attrs["notes"] if each["kind"] == FRICTION]
     notes = tuple(Note(each["kind"], each["severity"], each["values"]) for each in known)
     studies = () if known else asked

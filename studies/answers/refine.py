@@ -55,9 +55,9 @@ def refine_optimum(
 ) -> Refinement:
     """Make the studies that examine where a better design may lie.
 
-    The grid cells of all studies are examined. The smallest value in a cell is estimated from the values at its corners
-    and the slopes there: the value is assumed to fall with the slope of the neighbouring cell, as far as the middle of
-    the cell. Differences within the errors count as zero. A cell is divided if it can contain a design that is better
+    The grid cells of all studies are examined. The smallest value in a cell is estimated from the values and the slopes
+    at its corners. From a corner to the middle of the cell, the value is assumed to fall with the slope of the
+    neighbouring cell. Differences within the errors count as zero. A cell is divided if it can contain a design that is better
     by more than the tolerance, or if it touches the best design. For a study in units, the last follow-up computes the
     optimum with friction of the particle.
 

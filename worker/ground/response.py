@@ -138,7 +138,7 @@ def ground_response(
     GroundResponse
         Measures of the response. After a numerical failure, the status states the failure and the values are NaN.
     """
-    return _march(structure, damper, motion, factor, tail_s, start, ready, False)[0]
+    return _integrated(structure, damper, motion, factor, tail_s, start, ready, False)[0]
 
 
 def ground_history(
@@ -149,12 +149,12 @@ def ground_history(
     The history has `HISTORY_COLUMNS` at the start of every panel, at every event and at the end. Without a particle,
     the displacement of the particle is NaN.
     """
-    response, history = _march(structure, damper, motion, factor, tail_s, None, None, True)
+    response, history = _integrated(structure, damper, motion, factor, tail_s, None, None, True)
     assert history is not None
     return response, history
 
 
-def _march(
+def _integrated(
     structure: Structure,
     damper: Damper,
     motion: GroundMotion,
