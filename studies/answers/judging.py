@@ -87,12 +87,12 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     classed = "response_class" in cube
     kind = load("response_class") if classed else np.full_like(status, ResponseClass.UNKNOWN)
     locked = kind == ResponseClass.LOCKED
-    if question.exclude_locked:
+    if question.judging.exclude_locked:
         tally["locked"] += int((keep & locked[:, question.nearest]).sum())
         keep &= ~locked[:, question.nearest]
-    if question.max_impact_speed is not None:
+    if question.judging.max_impact_speed is not None:
         # the missing impact speed of a design without impacts does not exclude the design
-        too_fast = (load("impact_speed_max") > question.max_impact_speed).any(axis=1)
+        too_fast = (load("impact_speed_max") > question.judging.max_impact_speed).any(axis=1)
         tally["too_fast"] += int((keep & too_fast).sum())
         keep &= ~too_fast
     for name, (low, high) in question.limits.items():
@@ -195,8 +195,8 @@ def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
         f"{VARIABLES[name].long_name} from {spelled(name, low, high)}"
         for name, (low, high) in question.limits.items()
     ]
-    if question.max_impact_speed is not None:
-        told.insert(0, f"impacts of at most {spelled('impact_speed_max', question.max_impact_speed)}")
+    if question.judging.max_impact_speed is not None:
+        told.insert(0, f"impacts of at most {spelled('impact_speed_max', question.judging.max_impact_speed)}")
     return f"Allowed at every judged frequency: {'; '.join(told)}." if told else ""
 
 

@@ -13,7 +13,7 @@ from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.follow_up import Refinement, follow_up, named
 from damperlab.studies.answers.largest_acceleration import ACCELERATION
 from damperlab.studies.answers.leading import leading
-from damperlab.studies.answers.notes import friction_words
+from damperlab.studies.answers.notes import friction_allowed
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.suite import worst_cases
@@ -240,7 +240,7 @@ def with_friction(
     said = (
         "`optimum --friction` finds the largest μ_i at which the damper keeps its value"
         if note is None
-        else friction_words(note)
+        else " ".join(friction_allowed(note))
     )
     notes = [] if note is None else notes_document([note])
     ranked.attrs |= _told(ranked.attrs, said, notes)

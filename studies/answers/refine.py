@@ -20,7 +20,7 @@ from damperlab.studies.answers.follow_up import Refinement, follow_up, spent_on
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_of, acceleration_row
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.answers.notes import friction_row, sentence_of
+from damperlab.studies.answers.notes import friction_allowed, sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.particle_friction import friction_note, study_with_friction
 from damperlab.studies.answers.phrases import Phrases
@@ -162,7 +162,9 @@ def _with_friction(
     note = friction_note((rubbing,), cubes, judging, answer.found["value"])
     if note is None:
         return replace(answer, studies=(rubbing,), points=rubbing.points)
-    brief = answer.brief and replace(answer.brief, rows=(*answer.brief.rows, friction_row(note)))
+    brief = answer.brief and replace(
+        answer.brief, rows=(*answer.brief.rows, ("particle friction", *friction_allowed(note)))
+    )
     return replace(answer, notes=(*answer.notes, note), brief=brief)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import RATIOS_OF
 from damperlab.studies.answers.band import FREQUENCY
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
-from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden, hidden_note, may_hide
+from damperlab.studies.answers.hidden_peak import hidden, hidden_note, may_hide
 from damperlab.studies.answers.judging import may_strike
 from damperlab.studies.answers.linear_peaks import UNBOUNDED
 from damperlab.studies.answers.notes import advised_axis, sentence_of
@@ -129,7 +129,7 @@ def brief_of(
             told = f"Use a tuned mass damper, {_tuned(found, phrases)}: {better} against {least}{other}, {apart}."
     hides = ""
     if "hidden_peak" in notes:
-        hides = PEAK_BETWEEN
+        hides = "Between the frequencies computed the study's peak may be more than a tenth higher."
         following = f"compute {advised_axis(notes['hidden_peak'].values, phrases)}."
     so_far = sentence_of(notes["incomplete"], phrases) if "incomplete" in notes else ""
     rows = _rows(answer, varied, (ours, theirs), phrases)

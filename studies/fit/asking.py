@@ -1,6 +1,7 @@
 """Assemble the definition of a fit from a measurement, known values and parameters, and report every fault."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,11 +9,15 @@ import numpy as np
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, listing, nearest
 from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.fit.question import BESIDE_AXES, FREE, NAMED, RATIO_OF, FitQuestion, Free, drop
-from damperlab.studies.quantity import RATIOS
+from damperlab.studies.quantity import RATIOS, Quantity
 from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 MOST_FREE = 5
+DEVIATION = Quantity(
+    "deviation", "standard deviation as a share of each amplitude", 1e-12, 1.0, "write 0.05 for 5 %"
+)
+CONFIDENCE = Quantity("confidence", "confidence of the intervals", 0.5, 0.9999, "write 0.95 for 95 %")
 FRICTIONLESS = " (0 for a structure without friction)"
 DEFAULT_RANGES: dict[str, tuple[float, float]] = {
     "damping_ratio": (0.0, 0.1),
@@ -113,13 +118,10 @@ def gathered(
 
 def faults_of_confidence(confidence: float, share: float | None) -> list[Fault]:
     """Check the confidence of the intervals and the relative standard deviation. Return the faults."""
-    faults = []
-    if not 0.5 <= confidence <= 0.9999:
-        advice = "write 0.95 for intervals of 95 %"
-        faults.append(Fault("confidence", describe(confidence), "a number from 0.5 to 0.9999", advice))
-    if share is not None and not 0.0 < share <= 1.0:
-        advice = "write 0.05 for a standard deviation of 5 % of each amplitude"
-        faults.append(Fault("deviation", describe(share), "a number above 0 and at most 1", advice))
+    faults: list[Fault] = []
+    for quantity, value in ((CONFIDENCE, confidence), (DEVIATION, share)):
+        if value is not None:
+            attempt(partial(quantity.read, value, quantity.name), None, faults)
     return faults
 
 
