@@ -15,9 +15,15 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 
 MOST_FREE = 5
 DEVIATION = Quantity(
-    "deviation", "standard deviation as a share of each amplitude", 1e-12, 1.0, "write 0.05 for 5 %"
+    "deviation",
+    "standard deviation as a share of each amplitude",
+    1e-12,
+    1.0,
+    "write 0.05 for a standard deviation of 5 %",
 )
-CONFIDENCE = Quantity("confidence", "confidence of the intervals", 0.5, 0.9999, "write 0.95 for 95 %")
+CONFIDENCE = Quantity(
+    "confidence", "confidence of the intervals", 0.5, 0.9999, "write 0.95 for intervals of 95 %"
+)
 FRICTIONLESS = " (0 for a structure without friction)"
 DEFAULT_RANGES: dict[str, tuple[float, float]] = {
     "damping_ratio": (0.0, 0.1),
