@@ -1,4 +1,4 @@
-"""Write quantities in SI units for drawings, reports and sentences. Only this module converts to mm, nm and g."""
+"""Write quantities in SI units for drawings, reports and sentences. Only this module converts to mm and g."""
 
 UNITS = {
     "_n_s_per_m": "N s/m",
