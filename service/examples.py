@@ -9,7 +9,7 @@ from damperlab.service.security.caller import SAFE_METHODS, scope_of
 from damperlab.service.security.sessions import COOKIE
 from damperlab.studies.definition import Study
 from damperlab.studies.examples import EXAMPLES, SUITE
-from damperlab.studies.ground.schema import suite_json_schema
+from damperlab.studies.ground.suite_reading import suite_json_schema
 from damperlab.studies.named import named_specifications
 from damperlab.studies.specification.schema import specification_schema
 from damperlab.studies.text import MOST_STUDIES

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from damperlab.service.html import drawing, page, said, table
+from damperlab.service.questions.optimal_designs import OPTIMAL_DESIGNS
 from damperlab.service.questions.question import Subject
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import QueryFault
-from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import dimensions_of, main_metric
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
@@ -51,7 +51,7 @@ def study_report(study: Subject) -> str:
     record, cube = study.record, study.cube
     title = escape(record.name or record.id)
     worst_case = kind_of(cube.sizes) is not HARMONIC
-    ranked = study.warned(ranked_designs(cube, Judging(), Ranking(top=TOP), lambda _: {}, study.motions))
+    ranked = OPTIMAL_DESIGNS.of(study, Judging(), Ranking(top=TOP))
     parts = [
         f"<h1>{title}</h1>",
         said(

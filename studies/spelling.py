@@ -24,11 +24,19 @@ UNITS = {
 def spelled(value: float, unit: str, digits: int = 4) -> str:
     """Write a value with its unit: in millimetres below 1 m, in grams below 1 kg."""
     if unit in ("m", "kg") and abs(value) < 1.0:
-        return f"{1e3 * value:.{digits}g} {'mm' if unit == 'm' else 'g'}"
-    text = f"{value:.{digits}g}"
+        return written(1e3 * value, "mm" if unit == "m" else "g", f".{digits}g")
+    text = written(value, unit.strip("1"), f".{digits}g")
     if "e+" in text and abs(value) < 1e7:
-        text = f"{float(text):.0f}"  # 5000 N, not 5e+03 N
-    return f"{text}{'' if unit == '°' else ' '}{unit.strip('1')}".rstrip()
+        return written(float(f"{value:.{digits}g}"), unit.strip("1"), ".0f")  # 5000 N, not 5e+03 N
+    return text
+
+
+def written(value: float, unit: str, form: str) -> str:
+    """Write a number with its unit. A length that would need a negative exponent in mm is written in nm."""
+    text = format(value, form)
+    if unit == "mm" and "e-" in text:
+        return f"{format(1e6 * value, form)} nm"
+    return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()
 
 
 def unit_of(name: str) -> str:

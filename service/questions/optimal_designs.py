@@ -22,16 +22,6 @@ if TYPE_CHECKING:
     from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.definition import Study
 
-RANKED = {
-    "value": "amplitude_ratio",
-    "error": "amplitude_error",
-    "amplitude": "amplitude_ratio",
-    "mass": "mass_ratio",
-    "clearance": "clearance_ratio",
-    "impact_speed": "impact_speed_max",
-}
-"""Result that each column of a ranking contains."""
-
 _NUMBER = {"type": ["number", "null"]}
 _TEXT = {"type": "string"}
 Design = Annotated[
@@ -117,6 +107,7 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, ranking: Ranking) -> Words:
     from damperlab.service.cli.words import axes_of, rows_table, words_of
     from damperlab.studies.answers.phrases import Phrases
+    from damperlab.studies.answers.quantities import MEANT
 
     phrases, words = Phrases.of(study.cube), words_of(found)
     told = [*(doubt["sentence"] for doubt in words.get("doubts", ())), words["note"]]
@@ -125,13 +116,13 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, 
         return Words(words["brief"], told)
     shown = found.drop_vars(["lowest", "highest"], errors="ignore")
     shown = shown if details else shown.isel(rank=slice(MOST_ROWS))
-    table = rows_table(shown, phrases, RANKED | _worst_of(found, phrases), axes_of(study.cube))
+    table = rows_table(shown, phrases, MEANT | _worst_of(found, phrases), axes_of(study.cube))
     return Words(words["brief"], told, table)
 
 
 def _worst_of(found: "xr.Dataset", phrases: "Phrases") -> dict[str, str]:
     """Return the results that the columns `value` and `error` contain in a ranking by the worst case."""
-    metric = str(found.attrs.get("metric", RANKED["value"]))
+    metric = str(found.attrs.get("metric", "amplitude_ratio"))
     error = metric.replace("amplitude", "amplitude_error", 1)
     return {"value": metric} | ({"error": error} if phrases.unit(error) else {})
 

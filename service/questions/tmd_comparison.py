@@ -85,6 +85,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, de
     from damperlab.studies.answers.excited import excitation_of
     from damperlab.studies.answers.one_amplitude import at_one_amplitude
     from damperlab.studies.answers.phrases import Phrases
+    from damperlab.studies.answers.quantities import MEANT
 
     words = words_of(found)
     if not details:
@@ -93,8 +94,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, de
     # a study with a shaken base has no static displacement, so a comparison under a force has no units
     of_force = found.attrs["excitation"] != excitation_of(cube)
     phrases = Phrases.of(cube.drop_vars(list(cube.data_vars)) if of_force else cube)
-    meant = dict.fromkeys(("hybrid", "tmd", "no_damper"), "amplitude_ratio")
-    table = rows_table(found, phrases, meant)
+    table = rows_table(found, phrases, MEANT)
     return Words(words["brief"], [words["note"]], table, (completeness_sentence(found),))
 
 

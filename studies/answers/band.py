@@ -57,7 +57,14 @@ def say_frequency(cube: "xr.Dataset", r: float, codes: bool = False, phrases: Ph
         )
     if has_band(cube):
         return f"Judged at {at} alone; leave out the frequency to judge by the largest value over the band."
-    return f"Only one frequency was computed, {at}: the judgement applies to that frequency alone. {WHY}"
+    return say_only(r, True, phrases)
+
+
+def say_only(r: float, computed: bool, phrases: Phrases) -> str:
+    """Say that designs are judged at one frequency, which is the only one computed if `computed` is set."""
+    why = "was computed" if computed else "is judged"
+    at = phrases.equal(FREQUENCY, r, ".10g")
+    return f"Only one frequency {why}, {at}: the judgement applies to that frequency alone. {WHY}"
 
 
 def say_worst(cube: "xr.Dataset", phrases: Phrases = RATIOS) -> str:
@@ -65,8 +72,7 @@ def say_worst(cube: "xr.Dataset", phrases: Phrases = RATIOS) -> str:
     kind = kind_of(cube.sizes)
     values = sorted(cube[kind.uncontrolled].values.tolist())
     band = phrases.span(FREQUENCY, values[0], values[-1], ".10g") if kind.uncontrolled == FREQUENCY else ""
-    words = kind.worst.format(count=len(values), band=band)
-    return words
+    return kind.worst.format(count=len(values), band=band)
 
 
 def runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:

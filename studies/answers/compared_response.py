@@ -14,7 +14,7 @@ from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import check_metric, coded, main_metric
-from damperlab.studies.faults import counted
+from damperlab.studies.faults import counted, listing
 from damperlab.studies.questions import Selection
 from damperlab.studies.variables import BEFORE
 
@@ -79,10 +79,9 @@ def compared_response(
         ours, theirs = first[name].values, second[name].values
         # a study with particle friction or gravity may be compared with a study that has neither
         if name not in BEFORE and not np.array_equal(ours, theirs):
-            found = f"a study whose values of {name} differ from those of the first"
-            advice = f"name one with the same {name}, or subtract their maps with `minus`"
-            told = f"The two studies have different values of {name}, so their responses cannot be compared."
-            raise refused("with", found, f"a study with the same {name}", advice, told)
+            advice = f"name a study with the same {name}, or subtract their maps with `minus`"
+            told = f"{{field}} names a study with {spanned(theirs)} of {name}, but the first study has {spanned(ours)}."
+            raise refused("with", f"{spanned(theirs)} of {name}", f"{spanned(ours)} of {name}", advice, told)
     errors = _errors(cube, metric, selection) + _errors(other, metric, selection)
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)
@@ -139,6 +138,16 @@ def compared_response(
 
     answer.attrs |= noted(first.attrs, said(cube, words))
     return answer
+
+
+def spanned(values: NDArray[Any]) -> str:
+    """Describe the values of a dimension: the only value, the ends, or the names of records."""
+    values = np.atleast_1d(values)
+    if values.dtype.kind != "f":
+        return counted(values.size, "value") + f" ({listing(values.tolist())})"
+    if values.size == 1:
+        return f"the value {values[0]:.6g}"
+    return f"{values.size} values from {values[0]:.6g} to {values[-1]:.6g}"
 
 
 def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:

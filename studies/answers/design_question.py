@@ -3,7 +3,8 @@
 import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,24 +37,50 @@ METRIC = "amplitude_ratio"
 class DesignQuestion:
     """Checked criteria for ranking designs.
 
-    `axes` holds the grid indices of the designs and of the frequencies to judge; the frequencies ascend. `limits` holds
-    the range in which a result must lie at each of these frequencies, by the name of the result.
+    Parameters
+    ----------
+    objective : str
+        The criterion, which is never left open.
+    judging : Judging
+        The constraints, in ratios.
+    top : int
+        Largest number of designs in the answer.
+    axes : dict of ndarray
+        Grid indices of the designs and of the frequencies to judge.
+    frequencies : ndarray
+        The frequencies to judge, ascending.
     """
 
     objective: Objective
+    judging: Judging
     top: int
     axes: dict[str, np.ndarray]
     frequencies: np.ndarray
-    weights: np.ndarray
-    nearest: int
-    exclude_locked: bool
-    max_impact_speed: float | None
-    limits: dict[str, tuple[float, float]]
+
+    @cached_property
+    def weights(self) -> np.ndarray:
+        """Weights of the frequencies in a mean over the band; their sum is 1."""
+        weights = trapezoid(self.frequencies)
+        return np.asarray(weights / weights.sum())
+
+    @cached_property
+    def nearest(self) -> int:
+        """Index of the judged frequency nearest r = 1."""
+        return nearest_place(self.frequencies, 1.0)
+
+    @property
+    def limits(self) -> dict[str, tuple[float, float]]:
+        """The range in which a result must lie at each judged frequency, by the name of the result."""
+        return {name: limit for name, limit in self.judging.ranges.items() if name in VARIABLES}
 
     @property
     def design(self) -> tuple[str, ...]:
         """The dimensions of a design."""
         return design_of(self.axes)
+
+    def place_of(self, design: "Mapping[str, Any] | xr.Dataset", cube: "xr.Dataset") -> dict[str, int]:
+        """Return the grid index of a design along each dimension of a design."""
+        return {name: nearest_place(cube[name].values, float(design[name])) for name in self.design}
 
     @property
     def long_name(self) -> str:
@@ -72,7 +99,7 @@ class DesignQuestion:
         check_question(judging)
         check_question(Listed(top))
         judging = judging_in_ratios(cube, judging)
-        band, ranges, max_impact_speed = judging.band, judging.ranges, judging.max_impact_speed
+        band, ranges = judging.band, judging.ranges
         objective: Objective = judging.objective or default_objective(cube, band)
         if band is not None and objective == "resonance":
             raise refused(
@@ -82,30 +109,24 @@ class DesignQuestion:
                 "leave `band` out, or choose another `objective`",
                 "`band` cannot be combined with the objective resonance, which judges the frequency nearest r = 1 alone.",
             )
-        if max_impact_speed is not None:
+        if judging.max_impact_speed is not None:
             require_stored(cube, "max_impact_speed", "impact_speed_max")
         if judging.exclude_locked:
             require_stored(cube, "exclude_locked", "response_class")
-        limits = {name: limit for name, limit in ranges.items() if name in VARIABLES}
-        for name, limit in limits.items():
-            require_stored(cube, name, name)
-            if VARIABLES[name].flags is not None:
-                allowed = "a result that is a quantity, or a design dimension"
-                told = f"`{name}` holds codes, which have no order, so they cannot lie in a range."
-                raise refused(name, "a range of codes", allowed, "leave it out", told)
-            _check_limits(name, limit)
-        for name in ranges:
-            if name in limits:
-                continue
-            if name == FREQUENCY:
-                raise refused(
-                    name,
-                    describe(list(ranges[name])),
-                    "a range of a design dimension",
-                    "give the range as `band`",
-                    f"{FREQUENCY} is not a design dimension: designs are judged over its range.",
-                )
-            check_dimension(cube, name, name)
+        for name, limit in ranges.items():
+            if name in VARIABLES:
+                require_stored(cube, name, name)
+                if VARIABLES[name].flags is not None:
+                    allowed = "a result that is a quantity, or a design dimension"
+                    told = f"`{name}` holds codes, which have no order, so they cannot lie in a range."
+                    raise refused(name, "a range of codes", allowed, "leave it out", told)
+                _check_limits(name, limit)
+            elif name == FREQUENCY:
+                allowed, advice = "a range of a design dimension", "give the range as `band`"
+                told = f"{FREQUENCY} is not a design dimension: designs are judged over its range."
+                raise refused(name, describe(list(limit)), allowed, advice, told)
+            else:
+                check_dimension(cube, name, name)
         axes = {name: within(cube, name, name, ranges.get(name)) for name in design_of(cube.sizes)}
         counting = within(cube, "band", FREQUENCY, band)
         if objective == "resonance":
@@ -113,19 +134,7 @@ class DesignQuestion:
             counting = counting[[int(distance.argmin())]]
         counting = counting[np.argsort(cube[FREQUENCY].values[counting], kind="stable")]
         axes[FREQUENCY] = counting
-        frequencies = cube[FREQUENCY].values[counting]
-        weights = trapezoid(frequencies)
-        return cls(
-            objective,
-            top,
-            axes,
-            frequencies,
-            weights / weights.sum(),
-            nearest_place(frequencies, 1.0),
-            judging.exclude_locked,
-            max_impact_speed,
-            limits,
-        )
+        return cls(objective, judging, top, axes, cube[FREQUENCY].values[counting])
 
 
 def judging_in_ratios(cube: "xr.Dataset", judging: Judging) -> Judging:

@@ -13,7 +13,7 @@ from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.brief import Brief, Note
 from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
 from damperlab.studies.units import STRUCTURE
-from damperlab.studies.variables import BEFORE, DIMENSIONS, dimensions_of
+from damperlab.studies.variables import BEFORE, DIMENSIONS
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 if TYPE_CHECKING:
@@ -171,9 +171,3 @@ def _computed(cubes: "Mapping[str, xr.Dataset]") -> list[np.ndarray]:
         earlier.append((settings, cube))
         found.append(new)
     return found
-
-
-def found_of(best: "xr.Dataset") -> dict[str, Any]:
-    """Return the coordinates, the value and the error of the first design."""
-    names = (*dimensions_of(best.coords), "value", "error")
-    return {name: float(best[name].values[0]) for name in names}

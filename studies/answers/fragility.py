@@ -181,16 +181,14 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     return xr.Dataset(described, {SCALE: cube[SCALE], **scalars(cube, index)}, attributes)
 
 
-def bounds(
-    exceeds: NDArray[np.bool_], scales: Floats, keeps: NDArray[np.bool_] | None = None
-) -> tuple[Floats, Floats]:
+def bounds(exceeds: NDArray[np.bool_], scales: Floats, keeps: NDArray[np.bool_]) -> tuple[Floats, Floats]:
     """Return for each record the two scales between which the limit is first exceeded.
 
     Parameters
     ----------
     exceeds, keeps : ndarray of bool, (n, m)
         Whether the result under a record is known to exceed the limit at a scale, and whether it is known not to
-        exceed the limit. By default every result is known.
+        exceed the limit.
     scales : ndarray, (m,)
         Scales in ascending order.
 
@@ -200,7 +198,6 @@ def bounds(
         `high` is the smallest scale at which the limit is known to be exceeded, or infinity if there is none. `low` is
         the largest scale below `high` at which the limit is known not to be exceeded, or 0 if there is none.
     """
-    keeps = ~exceeds if keeps is None else keeps
     first = np.where(exceeds.any(axis=1), exceeds.argmax(axis=1), scales.size)
     before = keeps & (np.arange(scales.size) < first[:, None])
     last = np.where(before.any(axis=1), scales.size - before[:, ::-1].argmax(axis=1), 0)
@@ -336,16 +333,16 @@ def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, sh
     if records < 2:
         return ""
     units = cube[metric].attrs.get("units", "1")
-    factor, unit = (1e3, " mm") if units == "m" else (1.0, f" {units}".removesuffix(" 1"))
     low, high = (
-        f"{factor * end:.3g}" if np.isfinite(end) else "no bound"
+        spelled(end, units, 3) if np.isfinite(end) else "no bound"
         for end in (found.quantile_low, found.quantile_high)
     )
     return (
-        f"At a scale of {cube[SCALE].values[-1]:g} the rms over {counted(records, 'record')} is {factor * found.rms:.4g} ± "
-        f"{factor * found.rms_error:.2g}{unit} (standard error). The mean is {factor * found.mean:.4g} ± "
-        f"{factor * found.mean_error:.2g}{unit}. {100 * share:g} % stay below {factor * found.quantile:.3g}{unit} (95 % "
-        f"interval from {low} to {high}; both ends need {enough_records(share)} records)."
+        f"At a scale of {cube[SCALE].values[-1]:g} the rms over {counted(records, 'record')} is "
+        f"{spelled(found.rms, units)} ± {spelled(found.rms_error, units, 2)} (standard error). The mean is "
+        f"{spelled(found.mean, units)} ± {spelled(found.mean_error, units, 2)}. {100 * share:g} % stay below "
+        f"{spelled(found.quantile, units, 3)} (95 % interval from {low} to {high}; both ends need "
+        f"{enough_records(share)} records)."
     )
 
 

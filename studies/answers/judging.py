@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.band import WHY
+from damperlab.studies.answers.band import say_only
 from damperlab.studies.answers.comparing import Found, limits
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.phrases import OVER_MORE_THAN_Z, Phrases
@@ -87,12 +87,12 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     classed = "response_class" in cube
     kind = load("response_class") if classed else np.full_like(status, ResponseClass.UNKNOWN)
     locked = kind == ResponseClass.LOCKED
-    if question.exclude_locked:
+    if question.judging.exclude_locked:
         tally["locked"] += int((keep & locked[:, question.nearest]).sum())
         keep &= ~locked[:, question.nearest]
-    if question.max_impact_speed is not None:
+    if question.judging.max_impact_speed is not None:
         # the missing impact speed of a design without impacts does not exclude the design
-        too_fast = (load("impact_speed_max") > question.max_impact_speed).any(axis=1)
+        too_fast = (load("impact_speed_max") > question.judging.max_impact_speed).any(axis=1)
         tally["too_fast"] += int((keep & too_fast).sum())
         keep &= ~too_fast
     for name, (low, high) in question.limits.items():
@@ -195,8 +195,8 @@ def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
         f"{VARIABLES[name].long_name} from {spelled(name, low, high)}"
         for name, (low, high) in question.limits.items()
     ]
-    if question.max_impact_speed is not None:
-        told.insert(0, f"impacts of at most {spelled('impact_speed_max', question.max_impact_speed)}")
+    if question.judging.max_impact_speed is not None:
+        told.insert(0, f"impacts of at most {spelled('impact_speed_max', question.judging.max_impact_speed)}")
     return f"Allowed at every judged frequency: {'; '.join(told)}." if told else ""
 
 
@@ -204,9 +204,7 @@ def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str
     """Say at how many of the computed frequencies designs were judged."""
     low, high = question.frequencies[0], question.frequencies[-1]
     if question.frequencies.size == 1:
-        why = "was computed" if computed == 1 else "is judged"
-        at = phrases.equal(FREQUENCY, low, ".10g")
-        return f"Only one frequency {why}, {at}: the judgement applies to that frequency alone. {WHY}"
+        return say_only(low, computed == 1, phrases)
     span = phrases.span(FREQUENCY, low, high, ".10g")
     return f"Judged at {question.frequencies.size} frequencies from {span}."
 

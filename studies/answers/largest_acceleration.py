@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of
-from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.cavity import cavity_of
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import OF_CAVITY
@@ -120,10 +119,9 @@ def acceleration_g(cube: "xr.Dataset", place: Mapping[str, int | NDArray[np.intp
 
 def acceleration_of(design: Mapping[str, Any], question: DesignQuestion, cube: "xr.Dataset") -> float:
     """Return `acceleration_g` of a design on a cube's grid, over the judged band of frequencies."""
-    place = {name: nearest_place(cube[name].values, float(design[name])) for name in question.design}
     own = cube[FREQUENCY].values
     counted = np.flatnonzero((own >= question.frequencies[0]) & (own <= question.frequencies[-1]))
-    return acceleration_g(cube, {**place, FREQUENCY: counted})
+    return acceleration_g(cube, {**question.place_of(design, cube), FREQUENCY: counted})
 
 
 def _particle_friction(cube: "xr.Dataset") -> "xr.DataArray":

@@ -12,7 +12,7 @@ from damperlab.studies.answers.selection import NO_LEAD, Lead, choose, in_ratios
 from damperlab.studies.answers.suite import worst_cases
 from damperlab.studies.field import At
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, kind_of
-from damperlab.studies.questions import Judging, Selection
+from damperlab.studies.questions import Judging, Ranking, Selection
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,11 +63,11 @@ def best_at(cube: "xr.Dataset", at: At, free: Container[str] = (), metric: str |
         for name in chosen
         if name in at
     }
-    ranges = {name: (value, value) for name, value in on_grid.items()}
+    judging = Judging(ranges={name: (value, value) for name, value in on_grid.items()})
     if kind is HARMONIC:
-        ranked = optimal_designs(cube, Judging(ranges=ranges), 1)
+        ranked = optimal_designs(cube, judging, 1)
     else:
-        ranked = worst_cases(cube, metric, 1, ranges=ranges)
+        ranked = worst_cases(cube, judging, Ranking(top=1, metric=metric))
     found = leading(ranked)
     if found is None:
         return NO_LEAD

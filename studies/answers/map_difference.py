@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.alike import alike, beside
-from damperlab.studies.answers.compared_response import ERRORS, ROUNDING
+from damperlab.studies.answers.compared_response import ERRORS, ROUNDING, spanned
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.nearness import same
@@ -15,7 +15,7 @@ from damperlab.studies.answers.phrases import RATIOS, Phrases, noted
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import check_metric, dimensions_of, main_metric
-from damperlab.studies.faults import counted, listing
+from damperlab.studies.faults import counted
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Selection
 from damperlab.studies.unit_names import COORDINATE_SOURCES, COORDINATES, LONG_NAMES
@@ -73,7 +73,9 @@ def map_difference(
         raise refused("metric", metric, "a quantity where a study is subtracted", advice)
     _check_kind(cube, other, (x, y), metric)
     second = resonance_map(other, x, y, at_its_place(cube, first, selection), over, reduce)
-    reduced = [first.attrs[name] for name in ("over", "worst_over") if name in first.attrs]
+    reduced = {
+        each.attrs[name] for each in (first, second) for name in ("over", "worst_over") if name in each.attrs
+    }
     for name in (x, y):
         _check_axis(name, first[name], second[name])
     for name in reduced:
@@ -123,17 +125,9 @@ def _check_axis(name: str, ours: xr.DataArray, theirs: xr.DataArray) -> None:
         equal = mine.size == its.size and bool(np.allclose(mine, its, rtol=1e-9, atol=0.0))
     if equal:
         return
-    told = f"The first study has {_span(mine)} of {name}, the second {_span(its)}, so their maps cannot be subtracted."
+    told = f"The first study has {spanned(mine)} of {name}, the second {spanned(its)}, so their maps cannot be subtracted."
     advice = f"name a study with the same {name}, or a point or a range that both have"
-    raise refused(FIELD, f"{_span(its)} of {name}", _span(mine), advice, told)
-
-
-def _span(values: np.ndarray) -> str:
-    if values.dtype.kind != "f":
-        return counted(values.size, "value") + f" ({listing(values.tolist())})"
-    if values.size == 1:
-        return f"the value {values[0]:.6g}"
-    return f"{values.size} values from {values[0]:.6g} to {values[-1]:.6g}"
+    raise refused(FIELD, f"{spanned(its)} of {name}", spanned(mine), advice, told)
 
 
 def where_apart(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:

@@ -97,8 +97,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
         case "cost":
             return _cost(known)
         case "particle_friction":
-            _, up_to, what = friction_row(note)
-            return f"Friction of the particle {up_to}: {what}."
+            return f"Friction of the particle {': '.join(friction_allowed(note))}."
         case "boundary":
             along = known["along"]
             low, high = (phrases.value(along, known[end], ".10g") for end in ("low", "high"))
@@ -107,26 +106,12 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
     raise KeyError(note.kind)
 
 
-def friction_words(note: Note) -> str:
-    """Return the part of a sentence with the largest μ_i at which the value rises by at most a tenth."""
+def friction_allowed(note: Note) -> tuple[str, str]:
+    """Return the largest μ_i at which the value rises by at most a tenth, and the words that follow in a sentence."""
     up_to, fails = note.values["up_to"], note.values["fails"]
-    if not up_to:
-        return f"the value rises by more than a tenth from μ_i = {fails:g} on"
-    beyond = "" if fails is None else f", not at {fails:g}"
-    return f"the value rises by at most a tenth up to μ_i = {up_to:g}{beyond}"
-
-
-def friction_row(note: Note) -> tuple[str, str, str]:
-    """Return the row of a short answer with the largest μ_i at which the value rises by at most a tenth."""
-    up_to, fails = note.values["up_to"], note.values["fails"]
-    if not up_to:
-        return (
-            "particle friction",
-            f"below μ_i = {fails:g}",
-            "from there on the value rises by more than a tenth",
-        )
-    beyond = "" if fails is None else f", at {fails:g} by more"
-    return "particle friction", f"up to μ_i = {up_to:g}", f"the value rises by at most a tenth{beyond}"
+    reach = f"up to μ_i = {up_to:g}" if up_to else f"below μ_i = {fails:g}"
+    beyond = f", at {fails:g} by more" if up_to else ", from there on by more"
+    return reach, f"the value rises by at most a tenth{'' if fails is None else beyond}"
 
 
 def advised_axis(known: Values, phrases: Phrases) -> str:

@@ -250,5 +250,6 @@ def _flatness(home: "xr.Dataset", question: DesignQuestion, ranked: "xr.Dataset"
         return []
     axes = {name: np.arange(home.sizes[name]) for name in question.design}
     axes[FREQUENCY] = np.array([nearest_place(home[FREQUENCY].values, r) for r in question.frequencies])
-    design = {name: nearest_place(home[name].values, ranked[name].values[0]) for name in question.design}
-    return flatness(home, replace(question, axes=axes), design, float(ranked["value"].values[0]))
+    best = ranked.isel(rank=0)
+    place = question.place_of(best, home)
+    return flatness(home, replace(question, axes=axes), place, float(best["value"]))

@@ -98,12 +98,16 @@ def pareto_front(
     def note(phrases: Phrases) -> dict[str, Any]:
         wanted = ", ".join(_wanted(name, question, phrases) for name in respects)
         listed = f" The {question.top} best in the first respect are listed." if length > question.top else ""
-        head = f"{counted(length, 'design')} that no other design beats in all of: {wanted}."
+        head = f"{counted(length, 'design')} that no other design beats in every respect: {wanted}."
         sentences = [
             f"{head}{listed}",
             say_judged(question, cube.sizes[FREQUENCY], phrases),
             say_limits(question, phrases),
-            *_remarks(tally, doubt),
+            f"{counted(int(doubt['as_good']), 'more design')} may belong to them within the errors "
+            f"({CONFIDENCE:.0%} confidence for each)."
+            if doubt.get("as_good")
+            else "",
+            say_left_out(tally),
         ]
         return {"note": " ".join(filter(None, sentences)), "brief": Brief(None, (head,)).document()}
 
@@ -200,13 +204,3 @@ def _wanted(name: str, question: DesignQuestion, phrases: Phrases) -> str:
     label = phrases.label(column)
     named = phrases.about(question.long_name) if column == "value" else meaning if label == column else label
     return f"{named} ({'larger' if name.startswith('-') else 'smaller'} is better)"
-
-
-def _remarks(tally: Mapping[str, int], doubt: Mapping[str, float]) -> list[str]:
-    remarks = []
-    if doubt.get("as_good"):
-        remarks.append(
-            f"{counted(int(doubt['as_good']), 'more design')} may belong to them within the errors "
-            f"({doubt['confidence']:.0%} confidence for each)."
-        )
-    return [*remarks, say_left_out(tally)]

@@ -13,7 +13,7 @@ from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.follow_up import Refinement, follow_up, named
 from damperlab.studies.answers.largest_acceleration import ACCELERATION
 from damperlab.studies.answers.leading import leading
-from damperlab.studies.answers.notes import friction_words
+from damperlab.studies.answers.notes import friction_allowed
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.suite import worst_cases
@@ -23,7 +23,7 @@ from damperlab.studies.choices import EventSolver
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, SUITE, kind_of
 from damperlab.studies.physical import DERIVATIONS
-from damperlab.studies.questions import Judging
+from damperlab.studies.questions import Judging, Ranking
 from damperlab.studies.units import quantities_of
 from damperlab.studies.variables import BEFORE, MADE_BY, PARTICLE_FRICTION
 
@@ -53,9 +53,9 @@ def studies_with_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Jud
     Returns
     -------
     tuple of Study
-        One study over `COEFFICIENTS`. For a study over base amplitudes, one study for each coefficient. Empty if the
-        recommended damper does not work by impacts, if the study is in ratios or incomplete, if friction or gravity
-        already acts on the particle, or if friction cannot be combined with the contact or the solver.
+        One study over `COEFFICIENTS`. For a study over base amplitudes, one study for each coefficient. Empty in these
+        cases: the recommended damper does not work by impacts; the study is in ratios or incomplete; friction or gravity
+        already acts on the particle; friction cannot be combined with the contact or the solver.
     """
     kind, lead = kind_of(cube.sizes), leading(ranked)
     if kind is SUITE or lead is None or not _strikes(lead) or ranked.attrs["complete"] < 1:
@@ -90,16 +90,12 @@ def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) ->
     """
     asked, lead = studies_with_friction(cube, ranked, judging), leading(ranked)
     if not asked or lead is None:
-        raise refused(
-            "friction",
-            "a study to whose best damper no friction of the particle can be added",
-            "a finished study in units, with instantaneous impacts and neither friction of the particle nor tilt, whose best "
-            "damper works by impacts",
-            "leave it out",
-            "Friction of the particle cannot be added to the best damper of this study. The study must be finished and in "
-            "units, with instantaneous impacts and neither friction of the particle nor tilt, and its best damper must "
-            "work by impacts.",
+        allowed = (
+            "a finished study in units, with instantaneous impacts and neither friction of the particle nor tilt. "
+            "Its best damper must work by impacts"
         )
+        told = f"Friction cannot be added to the particle of the best damper. Needed is {allowed}."
+        raise refused("friction", "a study without such a damper", allowed, "leave it out", told)
     known = [each for each in ranked.attrs["notes"] if each["kind"] == FRICTION]
     notes = tuple(Note(each["kind"], each["severity"], each["values"]) for each in known)
     studies = () if known else asked
@@ -244,7 +240,7 @@ def with_friction(
     said = (
         "`optimum --friction` finds the largest μ_i at which the damper keeps its value"
         if note is None
-        else friction_words(note)
+        else " ".join(friction_allowed(note))
     )
     notes = [] if note is None else notes_document([note])
     ranked.attrs |= _told(ranked.attrs, said, notes)
@@ -278,7 +274,7 @@ def _coefficient(definition: Mapping[str, Any]) -> float | None:
 def _values(cube: "xr.Dataset", judging: Judging, metric: str | None) -> dict[float, float]:
     """Return the value of the damper by friction coefficient, for the coefficients with which the damper qualifies."""
     if kind_of(cube.sizes) is AMPLITUDES:
-        ranked = worst_cases(cube, metric, 1)
+        ranked = worst_cases(cube, ranking=Ranking(top=1, metric=metric))
         coefficients: Collection[float] = [float(_coefficient(definition_of(cube)) or 0.0)] * ranked.sizes[
             "rank"
         ]

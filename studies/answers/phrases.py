@@ -14,7 +14,7 @@ from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.quantity import CAVITY_NAMES
 from damperlab.studies.rounding import is_rounding
-from damperlab.studies.spelling import unit_of
+from damperlab.studies.spelling import unit_of, written
 from damperlab.studies.unit_names import (
     ACCELERATIONS,
     AMPLITUDES,
@@ -187,7 +187,7 @@ class Phrases:
 
     def value(self, name: str, value: float, form: str = ".6g") -> str:
         """Convert a ratio to the printed unit of the quantity, and write the number with the unit."""
-        return self.number(name, value, form) + self.unit(name)
+        return written(self.printed(name, value), self.unit(name).lstrip(), form)
 
     def equal(self, name: str, value: float, form: str = ".6g") -> str:
         """Write ``r = 0.8``, or ``f = 2 Hz``."""
@@ -201,13 +201,14 @@ class Phrases:
 
     def measured(self, value: float, error: float, form: str = ".6g") -> str:
         """Write an amplitude with its error. An error too small for the digits shown is omitted."""
-        shown = self.number(AMPLITUDE, value, form)
         hides = form == ".3g" and abs(error) < HIDDEN * abs(value)
         if is_rounding(value, error) or hides:
             return self.value(AMPLITUDE, value, form)
         if math.isnan(error):
             return f"{self.value(AMPLITUDE, value, form)} (error not known)"
-        return f"{shown} ± {self.value(AMPLITUDE, error, '.2g')}"
+        shown, doubt = self.value(AMPLITUDE, value, form), self.value(AMPLITUDE, error, ".2g")
+        unit = doubt.partition(" ")[2]
+        return f"{shown.removesuffix(unit).rstrip()} ± {doubt}"
 
     def shown(self, name: str, array: "xr.DataArray") -> str:
         """Return the name of a result with the unit or the reference, such as ``amplitude X in mm``."""

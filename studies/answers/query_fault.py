@@ -8,8 +8,6 @@ from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.field import admits, fields_of, words_of
 from damperlab.studies.user_error import UserError
 
-NONE_QUALIFIES = "No design of the study qualifies, so there is none to start from."
-
 
 class QueryFault(UserError, ValueError):
     """A question that a study cannot answer. The message says what is wrong, and what to ask instead.

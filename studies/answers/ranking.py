@@ -68,15 +68,7 @@ def ranked_designs(
             )
             allowed = "studies of the best damper with friction of its particle"
             raise refused("with", describe(",".join(ranking.with_)), allowed, kind.instead, told)
-        ranked = worst_case_designs(
-            cube,
-            ranking.metric,
-            ranking.top,
-            ranking.records,
-            judging.ranges,
-            judging.exclude_locked,
-            motions,
-        )
+        ranked = worst_case_designs(cube, judging, ranking, motions)
     elif len(merged) > 1:
         ranked = merged_designs(merged, judging, ranking.top)
     else:

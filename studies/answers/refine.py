@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,22 +16,17 @@ from damperlab.studies.answers.design_question import (
     judging_in_ratios,
 )
 from damperlab.studies.answers.flatness import end_of, say_beyond
-from damperlab.studies.answers.follow_up import (
-    Refinement,
-    follow_up,
-    found_of,
-    spent_on,
-)
+from damperlab.studies.answers.follow_up import Refinement, follow_up, spent_on
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_of, acceleration_row
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.answers.notes import friction_row, sentence_of
+from damperlab.studies.answers.notes import friction_allowed, sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.particle_friction import friction_note, study_with_friction
 from damperlab.studies.answers.phrases import Phrases
-from damperlab.studies.answers.query_fault import NONE_QUALIFIES, check_question, refused
+from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
-from damperlab.studies.answers.verdict import is_clamped
+from damperlab.studies.answers.verdict import is_clamped, none_left
 from damperlab.studies.brief import Brief, Note, command, listed
 from damperlab.studies.cavity import left_open
 from damperlab.studies.definition import Study
@@ -60,9 +55,9 @@ def refine_optimum(
 ) -> Refinement:
     """Make the studies that examine where a better design may lie.
 
-    The grid cells of all studies are examined. The smallest value in a cell is estimated from the values at its corners
-    and the slopes there: the value is assumed to fall with the slope of the neighbouring cell, as far as the middle of
-    the cell. Differences within the errors count as zero. A cell is divided if it can contain a design that is better
+    The grid cells of all studies are examined. The smallest value in a cell is estimated from the values and the slopes
+    at its corners. From a corner to the middle of the cell, the value is assumed to fall with the slope of the
+    neighbouring cell. Differences within the errors count as zero. A cell is divided if it can contain a design that is better
     by more than the tolerance, or if it touches the best design. For a study in units, the last follow-up computes the
     optimum with friction of the particle.
 
@@ -90,14 +85,15 @@ def refine_optimum(
     others = [cube for cube in cubes.values() if design_of(cube.coords) != of_parent]
     cubes = {name: cube for name, cube in cubes.items() if design_of(cube.coords) == of_parent}
     judging = judging_in_ratios(parent, judging)
+    asked = DesignQuestion.ask(parent, judging)
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
-        advice = "wait for the study, resume it, or relax the limits"
-        raise refused(
-            "refine", "no design that qualifies", "a study with a best design", advice, NONE_QUALIFIES
-        )
-    asked = DesignQuestion.ask(parent, judging)
-    found = found_of(best)
+        why = none_left(parent, asked, best.attrs)
+        advice, told = f"next: {why.next}", " ".join(why.sentences)
+        raise refused("refine", "no design that qualifies", "a study with a best design", advice, told)
+    found: dict[str, Any] = {
+        name: float(best[name].values[0]) for name in (*asked.design, FREQUENCY, "value", "error")
+    }
     varied = [name for name in asked.design if parent[name].size > 1]
     if not varied:
         allowed = "a study that varies at least one design dimension"
@@ -166,7 +162,9 @@ def _with_friction(
     note = friction_note((rubbing,), cubes, judging, answer.found["value"])
     if note is None:
         return replace(answer, studies=(rubbing,), points=rubbing.points)
-    brief = answer.brief and replace(answer.brief, rows=(*answer.brief.rows, friction_row(note)))
+    brief = answer.brief and replace(
+        answer.brief, rows=(*answer.brief.rows, ("particle friction", *friction_allowed(note)))
+    )
     return replace(answer, notes=(*answer.notes, note), brief=brief)
 
 

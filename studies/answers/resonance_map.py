@@ -63,9 +63,9 @@ def resonance_map(
     """Slice the cube along two dimensions.
 
     If the question names no frequency, the map shows the largest value of a quantity over the frequencies of the study.
-    A map at r = 1 alone would recommend designs that are very bad at frequencies a few per cent away. Likewise, the map
-    of a suite shows the largest value over the records, and the map of a study over base amplitudes the largest value
-    over these amplitudes. With `over`, the largest values are then reduced along that dimension.
+    A map at r = 1 alone would recommend designs that are very bad at frequencies a few per cent away. Likewise, a map
+    shows the largest value over the records of a suite, or over the base amplitudes of a study. With `over`, the largest
+    values are then reduced along that dimension.
 
     Parameters
     ----------

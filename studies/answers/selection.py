@@ -192,11 +192,12 @@ def choose(cube: "xr.Dataset", at: At, free: tuple[str, ...]) -> dict[str, int]:
         values = cube[dimension].values
         unasked = 1.0 if dimension == "frequency_ratio" else values[0]
         wanted = at.get(dimension, unasked)
-        index[dimension] = (
-            _named(dimension, values, wanted)
-            if values.dtype.kind == "U"
-            else _nearest(dimension, values, wanted)
-        )
+        if values.dtype.kind == "U":
+            index[dimension] = _named(dimension, values, wanted)
+            continue
+        number = finite(dimension, wanted)
+        check_reach(dimension, values, number)
+        index[dimension] = nearest_place(values, number)
     return index
 
 
@@ -207,12 +208,6 @@ def _named(dimension: str, values: np.ndarray, wanted: object) -> int:
         known = values.tolist()
         raise refused(dimension, describe(wanted), f"one of {listing(known)}", _guess(whole, known))
     return int(found[0])
-
-
-def _nearest(dimension: str, values: np.ndarray, wanted: object) -> int:
-    asked = finite(dimension, wanted)
-    check_reach(dimension, values, asked)
-    return nearest_place(values, asked)
 
 
 def finite(dimension: str, wanted: object) -> float:

@@ -43,7 +43,7 @@ from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
-from damperlab.studies.questions import Listed
+from damperlab.studies.questions import Judging, Listed, Ranking
 from damperlab.studies.tmd.absorber import NO_DAMPER, Absorber
 from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.tmd.under_record import MEASURES, response_under
@@ -104,12 +104,7 @@ def _instead(asked: str) -> str:
 
 
 def worst_cases(
-    cube: "xr.Dataset",
-    metric: str | None = None,
-    top: int = 10,
-    records: Sequence[str] | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
-    exclude_locked: bool = False,
+    cube: "xr.Dataset", judging: Judging = Judging(), ranking: Ranking = Ranking()
 ) -> "xr.Dataset":
     """Rank dampers by their worst case: over the records, scales and structures of a suite, or over base amplitudes.
 
@@ -117,18 +112,12 @@ def worst_cases(
     ----------
     cube : Dataset
         The cube of a ground-motion suite or of a study over base amplitudes, read slab by slab.
-    metric : str, optional
-        The criterion, of which smaller values are better. The default is the peak displacement relative to the base for
-        a suite, and the amplitude for a study over base amplitudes.
-    top : int
-        Largest number of dampers in the answer, 1 to `MOST_DESIGNS`.
-    records : sequence of str, optional
-        The records over which the worst case is taken, each by its id or by the name of an earthquake. By default all
-        records of the suite.
-    ranges : mapping of (float, float), optional
-        Lowest and highest value along dimensions. The ranges limit the ranked dampers and the cases.
-    exclude_locked : bool
-        Leave out dampers whose friction locks the mass to its base near resonance at every base amplitude.
+    judging : Judging
+        `ranges` limits the ranked dampers and the cases. `exclude_locked` leaves out dampers whose friction locks the
+        mass to its base near resonance at every base amplitude.
+    ranking : Ranking
+        `metric` is the criterion, of which smaller values are better; by default the main metric of the study. `records`
+        are the records over which the worst case is taken, each by its id or by the name of an earthquake.
 
     Returns
     -------
@@ -146,12 +135,12 @@ def worst_cases(
     """
     import xarray as xr
 
-    metric = main_metric(cube) if metric is None else metric
+    metric = ranking.metric or main_metric(cube)
     check_quantity(cube, metric, "which have no order, so dampers cannot be ranked by it")
-    check_question(Listed(top))
+    check_question(Listed(ranking.top))
     damper = kind_of(cube.sizes).designs
-    counting = _counting(cube, records, ranges or {})
-    if exclude_locked:
+    counting = _counting(cube, judging, ranking)
+    if judging.exclude_locked:
         require_stored(cube, "exclude_locked", "response_class")
     beside = _beside(cube, metric)
     best: Found = {}
@@ -164,7 +153,7 @@ def worst_cases(
         points += status.size
         bad = (status > Status.MAX_CYCLES).any(axis=1)
         missing = (status == Status.NOT_COMPUTED).any(axis=1) & ~bad
-        held = _locked(slab) & ~(bad | missing) if exclude_locked else np.zeros_like(bad)
+        held = _locked(slab) & ~(bad | missing) if judging.exclude_locked else np.zeros_like(bad)
         for name, left_out in (
             ("designs", np.ones_like(bad)),
             ("failed", bad),
@@ -177,7 +166,7 @@ def worst_cases(
         place = np.where(np.isnan(values), -np.inf, values).argmax(axis=1)
         found: Found = {"value": values[np.arange(rows.size), place]}
         found |= {name: slab.read(source)[rows, place] for name, source in beside.items()}
-        best = least(best, found | slab.designs_at(rows) | slab.cases_at(place), top)
+        best = least(best, found | slab.designs_at(rows) | slab.cases_at(place), ranking.top)
     dimensions = (*damper, *(name for name in dimensions_of(cube) if name not in damper))
     columns: dict[str, Any] = {
         name: ("rank", cube[name].values[best[name]], cube[name].attrs) for name in dimensions
@@ -185,7 +174,7 @@ def worst_cases(
     data = {"value": ("rank", best["value"], dict(cube[metric].attrs))}
     data |= {name: ("rank", best[name], dict(cube[source].attrs)) for name, source in beside.items()}
     ranked = best["value"].size
-    if not exclude_locked:
+    if not judging.exclude_locked:
         del tally["locked"]
     attributes = {"metric": metric, **tally, **completeness(computed, points_failed, points)}
     attributes["note"] = _note(cube.isel(counting), metric, tally, ranked)
@@ -194,18 +183,15 @@ def worst_cases(
 
 def worst_case_designs(
     cube: "xr.Dataset",
-    metric: str | None = None,
-    top: int = 10,
-    records: Sequence[str] | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
-    exclude_locked: bool = False,
+    judging: Judging = Judging(),
+    ranking: Ranking = Ranking(),
     motions: Motions | None = None,
 ) -> "xr.Dataset":
     """Rank dampers as `worst_cases` does, and describe the best damper.
 
     Parameters
     ----------
-    cube, metric, top, records, ranges, exclude_locked
+    cube, judging, ranking
         As in `worst_cases`.
     motions : callable, optional
         As in `ranking.ranked_designs`.
@@ -217,8 +203,8 @@ def worst_case_designs(
         short answer) and `notes` (all remarks as data). A study over base amplitudes also has `acceleration_g`, the
         largest acceleration of the structure with the best damper, if this acceleration is known.
     """
-    answer = worst_cases(cube, metric, top, records, ranges, exclude_locked)
-    damper, counting = kind_of(cube.sizes).designs, _counting(cube, records, ranges or {})
+    answer = worst_cases(cube, judging, ranking)
+    damper, counting = kind_of(cube.sizes).designs, _counting(cube, judging, ranking)
     ends: dict[str, list[Any]] = {}
     linear, notes = LinearPeaks(), []
     if answer.sizes["rank"]:
@@ -255,18 +241,17 @@ def _locked(slab: Slab) -> np.ndarray:
     return np.asarray((kinds == ResponseClass.LOCKED).all(axis=1))
 
 
-def _counting(
-    cube: "xr.Dataset", records: Sequence[str] | None, ranges: Mapping[str, tuple[float, float]]
-) -> dict[str, np.ndarray]:
-    index: dict[str, np.ndarray] = {}
-    if records is not None:
+def _counting(cube: "xr.Dataset", judging: Judging, ranking: Ranking) -> dict[str, np.ndarray]:
+    """Return the positions of the ranked dampers and of their cases along every dimension."""
+    index = axes_within(cube, judging.ranges)
+    if ranking.records is not None:
         known = cube[RECORD].values.tolist()
-        for each in records:
+        for each in ranking.records:
             if whole_id(each) not in known:
                 advice = "leave it out to rank over all records"
                 raise refused(RECORD, describe(each), f"one or more of {listing(known)}", advice)
-        index[RECORD] = np.flatnonzero(np.isin(known, [whole_id(each) for each in records]))
-    return axes_within(cube, ranges) | index
+        index[RECORD] = np.flatnonzero(np.isin(known, [whole_id(each) for each in ranking.records]))
+    return index
 
 
 def _linear_peaks(met: "xr.Dataset", answer: "xr.Dataset") -> LinearPeaks:

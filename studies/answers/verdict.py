@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_of, acceleration_row
 from damperlab.studies.answers.linear_peaks import LinearPeaks
-from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.brief import (
@@ -108,7 +108,7 @@ def verdict(
         texts in units, and is left out if the study is given in ratios alone.
     """
     if ranked.sizes["rank"] == 0:
-        none = _none_left(cube, question, ranked.attrs)
+        none = none_left(cube, question, ranked.attrs)
         nothing = {"verdict": list(none.sentences), "brief": none.document(), "doubts": []}
         return said(cube, lambda _: nothing)
     values, highest = ranked["value"].values, ranked["highest"].values
@@ -119,7 +119,7 @@ def verdict(
     found: dict[str, Any] = {"confidence": CONFIDENCE, "as_good": int(may_be[1:].sum())}
     if not math.isnan(chance):
         found["chance_of_another"] = chance
-    known = _Known.of(cube, question, ranked, active, flat, homes)
+    known = _Known(cube, question, ranked, active, flat, homes)
     if active is not None:
         found["best_with_impacts"] = dict(active)
     if known.clamped:
@@ -142,103 +142,89 @@ def verdict(
 
 @dataclass(frozen=True)
 class _Known:
-    """The data for the sentences of the short answer.
-
-    Parameters
-    ----------
-    cube, question, peaks
-        The study, the question, and notes on peaks that may lie between the judged frequencies.
-    best, lead : mapping
-        The best design, and the recommended design. If friction clamps the structure of the best design, the best
-        design with impacts is recommended.
-    striking : mapping or None
-        The best design with impacts, if the recommended design works without impacts.
-    others : list of mapping
-        The next designs of the ranking.
-    flat, lead_flat : list of dict
-        Results of `flatness.flatness`: around the best design, and around the recommended one.
-    linear : LinearPeaks
-        The peaks with a tuned mass damper of the same mass, and without any damper. They are NaN if designs are not
-        judged by the peak.
-    acceleration_g : float
-        The largest acceleration of the structure with the recommended design, in g; NaN if unknown.
-    complete : float
-        Share of the designs that were computed.
-    notes : list of Note
-        The notes as data, in ratios.
-    """
+    """The data for the sentences of the short answer. The parameters are those of `verdict`."""
 
     cube: "xr.Dataset"
     question: DesignQuestion
-    peaks: list[Note]
-    best: Row
-    lead: Row
-    striking: Row | None
-    others: list[Row]
+    ranked: "xr.Dataset"
+    active: Row | None
     flat: list[dict[str, Any]]
-    lead_flat: list[dict[str, Any]]
-    linear: LinearPeaks
-    acceleration_g: float
-    complete: float
-    notes: list[Note]
+    homes: "Mapping[str, xr.Dataset] | None"
 
-    @classmethod
-    def of(
-        cls,
-        cube: "xr.Dataset",
-        question: DesignQuestion,
-        ranked: "xr.Dataset",
-        active: Row | None,
-        flat: list[dict[str, Any]],
-        homes: "Mapping[str, xr.Dataset] | None",
-    ) -> "_Known":
-        """Examine the best designs of a ranking."""
-        names = [name for name in ranked.variables if ranked[name].dims == ("rank",) and name != "rank"]
-        count = min(ranked.sizes["rank"], OTHERS + 2)
-        rows: list[Row] = [{str(name): ranked[name].values[n].item() for name in names} for n in range(count)]
-        best, lead, lead_flat = rows[0], rows[0], flat
-        if active is not None and is_clamped(best):
-            lead, lead_flat = active, []
-            if not homes:
-                place = {name: nearest_place(cube[name].values, active[name]) for name in question.design}
-                lead_flat = flatness(cube, question, place, float(active["value"]))
-        beside = [
-            row
-            for row in rows[1:]
-            if row["value"] >= lead["value"] and any(row[name] != lead[name] for name in question.design)
-        ][:OTHERS]
-        striking = active if lead is best and best["impact_share"] == 0 else None
-        linear = LinearPeaks()
-        if question.objective == "peak":
-            zeta, mass = float(lead["damping_ratio"]), float(lead["mass_ratio"])
-            linear = LinearPeaks.over(question.frequencies, [zeta], mass, excitation_of(cube))
-        peaks = hidden_peaks(cube, question, ranked, lead, homes)
-        complete = float(ranked.attrs.get("complete", 1.0))
-        most = acceleration_of(lead, question, homes[str(lead["study"])] if homes else cube)
-        known = cls(
-            cube,
-            question,
-            peaks,
-            best,
-            lead,
-            striking,
-            beside,
-            flat,
-            lead_flat,
-            linear,
-            most,
-            complete,
-            [],
-        )
-        known.notes.extend(known._notes(0 if homes else _cut_off(cube, question, best)))
-        return known
+    @cached_property
+    def rows(self) -> list[Row]:
+        """The first designs of the ranking."""
+        names = [name for name, array in self.ranked.variables.items() if array.dims == ("rank",)]
+        count = min(self.ranked.sizes["rank"], OTHERS + 2)
+        return [{str(name): self.ranked[name].values[n].item() for name in names} for n in range(count)]
+
+    @property
+    def best(self) -> Row:
+        """The best design."""
+        return self.rows[0]
 
     @property
     def clamped(self) -> bool:
         """Whether friction locks the structure of the best design to its base."""
         return is_clamped(self.best)
 
-    def _notes(self, cut: int) -> list[Note]:
+    @property
+    def lead(self) -> Row:
+        """The recommended design: the best one, or the best one with impacts if friction clamps the best one."""
+        return self.active if self.active is not None and self.clamped else self.best
+
+    @property
+    def striking(self) -> Row | None:
+        """The best design with impacts, if the recommended design works without impacts."""
+        return self.active if self.lead is self.best and self.best["impact_share"] == 0 else None
+
+    @property
+    def others(self) -> list[Row]:
+        """The next designs of the ranking."""
+        lead = self.lead
+        return [
+            row
+            for row in self.rows[1:]
+            if row["value"] >= lead["value"] and any(row[name] != lead[name] for name in self.question.design)
+        ][:OTHERS]
+
+    @cached_property
+    def lead_flat(self) -> list[dict[str, Any]]:
+        """The result of `flatness.flatness` around the recommended design; empty if another study may hold it."""
+        if self.lead is self.best:
+            return self.flat
+        if self.homes:
+            return []
+        place = self.question.place_of(self.lead, self.cube)
+        return flatness(self.cube, self.question, place, float(self.lead["value"]))
+
+    @cached_property
+    def linear(self) -> LinearPeaks:
+        """The peaks with a tuned mass damper of the same mass, and without any damper; NaN for another objective."""
+        if self.question.objective != "peak":
+            return LinearPeaks()
+        zeta, mass = float(self.lead["damping_ratio"]), float(self.lead["mass_ratio"])
+        return LinearPeaks.over(self.question.frequencies, [zeta], mass, excitation_of(self.cube))
+
+    @cached_property
+    def peaks(self) -> list[Note]:
+        """Notes on peaks that may lie between the judged frequencies."""
+        return hidden_peaks(self.cube, self.question, self.ranked, self.lead, self.homes)
+
+    @cached_property
+    def acceleration_g(self) -> float:
+        """The largest acceleration of the structure with the recommended design, in g; NaN if unknown."""
+        home = self.homes[str(self.lead["study"])] if self.homes else self.cube
+        return acceleration_of(self.lead, self.question, home)
+
+    @property
+    def complete(self) -> float:
+        """Share of the designs that were computed."""
+        return float(self.ranked.attrs["complete"])
+
+    @cached_property
+    def notes(self) -> list[Note]:
+        """All remarks as data, in ratios."""
         best, lead, size = self.best, self.lead, self.question.frequencies.size
         notes = []
         if size == 1:
@@ -254,7 +240,7 @@ class _Known:
         notes.extend(self.peaks)
         if self.complete < 1:
             notes.append(Note("incomplete", "caution", {"complete": self.complete}))
-        if cut:
+        if cut := 0 if self.homes else _cut_off(self.cube, self.question, best):
             notes.append(Note("cut_off", "caution", {"responses": cut, "of": size}))
         ends = _ends(self.cube, self.flat)
         if ends:
@@ -398,7 +384,7 @@ class _Known:
         return ", ".join(phrases.equal(name, row[name], ".3g") for name in varied)
 
 
-def _none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str, Any]) -> Brief:
+def none_left(cube: "xr.Dataset", question: DesignQuestion, tally: Mapping[str, Any]) -> Brief:
     """Say why no design could be ranked."""
     study = name_of(cube)
     total, failed, waiting = (int(tally.get(key, 0)) for key in ("designs", "failed", "incomplete"))
@@ -436,8 +422,6 @@ def _ends(cube: "xr.Dataset", flat: list[dict[str, Any]]) -> dict[str, list[Any]
 
 def _cut_off(cube: "xr.Dataset", question: DesignQuestion, best: Row) -> int:
     """Count the responses of a design whose runs ended at the cycle limit, before they reached the tolerance."""
-    if "status" not in cube:
-        return 0
-    place = {name: nearest_place(cube[name].values, float(best[name])) for name in question.design}
+    place = question.place_of(best, cube)
     status = cube["status"].isel({**place, FREQUENCY: question.axes[FREQUENCY]}).values
     return int((status == Status.MAX_CYCLES).sum())

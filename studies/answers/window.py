@@ -6,9 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.nearness import inside
+from damperlab.studies.answers.design_question import within
 from damperlab.studies.answers.phrases import RATIOS
-from damperlab.studies.answers.query_fault import QueryFault, empty_range
 
 FEWEST = 2
 """Number of values along an axis that are always kept: the two ends."""
@@ -48,7 +47,7 @@ def window(
     """
     sentences = []
     names = [str(dimension) for dimension in answer["status"].dims]
-    index = {name: _inside(answer[name].values, name, (ranges or {}).get(name)) for name in names}
+    index = {name: within(answer, f"range of {name}", name, (ranges or {}).get(name)) for name in names}
     extremes = _extremes(answer, index) if most is not None else []
     for axis, name in enumerate(names):
         whole = index[name]
@@ -64,16 +63,6 @@ def window(
         sentences.append("Ask for a smaller part to see what lies between.")
     note = " ".join([str(answer.attrs.get("note", "")), *sentences]).strip()
     return part.assign_attrs(note=note, thinned=bool(sentences))
-
-
-def _inside(values: NDArray[np.float64], name: str, limits: tuple[float, float] | None) -> NDArray[np.intp]:
-    if limits is None:
-        return np.arange(values.size)
-    low, high = limits
-    found = np.flatnonzero(inside(values, low, high))
-    if found.size == 0:
-        raise QueryFault(empty_range(f"range of {name}", name, low, high, values))
-    return found
 
 
 def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list[tuple[int, int]]:

@@ -1,6 +1,7 @@
 """Assemble the definition of a fit from a measurement, known values and parameters, and report every fault."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,11 +9,22 @@ import numpy as np
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, listing, nearest
 from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.fit.question import BESIDE_AXES, FREE, NAMED, RATIO_OF, FitQuestion, Free, drop
-from damperlab.studies.quantity import RATIOS
+from damperlab.studies.quantity import RATIOS, Quantity
 from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 MOST_FREE = 5
+DEVIATION = Quantity(
+    "deviation",
+    "standard deviation as a share of each amplitude",
+    1e-12,
+    1.0,
+    "write 0.05 for a standard deviation of 5 %",
+)
+CONFIDENCE = Quantity(
+    "confidence", "confidence of the intervals", 0.5, 0.9999, "write 0.95 for intervals of 95 %"
+)
+FRICTIONLESS = " (0 for a structure without friction)"
 DEFAULT_RANGES: dict[str, tuple[float, float]] = {
     "damping_ratio": (0.0, 0.1),
     "restitution": (0.0, 1.0),
@@ -61,17 +73,7 @@ def make_question(
         parameter is estimated, or there are no more rows than parameters. The exception contains all faults.
     """
     faults: list[Fault] = []
-    numbers, ranges, settings = taken_apart(structure, faults)
-    faults += _twice([*(known or {}), *(name for name in fit if name in (known or {}))])
-    for name, value in (known or {}).items():
-        for of in (numbers, ranges):
-            drop(of, name)
-        numbers |= read_number(name, value, faults)
-    usual = numbers | _middles(ranges)
-    for name in fit:
-        drop(numbers, name)
-        ranges.pop(name, None)
-    ranges |= fit
+    numbers, ranges, settings, usual = gathered(structure, known or {}, fit, faults)
     faults += [not_free(name, FREE) for name in ranges if name not in FREE]
     ranges = {name: span or _usual(name, usual, measured) for name, span in ranges.items() if name in FREE}
     free = read_ranges(ranges, faults)
@@ -88,15 +90,44 @@ def make_question(
     return question
 
 
+def gathered(
+    structure: Mapping[str, Any],
+    known: Mapping[str, float],
+    fit: Mapping[str, tuple[float, float] | None],
+    faults: list[Fault],
+) -> tuple[dict[str, float], dict[str, tuple[float, float] | None], dict[str, Any], dict[str, float]]:
+    """Combine the known values and the parameters of a fit; see `make_question`.
+
+    Returns
+    -------
+    numbers : dict of float
+        Known values, without those of estimated parameters.
+    ranges : dict
+        Range of each parameter to estimate; None for the default range.
+    settings : dict
+        Other entries of `structure`.
+    usual : dict of float
+        Typical values, from which default ranges follow: all given numbers, and the middle of each axis.
+    """
+    numbers, ranges, settings = taken_apart(structure, faults)
+    faults += _twice([*known, *(name for name in fit if name in known)])
+    for name, value in known.items():
+        for of in (numbers, ranges):
+            drop(of, name)
+        numbers |= read_number(name, value, faults)
+    usual = numbers | {name: 0.5 * (span[0] + span[1]) for name, span in ranges.items() if span is not None}
+    for name in fit:
+        drop(numbers, name)
+        ranges.pop(name, None)
+    return numbers, {**ranges, **fit}, settings, usual
+
+
 def faults_of_confidence(confidence: float, share: float | None) -> list[Fault]:
     """Check the confidence of the intervals and the relative standard deviation. Return the faults."""
-    faults = []
-    if not 0.5 <= confidence <= 0.9999:
-        advice = "write 0.95 for intervals of 95 %"
-        faults.append(Fault("confidence", describe(confidence), "a number from 0.5 to 0.9999", advice))
-    if share is not None and not 0.0 < share <= 1.0:
-        advice = "write 0.05 for a standard deviation of 5 % of each amplitude"
-        faults.append(Fault("deviation", describe(share), "a number above 0 and at most 1", advice))
+    faults: list[Fault] = []
+    for quantity, value in ((CONFIDENCE, confidence), (DEVIATION, share)):
+        if value is not None:
+            attempt(partial(quantity.read, value, quantity.name), None, faults)
     return faults
 
 
@@ -187,10 +218,6 @@ def of_particle(names: Iterable[str]) -> Iterator[Fault]:
             yield Fault(f"fit.{name}", name, "no parameter of a particle", advice, told)
 
 
-def _middles(ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, float]:
-    return {name: 0.5 * (span[0] + span[1]) for name, span in ranges.items() if span is not None}
-
-
 def read_ranges(ranges: Mapping[str, tuple[float, float] | None], faults: list[Fault]) -> list[Free]:
     """Check the ranges of parameters; None stands for a parameter with neither a given nor a default range."""
     read = [_range(name, span) for name, span in ranges.items()]
@@ -271,7 +298,8 @@ def _missing(question: FitQuestion, given: Mapping[str, float], particle: bool) 
     for name in RATIOS:
         if name == "frequency_ratio" or name in ratios or (name in OF_PARTICLE and not particle):
             continue
-        advice = f"give it, estimate it with `fit: {{{name}: null}}`, or add a column"
+        zero = FRICTIONLESS if name == "friction_ratio" else ""
+        advice = f"give it{zero}, estimate it with `fit: {{{name}: null}}`, or add a column"
         if name in OF_PARTICLE:
             advice += "; or leave the particle out"
         told = f"{{field}} is neither given nor estimated nor a column of the table: {RATIOS[name].meaning}."

@@ -78,7 +78,7 @@ OF_RESPONSE = (
 _NO_AMPLITUDE = re.compile(r"\b(?:rms|pp|p-p|pk-pk|peak[- ]?to[- ]?peak)\b", re.IGNORECASE)
 _TO_AMPLITUDE = (
     "give the largest displacement of a cycle as `amplitude (mm)`: half of a peak-to-peak value; an rms value does not "
-    "determine it, since the motion is no sine"
+    "determine it, since the motion is not a sine"
 )
 _COUNTS = re.compile(r"no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#")
 _OTHERWISE = {
@@ -184,7 +184,7 @@ def read_heading(
             if written.lower() == name:
                 return name, 0.01 if units is SHARES else 1.0
     if _NO_AMPLITUDE.search(written.replace("_", " ")):
-        told = f"The heading {printable(written)} is no amplitude."
+        told = f"The heading {printable(written)} is not an amplitude."
         return Fault(field, printable(written), "a largest displacement", _TO_AMPLITUDE, told)
     said, as_written = written, ""
     in_brackets = BRACKETS.findall(written)

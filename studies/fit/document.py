@@ -7,7 +7,7 @@ from typing import Any
 
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, printable, unknown_key
-from damperlab.studies.fit.asking import make_question
+from damperlab.studies.fit.asking import CONFIDENCE, DEVIATION, make_question
 from damperlab.studies.fit.history.asking import make_history_question
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.question import HistoryQuestion
@@ -16,15 +16,11 @@ from damperlab.studies.fit.lines import MOST_BYTES, lines_of, read_bytes
 from damperlab.studies.fit.measured import Measurement, parse_measurement
 from damperlab.studies.fit.question import FREE, NAMED, FitQuestion
 from damperlab.studies.guard import guard
-from damperlab.studies.quantity import Quantity, read_count
+from damperlab.studies.quantity import read_count
 from damperlab.studies.text import load_text, read_file
 
 KEYS = ("measured", "name", "structure", "fit", "deviation", "confidence", "seed")
 MOST_SEED = 2**32 - 1
-DEVIATION = Quantity(
-    "deviation", "standard deviation as a share of each amplitude", 1e-12, 1.0, "write 0.05 for 5 %"
-)
-CONFIDENCE = Quantity("confidence", "confidence of the intervals", 0.5, 0.9999, "write 0.95 for 95 %")
 
 
 def read_fit(document: object) -> FitQuestion | HistoryQuestion:

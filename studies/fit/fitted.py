@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.fit.columns import CONDITIONS
-from damperlab.studies.fit.question import RATIO_OF, FitQuestion
+from damperlab.studies.fit.question import RATIO_OF, FitQuestion, Free
 from damperlab.studies.portable import log
 from damperlab.studies.variables import ResponseClass
 from damperlab.studies.vocabulary import OF_PARTICLE
@@ -61,6 +61,12 @@ class Estimate:
     highest: float
     share_low: float
     share_high: float
+
+    @classmethod
+    def of(cls, free: Free, share: float, interval: tuple[float, float], spread: float) -> "Estimate":
+        """Make the estimate of a parameter from the best value and the interval, as fractions of the range."""
+        value, low, high = (float(each) for each in free.values(np.array([share, *interval])))
+        return cls(free.name, value, low, high, spread, free.low, free.high, *map(float, interval))
 
     @property
     def determined(self) -> bool:

@@ -23,7 +23,7 @@ from damperlab.studies.spelled_numbers import read_decimal
 MOST_ROWS = 2_000
 """Largest number of rows. A fit computes the response of each row some hundred times."""
 _FEW_LINES = 30
-"""Number of lines among which a heading is sought if the first line is no heading."""
+"""Number of lines among which a heading is sought if the first line is not a heading."""
 LARGEST = 1e12
 """Largest allowed number; the unit of a larger number must be wrong."""
 

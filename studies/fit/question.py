@@ -63,8 +63,28 @@ class Free:
         return np.asarray(self.low + (self.high - self.low) * shares)
 
 
+class Sought:
+    """Methods of every definition of a fit, which has known values and parameters to estimate."""
+
+    known: Mapping[str, float]
+    free: tuple[Free, ...]
+
+    def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
+        """Return the values of the parameters at given fractions of the ranges, from 0 to 1."""
+        return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
+
+    def given(self, *found: Mapping[str, float]) -> dict[str, float]:
+        """Combine values. Later mappings take precedence over earlier ones, and all of them over known values."""
+        given = dict(self.known)
+        for more in found:
+            for name, value in more.items():
+                drop(given, name)
+                given[name] = value
+        return given
+
+
 @dataclass(frozen=True)
-class FitQuestion:
+class FitQuestion(Sought):
     """The definition of a fit: a measured frequency response, known values, and the parameters to estimate.
 
     Parameters
@@ -122,19 +142,6 @@ class FitQuestion:
             )
             for key, rows in found.items()
         )
-
-    def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
-        """Return the values of the parameters at given fractions of the ranges, from 0 to 1."""
-        return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
-
-    def given(self, values: Mapping[str, float], conditions: Mapping[str, float]) -> dict[str, float]:
-        """Combine values. Conditions take precedence over estimated values, and estimated values over known values."""
-        found = dict(self.known)
-        for more in (values, conditions):
-            for name, value in more.items():
-                drop(found, name)
-                found[name] = value
-        return found
 
     def study(self, given: Mapping[str, float], frequencies: list[float]) -> Study:
         """Make the study of one configuration.

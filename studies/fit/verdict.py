@@ -180,10 +180,9 @@ def _rows(fitted: Fitted) -> Iterator[str]:
         frequencies = listing(f"{fitted.question.measured.frequency[row]:.4g}" for row in named)
         unit = " Hz" if fitted.question.measured.in_hertz else ""
         yield (
-            f"At {counted(unsure.size, 'row')} the model itself is less certain than the measurement: the "
-            "response is "
-            f"chaotic or jumps within the intervals. So {'this row has' if unsure.size == 1 else 'these rows have'} "
-            f"less weight (frequencies {frequencies}{unit})."
+            f"At {counted(unsure.size, 'row')} the model itself is less certain than the measurement, because the response "
+            "is chaotic or jumps within the intervals. "
+            f"So {'this row has' if unsure.size == 1 else 'these rows have'} less weight (frequencies {frequencies}{unit})."
         )
 
 

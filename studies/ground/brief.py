@@ -6,10 +6,11 @@ from typing import Any
 from damperlab.studies.brief import Brief, Damper
 from damperlab.studies.cavity import cavity_of
 from damperlab.studies.ground.motion import doubt_of
+from damperlab.studies.spelling import quantity
 
 SAME = 0.02
 """Relative difference below which peaks count as equal. Among equal dampers, the simplest damper is recommended."""
-PEAK = "peak_relative_displacement_m"
+PEAK, SHAKEN = "peak_relative_displacement_m", "peak_absolute_acceleration_m_s2"
 DAMPERS: dict[str, Damper] = {
     "none": "no_damper",
     "fd": "friction_alone",
@@ -33,9 +34,9 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     best = next(case for case, values in cases.items() if float(values[PEAK]) <= least * (1 + SAME))
     scale = float(answer["design"]["scale"])
     under = answer["record"]["name"] + ("" if scale == 1.0 else f" × {scale:g}")
-    moves = _mm(cases[best][PEAK])
+    moves = quantity(PEAK, cases[best][PEAK], 3)
     if cases[best].get("stick_fraction", 0.0) >= 1.0:
-        most = f"{float(cases[best]['peak_absolute_acceleration_m_s2']):.3g} m/s²"
+        most = quantity(SHAKEN, cases[best][SHAKEN], 3)
         held = f"Under {under} {cases[best]['label']} holds the structure to its base throughout"
         told = f"{held}: it moves with the ground, at up to {most}, and nothing is damped"
     elif len(cases) == 1:
@@ -52,10 +53,10 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     spread = cases[best].get("spread")
     doubts = [doubt_of(float(answer["record"]["peak_displacement_m"]))]
     if spread and spread["sensitive"]:
-        low, high = (_mm(spread[PEAK][end]) for end in ("lowest", "highest"))
+        low, high = (quantity(PEAK, spread[PEAK][end], 3) for end in ("lowest", "highest"))
         doubts.append(f"The peak depends on the start: {low} to {high} over {spread['starts']} starts.")
     rows = tuple(
-        (values["label"], _mm(values[PEAK]), f"{float(values['peak_absolute_acceleration_m_s2']):.3g} m/s²")
+        (values["label"], quantity(PEAK, values[PEAK], 3), quantity(SHAKEN, values[SHAKEN], 3))
         for case, values in cases.items()
         if case != best
     )
@@ -64,7 +65,3 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
         rows += (("given" if cavity.acts else "assumed", cavity.words, ""),)
     following = "several records and scales as a suite, with `damperlab run`; one record decides little."
     return Brief(DAMPERS[best], (f"{told}.", " ".join(filter(None, doubts))), rows, following)
-
-
-def _mm(metres: float) -> str:
-    return f"{1e3 * float(metres):.3g} mm"

@@ -135,7 +135,7 @@ def read_heading(
     check_factors([*lines, *remarks])
     if unit is None and given is None:
         told = "The file does not state the unit of its acceleration."
-        advice = f"name it with the file ({listing(UNITS)}), or write the heading as {COLUMNS}"
+        advice = f"name it with `units`, on the command line `--units` ({listing(UNITS)}), or write the heading as {COLUMNS}"
         raise refused("units", "no unit", "the unit of the acceleration", advice, told)
     if unit and given not in (None, unit):
         told = f"`units` is {given}, but the file says {unit} in line {units[0][1]}."

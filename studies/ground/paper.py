@@ -35,11 +35,9 @@ def friction_force_n(base_amplitude_m: float, stiffness_n_per_m: float, damping_
 
 
 SOURCE_NOTE = (
-    "The paper shook the structure with MATLAB's `quake`, the Loma Prieta earthquake recorded at Santa "
-    "Cruz. That "
-    "record may not be redistributed; the built-in record of the same earthquake is from Corralitos. The "
-    "paper gives neither "
-    "clearance, friction force nor scale of that run. It does not say whether its amplitude is against the "
+    "The paper shook the structure with MATLAB's `quake`, the Loma Prieta earthquake recorded at Santa Cruz. That "
+    "record may not be redistributed; the built-in record of the same earthquake is from Corralitos. The paper gives "
+    "neither clearance, friction force nor scale of that run. It does not say whether its amplitude is against the "
     "base or absolute."
 )
 """Reasons why Table A1 cannot be reproduced digit by digit."""

@@ -1,5 +1,6 @@
 """Reads a document that asks to compare dampers under one record."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import isnan
@@ -113,18 +114,37 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
             ("seed", Compared.seed, MOST_SEED),
         )
     )
-    instant: Contact = InstantContact()
-    contact = attempt(lambda: parse_contact(held.get("contact", {"model": "instant"})), instant, faults)
-    if contact.model == "compliant" and "restitution" in values:
-        fault = compliant_fault(values["restitution"], "restitution")
-        faults += [] if fault is None else [fault]
-    faults += cavity_faults(held, values, contact)
+    contact = read_contact(held, values, "restitution", values.get("restitution"), faults)
     named = held.get("record", Compared.record)
     record = attempt(lambda: read_record_reference(named, shelf), None, faults)
     if faults or record is None:
         raise StudyFaults(faults)
     tuning: Any = criterion
     return Earthquake(*record, values, tuning, cases, starts, seed, contact)
+
+
+def read_contact(
+    held: Mapping[str, Any], values: Mapping[str, float], field: str, least: float | None, faults: list[Fault]
+) -> Contact:
+    """Read the contact model in a document, and append the faults of features that cannot be combined with it.
+
+    Parameters
+    ----------
+    held : mapping
+        The document.
+    values : mapping of float
+        Numbers of the document, with friction and tilt of the cavity.
+    field, least : str, float or None
+        Field with the coefficient of restitution, and its smallest value; None if the value is faulty.
+    faults : list of Fault
+        Faults found so far.
+    """
+    instant: Contact = InstantContact()
+    contact = attempt(lambda: parse_contact(held.get("contact", {"model": "instant"})), instant, faults)
+    if contact.model == "compliant" and least is not None and (fault := compliant_fault(least, field)):
+        faults.append(fault)
+    faults += cavity_faults(held, values, contact)
+    return contact
 
 
 def read_record_reference(raw: object, shelf: Shelf) -> tuple[str, GroundMotion]:

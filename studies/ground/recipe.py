@@ -123,7 +123,7 @@ def one_of(
         told = f"{{field}} does not state {what}: give {allowed}."
         faults.append(Fault(place, NOTHING, allowed, f"add `{usual}`", told))
     for key in given[1:]:
-        told = f"{{field}} and `{place}.{given[0]}` both say {what}."
+        told = f"{{field}} and `{place}.{given[0]}` both state {what}."
         faults.append(Fault(f"{place}.{key}", describe(document[key]), allowed, "keep one of them", told))
     return given[0] if given else ""
 

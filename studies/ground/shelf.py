@@ -46,6 +46,7 @@ _putting = threading.Lock()
 
 class Shelf:
     """Store of the records in one data directory. Each record has two files that never change: samples and summary.
+
     Parameters
     ----------
     data_dir : Path

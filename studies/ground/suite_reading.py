@@ -1,20 +1,20 @@
-"""Reads a ground-motion suite from a document, and reports every fault."""
+"""Reads a ground-motion suite from a document, and reports every fault. JSON schema of the document."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
-from damperlab.studies.axes import AxisSpec, axis_count, axis_values, read_axis
-from damperlab.studies.choices import Contact, InstantContact
-from damperlab.studies.consistency import cavity_faults, compliant_fault
-from damperlab.studies.contact import parse_contact
+from damperlab.studies.axes import AxisSpec, axis_count, axis_schema, axis_values, read_axis
 from damperlab.studies.faults import Fault, StudyFaults, attempt, counted, describe, unknown_key
+from damperlab.studies.ground.generated import LISTED_SCHEMAS, WRITTEN
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.quantities import QUANTITIES
+from damperlab.studies.ground.question import read_contact
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import RecordSource, read_entries
 from damperlab.studies.ground.suite import AXES, NUMBERS, Suite, windows_of
-from damperlab.studies.ground.variables import available_variables
+from damperlab.studies.ground.variables import VARIABLES, available_variables
 from damperlab.studies.guard import guard
 from damperlab.studies.metrics import read_metrics
 from damperlab.studies.quantity import PARTICLE_FRICTION, read_count
@@ -75,12 +75,8 @@ def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
     numbers = {key: value for key, value in numbers.items() if value or key not in MADE_BY.values()}
     starts = attempt(lambda: read_count(held.get("starts", 0), 0, MOST_STARTS, "starts"), 0, faults)
     seed = attempt(lambda: read_count(held.get("seed", 0), 0, LARGEST_SEED, "seed"), 0, faults)
-    instant: Contact = InstantContact()
-    contact = attempt(lambda: parse_contact(held.get("contact", instant.model_dump())), instant, faults)
-    if contact.model == "compliant":
-        fault = compliant_fault(float(axis_values(axes["restitution"]).min()), "axes.restitution")
-        faults += [] if fault is None else [fault]
-    faults += cavity_faults(held, numbers, contact)
+    least = float(axis_values(axes["restitution"]).min())
+    contact = read_contact(held, numbers, "axes.restitution", least, faults)
     available = available_variables(starts, numbers.get(PARTICLE_FRICTION.name, 0.0) > 0.0)
     metrics = attempt(
         lambda: read_metrics(held.get("metrics", available), available, "metrics"), available, faults
@@ -94,6 +90,55 @@ def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
     motions = {source.id: motion for source, motion in found if motion is not None}
     sources = tuple(source for source, _ in found)
     return Suite(name.strip(), sources, axes, numbers, starts, seed, contact, metrics, motions)
+
+
+def suite_json_schema() -> dict[str, Any]:
+    """Return the self-contained JSON schema of a suite."""
+    record = {
+        "anyOf": [
+            {"type": "string", "description": "the id of a record, or an earthquake's name"},
+            {
+                "type": "object",
+                "description": f"{WRITTEN}, or a record as written in a stored study",
+                "properties": LISTED_SCHEMAS,
+            },
+        ]
+    }
+    numbers = {name: QUANTITIES[name] for name in NUMBERS}
+    return {
+        "type": "object",
+        "description": "A grid of responses to ground motions, in physical units; a study that names `records` is one.",
+        "required": ["records"],
+        "additionalProperties": False,
+        "properties": {
+            "name": {"type": "string", "maxLength": MOST_NAME, "default": ""},
+            "records": {"type": "array", "items": record, "minItems": 1, "maxItems": MOST_RECORDS},
+            "axes": {
+                "type": "object",
+                "additionalProperties": False,
+                "properties": {name: axis_schema(*QUANTITIES[name]) for name in AXES},
+            },
+            **{name: quantity.schema(default) for name, (quantity, default) in numbers.items()},
+            "starts": {
+                "type": "integer",
+                "minimum": 0,
+                "maximum": MOST_STARTS,
+                "default": 0,
+                "description": "perturbed starts of each point, whose spread is stored",
+            },
+            "seed": {"type": "integer", "minimum": 0, "default": 0, "description": "seed of the starts"},
+            "contact": {
+                "type": "object",
+                "description": "{model: instant}, or {model: dwell, contact_time: …} in units of 1/ω_n",
+            },
+            "metrics": {
+                "type": "array",
+                "items": {"type": "string", "enum": list(VARIABLES)},
+                "minItems": 1,
+                "uniqueItems": True,
+            },
+        },
+    }
 
 
 def _unknown(key: str) -> Fault:
@@ -144,11 +189,18 @@ def _too_much(
         faults.append(Fault("records", found, allowed, "use fewer or shorter records", told))
     fastest = float(axis_values(axes["natural_frequency_hz"])[-1])
     for source in sources:
-        windows = float(windows_of(source, fastest, numbers["tail_s"]))
-        if windows > MOST_WINDOWS:
-            found = f"{windows:,.0f} steps of {source.id} at {fastest:g} Hz"
-            advice = "use a shorter record or tail, or a slower structure"
-            allowed = f"at most {MOST_WINDOWS:,} steps"
-            told = f"One run takes about {found}; at most {MOST_WINDOWS:,} are allowed."
-            faults.append(Fault("axes.natural_frequency_hz", found, allowed, advice, told))
+        faults += too_long("axes.natural_frequency_hz", source, fastest, numbers["tail_s"])
     return faults
+
+
+def too_long(field: str, source: RecordSource, natural_frequency_hz: float, tail_s: float) -> list[Fault]:
+    """Return a fault if a run under a record takes more than `MOST_WINDOWS` time steps."""
+    steps = float(windows_of(source, natural_frequency_hz, tail_s))
+    if steps <= MOST_WINDOWS:
+        return []
+    found = f"{steps:,.0f} steps of {source.called}"
+    told = f"{{field}} takes about {found} for each damper; at most {MOST_WINDOWS:,} are allowed."
+    advice = "use a shorter record or tail, or a slower structure"
+    if source.generated is not None:
+        advice = source.generated.shorter
+    return [Fault(field, found, f"at most {MOST_WINDOWS:,} steps", advice, told)]

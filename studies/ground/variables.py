@@ -1,5 +1,6 @@
 """Dimensions and result variables of a ground-motion suite, in addition to those in `damperlab.studies.variables`."""
 
+from damperlab.studies.spelling import unit_of, without_unit
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, Status, Variable
 
 DIMENSIONS: dict[str, tuple[str, str]] = {
@@ -36,7 +37,8 @@ STATISTICS: dict[str, str] = {
     "std": "Standard deviation",
 }
 
-_UNITS = (("_m_s2", "m s-2"), ("_m_s", "m s-1"), ("_m", "m"), ("_j", "J"), ("_s", "s"))
+_CF = {"": "1", "m/s": "m s-1", "m/s²": "m s-2"}
+"""Spelling of units by the CF conventions, where it differs from the spelling in sentences."""
 _SUFFIX = {"peak_relative_displacement": "_m", "peak_absolute_acceleration": "_m_s2"}
 
 
@@ -51,12 +53,10 @@ def measure_name(measure: str) -> str:
 
 
 def _variable(name: str, doc: str, start: str = "", rubbing: bool = False) -> Variable:
-    suffix, units = next(((s, u) for s, u in _UNITS if name.endswith(s)), ("", "1"))
+    units = _CF.get(unit_of(name), unit_of(name))
     dtype = {"impacts": "i4", "status": "i1"}.get(name, "f8")
     flags = Status if name == "status" else None
-    return Variable(
-        name, dtype, units, name.removesuffix(suffix).replace("_", " "), doc, flags, start, rubbing=rubbing
-    )
+    return Variable(name, dtype, units, without_unit(name), doc, flags, start, rubbing=rubbing)
 
 
 VARIABLES: dict[str, Variable] = {

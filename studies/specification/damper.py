@@ -163,7 +163,7 @@ class DamperFields(SceneFields):
                 continue
             # two materials may have equal restitutions, but different contact times
             if (value, time_s) in found:
-                told = f"{{field}} is {value!r} a second time."
+                told = f"{{field}} repeats the value {value!r}."
                 self._fault(
                     place, f"{value!r} a second time", "each value once", "remove one of the two", told
                 )

@@ -138,14 +138,6 @@ class LimitFields(ToleranceFields):
     def _limit_key(self, name: str) -> str:
         return name if self._in_units else DAMPER_LIMITS[name].ratio
 
-    def _limit_units(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
-        """Return the reference quantity of each damper limit, or an empty mapping if the document is in SI units."""
-        return (
-            {}
-            if self._in_units
-            else {name: ratio_unit(name, amplitude_m, structure) for name in DAMPER_LIMITS}
-        )
-
     def _cut(
         self,
         choices: dict[str, Choice],

@@ -7,9 +7,8 @@ from damperlab.studies.faults import NOTHING, Fault, describe, listing
 from damperlab.studies.ground.generated import GENERATED
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.ground.source import Entry, RecordSource, read_entries
-from damperlab.studies.ground.suite import windows_of
-from damperlab.studies.ground.suite_reading import MOST_WINDOWS
+from damperlab.studies.ground.source import Entry, read_entries
+from damperlab.studies.ground.suite_reading import too_long
 from damperlab.studies.specification.fields import Fields
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Structure
@@ -131,7 +130,8 @@ class RecordFields(Fields):
             return None
         if structure is not None:
             for field, source in {field: source for field, source, _ in found}.items():
-                self._too_long(field, source, structure, tail)
+                # the steps of the highest natural frequency within the tolerances
+                self.faults += too_long(field, source, 1.5 * structure.natural_frequency_hz, tail)
         found.sort(key=lambda one: one[1].id)
         motions = {source.id: motion for _, source, motion in found if motion is not None}
         number = 1 + [field for field, _ in self._shakers].index(place)
@@ -172,16 +172,6 @@ class RecordFields(Fields):
             elif value is not None:
                 found.append(value)
         return tuple(sorted(found))
-
-    def _too_long(self, field: str, source: RecordSource, structure: Structure, tail_s: float) -> None:
-        steps = float(windows_of(source, 1.5 * structure.natural_frequency_hz, tail_s))
-        if steps > MOST_WINDOWS:
-            found = f"{steps:,.0f} steps of {source.called}"
-            told = f"{{field}} takes about {found} for each damper; at most {MOST_WINDOWS:,} are allowed."
-            advice = "use a shorter record or tail, or a slower structure"
-            if source.generated is not None:
-                advice = source.generated.shorter
-            self._fault(field, found, f"at most {MOST_WINDOWS:,} steps", advice, told)
 
 
 def _held(group: RecordCases, given: object) -> dict[str, Any]:

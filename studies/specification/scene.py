@@ -48,10 +48,7 @@ class SceneFields(RecordFields):
             isinstance(structure, Mapping)
             and "mass_kg" in structure
             and ("natural_frequency_hz" in structure or "stiffness_n_per_m" in structure)
-            and all(
-                isinstance(each, Mapping) and any(key in each for key in (*MOTIONS, *OF_RECORDS))
-                for each in every
-            )
+            and all(map(_has_amplitude, every))
         )
 
     def _structure(self) -> Structure | None:
@@ -87,10 +84,7 @@ class SceneFields(RecordFields):
             told = "{field} has a mass, but neither natural_frequency_hz nor stiffness_n_per_m."
             self._fault("structure", "a mass alone", allowed, "add one of the two", told)
         if "damping_ratio" not in raw and "damping_n_s_per_m" not in raw:
-            told = "{field} is missing."
-            self._fault(
-                "structure.damping_ratio", NOTHING, DAMPING_RATIO.allowed, "add the damping ratio", told
-            )
+            self._fault("structure.damping_ratio", NOTHING, DAMPING_RATIO.allowed, "add the damping ratio")
         if self.faults and any(fault.field.startswith("structure") for fault in self.faults):
             return None
         mass = read.get("mass_kg") or 1.0
@@ -135,9 +129,7 @@ class SceneFields(RecordFields):
             if name in names[:place]:
                 told = f"{{field}} is the name of another excitation too: {name}."
                 self._fault(f"excitation[{place}].name", describe(name), "each name once", "change it", told)
-        have = [
-            isinstance(each, Mapping) and any(key in each for key in (*MOTIONS, *OF_RECORDS)) for each in raw
-        ]
+        have = list(map(_has_amplitude, raw))
         if any(have) and not all(have):
             place = have.index(False)
             told = "{field} has no amplitude, but other excitations have one, so they cannot be compared."
@@ -256,3 +248,8 @@ class SceneFields(RecordFields):
             return None
         factor = structure.per_metre(motion)
         return Excitation(level[0] / factor, level[1] / factor, low, high, motion)
+
+
+def _has_amplitude(excitation: object) -> bool:
+    """Whether an excitation has an amplitude in units, or records."""
+    return isinstance(excitation, Mapping) and any(key in excitation for key in (*MOTIONS, *OF_RECORDS))

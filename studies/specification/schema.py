@@ -75,9 +75,9 @@ def specification_schema() -> Schema:
         "additionalProperties": False,
         "properties": {
             "name": {"type": "string", "maxLength": MAX_NAME - 20, "default": ""},
-            "structure": _object({name: OF_SCENE[name].schema() for name in STRUCTURE_KEYS}, "The structure "
-                                                                                             "to protect "
-                                                                                             "from vibration."),
+            "structure": _object(
+                {name: OF_SCENE[name].schema() for name in STRUCTURE_KEYS}, "The structure to protect from vibration."
+            ),
             "excitation": {
                 "anyOf": [
                     _object(excitation, WORDS),

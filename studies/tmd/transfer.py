@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.absorber import NO_DAMPER, Absorber
 from damperlab.studies.tmd.stationary import Heights, all_stationary
 from damperlab.studies.vocabulary import Excitation
 
@@ -67,7 +67,7 @@ def without_absorber(
     frequency_ratio: ArrayLike, structural_damping: float, excitation: Excitation = "base"
 ) -> NDArray[np.float64]:
     """Return the amplitude ratio of the structure alone, which is infinite at an undamped resonance."""
-    return amplitude_ratio(frequency_ratio, Absorber(0.0, 1.0, 1.0), structural_damping, excitation)
+    return amplitude_ratio(frequency_ratio, NO_DAMPER, structural_damping, excitation)
 
 
 def peaks(

@@ -21,8 +21,8 @@ STROKE = "peak_stroke_m"
 """Name of the largest displacement of the absorber relative to the structure. Suites have no such variable."""
 MEASURES = tuple(
     f"{kind}_{of}"
-    for kind in ("peak", "rms")
     for of in ("relative_displacement_m", "absolute_displacement_m", "absolute_acceleration_m_s2")
+    for kind in ("peak", "rms")
 )
 """Names of the other results."""
 V, W, Q, Q_RATE, S, S_RATE, A, J = range(8)

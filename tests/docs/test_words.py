@@ -22,7 +22,7 @@ SPOKEN = {
 }  # fmt: skip
 """Calls whose texts a user reads."""
 PARTS = {"advice", "allowed", "found", "told", "instead", "detail", "message", "reason", "rule",
-         "NONE_QUALIFIES", "_ADVICE", "_CORRECT", "_NAME_IT", "_REBUILD", "_SHORTER", "_TYPE_ADVICE"}  # fmt: skip
+         "_ADVICE", "_CORRECT", "_NAME_IT", "_REBUILD", "_SHORTER", "_TYPE_ADVICE"}  # fmt: skip
 """Variables and keywords whose texts become part of such a call's."""
 OF_OTHERS = ("worker/solver/", "worker/steady/")
 

@@ -17,7 +17,7 @@ from damperlab.studies.physical import QUANTITIES
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.specification.limit_fields import LIMIT_QUANTITIES
 from damperlab.studies.specification.schema import OF_SCENE
-from damperlab.studies.spelling import unit_of
+from damperlab.studies.spelling import quantity, spelled, unit_of
 
 STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 1.5e-3}
 
@@ -37,6 +37,21 @@ NAMED = {each.name: each for each in QUANTITIES} | OF_SCENE | LIMIT_QUANTITIES |
 def test_the_unit_of_a_name_is_that_of_its_meaning(name: str, quantity: Quantity) -> None:
     found = re.search(r"\[(.+?)\]", quantity.meaning)
     assert unit_of(name) == (found[1] if found else "")
+
+
+@pytest.mark.parametrize(
+    ("metres", "written"),
+    [
+        (1.5, "1.5 m"),
+        (0.0012, "1.2 mm"),
+        (3e-7, "0.0003 mm"),
+        (8e-9, "8 nm"),
+        (-8e-9, "-8 nm"),
+        (0.0, "0 mm"),
+    ],
+)
+def test_a_length_is_written_in_a_unit_in_which_its_digits_are_read(metres: float, written: str) -> None:
+    assert spelled(metres, "m") == quantity("clearance_m", metres) == written
 
 
 def test_ratios_follow_their_definitions() -> None:

@@ -225,17 +225,7 @@ def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
     good = archive.places[_as_good(archive, end, widening)]
     low, high = np.minimum(low, good.min(axis=0)), np.maximum(high, good.max(axis=0))
     estimates = tuple(
-        Estimate(
-            name=each.name,
-            value=float(each.values(end.best[i])),
-            low=float(each.values(low[i])),
-            high=float(each.values(high[i])),
-            spread=float(each.values(draws[:, i]).std()),
-            lowest=each.low,
-            highest=each.high,
-            share_low=float(low[i]),
-            share_high=float(high[i]),
-        )
+        Estimate.of(each, end.best[i], (low[i], high[i]), float(each.values(draws[:, i]).std()))
         for i, each in enumerate(question.free)
     )
     measured = question.measured

@@ -10,24 +10,15 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.tunings import tuned
+from damperlab.studies.tmd.under_record import MEASURES
 from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.absorber import absorber_response
-from damperlab.worker.ground.compared import Comparison, Tuned
+from damperlab.worker.ground.compared import Comparison
 from damperlab.worker.ground.design import Damper, Structure, scale_of
 from damperlab.worker.ground.measures import GroundResponse
 from damperlab.worker.ground.response import Perturbation, Ready, ground_response
 from damperlab.worker.scenes import Scene, contact_in
 from damperlab.worker.warm import warm
-
-SPREAD = (
-    "peak_relative_displacement_m",
-    "rms_relative_displacement_m",
-    "peak_absolute_displacement_m",
-    "rms_absolute_displacement_m",
-    "peak_absolute_acceleration_m_s2",
-    "rms_absolute_acceleration_m_s2",
-)
-"""Measures whose statistics over the perturbed starts are computed."""
 
 CHAOTIC = 100.0
 """Growth of a perturbation above which a response is called sensitive. Linear structures do not reach this growth."""
@@ -114,17 +105,15 @@ def compare(asked: Earthquake) -> Comparison:
         "length_scale_m": scale_of(structure, asked.motion, factor).length_m,
         "design": values,
         "contact": asked.contact.model_dump(mode="json"),
-        "tmd": None if absorber is None else _tuned(asked, absorber),
+        "tmd": None
+        if absorber is None
+        else {
+            "criterion": asked.criterion,
+            "mass_ratio": absorber.mass_ratio,
+            "tuning": absorber.tuning,
+            "damping_ratio": absorber.damping_ratio,
+        },
         "cases": cases,
-    }
-
-
-def _tuned(asked: Earthquake, absorber: Absorber) -> Tuned:
-    return {
-        "criterion": asked.criterion,
-        "mass_ratio": absorber.mass_ratio,
-        "tuning": absorber.tuning,
-        "damping_ratio": absorber.damping_ratio,
     }
 
 
@@ -161,17 +150,17 @@ def spread(
     Returns
     -------
     dict
-        Statistics ``lowest``, ``highest``, ``mean`` and ``std`` over the starts for each of `SPREAD`. ``growth`` is the
+        Statistics ``lowest``, ``highest``, ``mean`` and ``std`` over the starts for each of `MEASURES`. ``growth`` is the
         largest change of a displacement divided by `size_m`, and ``sensitive`` states whether it exceeds `CHAOTIC`.
     """
     draw = np.random.default_rng(seed)
     length = scale_of(structure, motion, factor).length_m
-    found: dict[str, list[float]] = {name: [] for name in SPREAD}
+    found: dict[str, list[float]] = {name: [] for name in MEASURES}
     for _ in range(starts):
         v, w, place = draw.uniform(-1.0, 1.0, 3) * size_m
         start = Perturbation(v / length, w / length, place / max(damper.clearance_m, abs(size_m)))
         values = ground_response(structure, damper, motion, factor, tail_s, start, ready).values()
-        for name in SPREAD:
+        for name in MEASURES:
             found[name].append(float(values[name]))
     answer: dict[str, Any] = {
         name: {
@@ -183,6 +172,7 @@ def spread(
         for name, column in found.items()
     }
     rest = nominal.values()
-    change = max(float(np.max(np.abs(np.array(found[name]) - rest[name]))) for name in SPREAD[:4])
+    moved = [name for name in MEASURES if name.endswith("displacement_m")]
+    change = max(float(np.max(np.abs(np.array(found[name]) - rest[name]))) for name in moved)
     growth = change / size_m if size_m > 0.0 else 0.0
     return {"starts": starts, "size_m": size_m, "growth": growth, "sensitive": growth > CHAOTIC, **answer}

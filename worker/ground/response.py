@@ -138,7 +138,7 @@ def ground_response(
     GroundResponse
         Measures of the response. After a numerical failure, the status states the failure and the values are NaN.
     """
-    return _march(structure, damper, motion, factor, tail_s, start, ready, False)[0]
+    return _integrated(structure, damper, motion, factor, tail_s, start, ready, False)[0]
 
 
 def ground_history(
@@ -149,12 +149,12 @@ def ground_history(
     The history has `HISTORY_COLUMNS` at the start of every panel, at every event and at the end. Without a particle,
     the displacement of the particle is NaN.
     """
-    response, history = _march(structure, damper, motion, factor, tail_s, None, None, True)
+    response, history = _integrated(structure, damper, motion, factor, tail_s, None, None, True)
     assert history is not None
     return response, history
 
 
-def _march(
+def _integrated(
     structure: Structure,
     damper: Damper,
     motion: GroundMotion,
@@ -167,38 +167,52 @@ def _march(
     scale = scale_of(structure, motion, factor)
     friction = friction_of(damper, scale)
     particle = particle_of(damper, scale)
-    base, free = ready or made_ready(structure, motion, factor, tail_s)
-    loaded = None if particle is None else make_loaded(base, particle, None)
-    counts = np.zeros(COUNTS, np.int64)
-    scene = Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)
-    time = base.windows * base.window
-    sums = np.zeros(RECORD_METERS)
-    off = start or Perturbation()
-    begun = start_on_record(base, friction, particle, off.v, off.w, off.place)
+    ready = ready or made_ready(structure, motion, factor, tail_s)
+    base = ready.base
+    budget = int(_SEGMENTS_PER_PERIOD * (base.windows * base.window / (2.0 * np.pi) + 50))
     log = empty_log(_LOGGED_PER_WINDOW * base.windows) if logged else None
     while True:
-        counts[:], sums[:] = 0, 0.0
-        counts[BUDGET] = int(_SEGMENTS_PER_PERIOD * (time / (2.0 * np.pi) + 50))
-        end, outcome = half_cycle(begun, scene, Meter(sums, True, True), log)
+        run = run_on_record(ready, friction, particle, start or Perturbation(), budget, log)
         if log is None or log.cursor[0] <= log.rows.shape[0]:
             break
         log = empty_log(int(log.cursor[0]))  # the run is repeated with enough rows
-    response = _measures(base, scale, particle, sums, counts, begun, end, outcome)
+    response = _measures(base, scale, particle, run)
     if log is None:
         return response, None
-    return response, _history(log, base, scale, friction, particle, end, structure.damping_ratio)
+    return response, _history(log, base, scale, friction, particle, run.end, structure.damping_ratio)
 
 
-def _measures(
-    base: RecordBase,
-    scale: Scale,
+class Run(NamedTuple):
+    """A run over a record: first and last state, the outcome, the accumulated sums, and the counts of events."""
+
+    begun: State
+    end: State
+    outcome: int
+    sums: NDArray[np.float64]
+    counts: NDArray[np.int64]
+
+
+def run_on_record(
+    ready: Ready,
+    friction: float | None,
     particle: Particle | None,
-    sums: NDArray[np.float64],
-    counts: NDArray[np.int64],
-    begun: State,
-    end: State,
-    outcome: int,
-) -> GroundResponse:
+    start: Perturbation,
+    budget: int,
+    log: Log | None,
+) -> Run:
+    """Integrate from the start of a record to its end, with at most `budget` events. The log is filled if given."""
+    base = ready.base
+    loaded = None if particle is None else make_loaded(base, particle, None)
+    sums, counts = np.zeros(RECORD_METERS), np.zeros(COUNTS, np.int64)
+    counts[BUDGET] = budget
+    scene = Scene(base, ready.free, loaded, friction, particle, np.empty((4, TERMS)), counts)
+    begun = start_on_record(base, friction, particle, start.v, start.w, start.place)
+    end, outcome = half_cycle(begun, scene, Meter(sums, True, True), log)
+    return Run(begun, end, outcome, sums, counts)
+
+
+def _measures(base: RecordBase, scale: Scale, particle: Particle | None, run: Run) -> GroundResponse:
+    begun, end, outcome, sums, counts = run
     time = base.windows * base.window
     if outcome != ARRIVED:
         sums = np.full(RECORD_METERS, nan)

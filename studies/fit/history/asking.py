@@ -15,17 +15,17 @@ from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, listing
 from damperlab.studies.fit.asking import (
     DEFAULT_RANGES,
+    FRICTIONLESS,
     faults_between,
     faults_of_confidence,
+    gathered,
     not_free,
     of_particle,
-    read_number,
     read_ranges,
-    taken_apart,
 )
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.question import FREE, INSTANT, KNOWN, OVER_BASE, RELEASE, HistoryQuestion
-from damperlab.studies.fit.question import NAMED, RATIO_OF, Free, drop
+from damperlab.studies.fit.question import NAMED, RATIO_OF, Free
 from damperlab.studies.variables import MADE_BY
 
 SWING, LEAST_SWINGS = 0.2, 4
@@ -79,15 +79,7 @@ def make_history_question(
         If the definition is invalid. The exception contains all faults.
     """
     faults: list[Fault] = []
-    numbers, ranges, settings = taken_apart(structure, faults)
-    for name, value in (known or {}).items():
-        for of in (numbers, ranges):
-            drop(of, name)
-        numbers |= read_number(name, value, faults)
-    for name in fit:
-        drop(numbers, name)
-        ranges.pop(name, None)
-    ranges |= fit
+    numbers, ranges, settings, _ = gathered(structure, known or {}, fit, faults)
     faults += [_without_base(name) for name in (*numbers, *ranges) if name in OVER_BASE]
     faults += [
         not_free(name, FREE, " from a time history") for name in ranges if name not in (*FREE, *OVER_BASE)
@@ -172,7 +164,8 @@ def _missing(numbers: Mapping[str, float], ranges: Mapping[str, Any], particle: 
             quantity = NAMED[name]
             estimate = f", or estimate it with `fit: {{{name}: null}}`" if name in FREE else ""
             told = f"{{field}} is neither given nor estimated: {quantity.meaning}."
-            yield Fault(name, NOTHING, quantity.allowed, f"give it{estimate}", told)
+            zero = FRICTIONLESS if ratio == "friction_ratio" else ""
+            yield Fault(name, NOTHING, quantity.allowed, f"give it{zero}{estimate}", told)
 
 
 def _contact(

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.fit.fitted import CURVE_VALUES
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
 from damperlab.studies.fit.question import study_document
 
 BAND = 0.8, 1.25
 """Band of the study, as multiples of the natural frequency. The band includes the resonance of M + m for m/M ≤ 0.5."""
-CURVE_VALUES = 101
-"""Number of frequencies of the study."""
 
 
 def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) -> dict[str, Any]:

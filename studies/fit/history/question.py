@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.fit.history.history import History
-from damperlab.studies.fit.question import NAMED, Free, drop
+from damperlab.studies.fit.question import NAMED, Free, Sought
 from damperlab.studies.variables import BEFORE
 
 OVER_BASE = ("base_amplitude_m", "clearance_ratio", "friction_ratio", *BEFORE)
@@ -23,7 +22,7 @@ RELEASE = "initial_displacement_m"
 
 
 @dataclass(frozen=True)
-class HistoryQuestion:
+class HistoryQuestion(Sought):
     """The definition of a fit: a measured time history, known values, and the parameters to estimate.
 
     Parameters
@@ -51,18 +50,6 @@ class HistoryQuestion:
     contact: Contact = INSTANT
     confidence: float = 0.95
     seed: int = 0
-
-    def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
-        """Return the values of the parameters at given fractions of the ranges, from 0 to 1."""
-        return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
-
-    def given(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Combine known and estimated values. Estimated values take precedence."""
-        found = dict(self.known)
-        for name, value in values.items():
-            drop(found, name)
-            found[name] = value
-        return found
 
     @property
     def frequency_hz(self) -> float:

@@ -30,8 +30,8 @@ DEVIATION, SHARE = "deviation_m", "deviation_share"
 OF_HISTORY = (
     "An impact changes the velocity almost instantly: an accelerometer records a pulse whose height and "
     "shape depend on the sensor and its filter",
-    "integrate it twice, with a high-pass filter well below the natural frequency and no shift in time, and give it as "
-    "`displacement (mm)`, its first row at rest or at the release. An acceleration of the base is `base acceleration (m/s2)`",
+    "integrate it twice, with a high-pass filter well below the natural frequency and no shift in time. Give the result as "
+    "`displacement (mm)`, with the first row at rest or at the release. For the base, use `base acceleration (m/s2)`",
 )
 """The reason why an acceleration of the structure over time is not fitted, and the remedy."""
 COLUMNS = (

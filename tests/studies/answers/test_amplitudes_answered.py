@@ -272,7 +272,9 @@ def test_the_worst_case_is_compared_with_a_tuned_mass_damper_and_with_the_bare_s
     peak = max(amplitude_ratio(r, absorber, zeta, shaken).max() for zeta in zetas) * largest
     passed = 1.0 if force else 1 + 2j * zetas[0] * r
     bare = np.abs(passed / (1 - r**2 + 2j * zetas[0] * r)).max() * largest
-    answer = worst_case_designs(cube.assign({metric: cube[metric] * share}), metric, ranges=within)
+    answer = worst_case_designs(
+        cube.assign({metric: cube[metric] * share}), Judging(ranges=within), Ranking(metric=metric)
+    )
     brief = answer.attrs["brief"]
     rows = {row[0]: float(row[1].split()[0]) for row in brief["rows"]}
     assert rows["without damper"] == pytest.approx(bare, rel=5e-3)
@@ -289,17 +291,17 @@ def test_the_worst_case_is_compared_with_a_tuned_mass_damper_and_with_the_bare_s
 
 def test_a_damper_without_a_value_is_neither_equal_nor_best(cube: xr.Dataset) -> None:
     values = cube["amplitude_m"].copy(data=np.full(cube["amplitude_m"].shape, np.nan))
-    nothing = worst_case_designs(cube.assign(amplitude_m=values), "amplitude_m").attrs["brief"]
+    nothing = worst_case_designs(cube.assign(amplitude_m=values)).attrs["brief"]
     assert (nothing["damper"], nothing["rows"]) == (None, [])
     values[{"clearance_m": 0, "friction_force_n": 0}] = 0.5
-    one = worst_case_designs(cube.assign(amplitude_m=values), "amplitude_m").attrs["brief"]
+    one = worst_case_designs(cube.assign(amplitude_m=values)).attrs["brief"]
     assert {"equal", "second"}.isdisjoint(row[0] for row in one["rows"])
 
 
 def test_a_damper_with_the_value_of_the_best_is_equal(cube: xr.Dataset) -> None:
     values = cube["amplitude_m"].copy(data=np.ones_like(cube["amplitude_m"]))
     values[{"friction_force_n": 2}] = 2.0
-    rows = worst_case_designs(cube.assign(amplitude_m=values), "amplitude_m").attrs["brief"]["rows"]
+    rows = worst_case_designs(cube.assign(amplitude_m=values)).attrs["brief"]["rows"]
     assert [row[0] for row in rows[:3]] == ["equal"] * 3
 
 
@@ -317,7 +319,7 @@ def test_the_acceleration_of_the_best_damper_is_the_largest_over_all_base_amplit
     stored: tuple[Store, str], constant: str
 ) -> None:
     cube = cube_of(stored, constant)
-    ranked = worst_case_designs(cube, exclude_locked=True)
+    ranked = worst_case_designs(cube, Judging(exclude_locked=True))
     best = cube.sel({name: ranked[name].values[0] for name in ("clearance_m", "friction_force_n")})
     damped = np.hypot(1.0, 2.0 * best["damping_ratio"] * best["frequency_ratio"])
     forced = (
@@ -330,7 +332,9 @@ def test_the_acceleration_of_the_best_damper_is_the_largest_over_all_base_amplit
     assert "assumed lying, frictionless" in row[2]
     definition = json.loads(cube.attrs["study"])
     definition["physical"]["particle_friction_coefficient"] = 0.1
-    rubbing = worst_case_designs(cube.assign_attrs(study=json.dumps(definition)), exclude_locked=True)
+    rubbing = worst_case_designs(
+        cube.assign_attrs(study=json.dumps(definition)), Judging(exclude_locked=True)
+    )
     assert rubbing.attrs["acceleration_g"] < ranked.attrs["acceleration_g"]
     (row,) = (row for row in rubbing.attrs["brief"]["rows"] if row[0] == "acceleration")
     assert row[2].endswith("assumed lying")

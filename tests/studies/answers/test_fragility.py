@@ -134,7 +134,7 @@ def test_a_record_that_fails_as_it_is_scaled_up_exceeds_the_limit() -> None:
     failed = values > 0.03
     whole = fragility(suite_of(values), Fragile(0.02))
     broken = fragility(suite_of(np.where(failed, np.nan, values), np.where(failed, 2, 0)), Fragile(0.02))
-    fitted = fit_lognormal(*bounds(capacity < SCALES, SCALES))
+    fitted = fit_lognormal(*bounds(capacity < SCALES, SCALES, capacity >= SCALES))
     assert fitted is not None
     assert (broken.attrs["median_scale"], broken.attrs["dispersion"]) == fitted[:2]
     np.testing.assert_array_equal(broken["exceeded"], whole["exceeded"])

@@ -11,7 +11,7 @@ import xarray as xr
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
-from damperlab.studies.answers.phrases import Phrases, first_said
+from damperlab.studies.answers.phrases import RATIOS, Phrases, first_said
 from damperlab.studies.answers.quantities import with_quantities
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
@@ -178,6 +178,19 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
     ratios.attrs = {}
     for answer in (optimal_designs(ratios), tmd_comparison(ratios)):
         assert "in_units" not in answer.attrs
+
+
+def test_an_amplitude_or_its_error_below_a_micrometre_is_in_nanometres(cube: xr.Dataset) -> None:
+    phrases = Phrases.of(cube)
+    for amplitude_m, error_m, written in (
+        (8e-9, 1e-9, "8 ± 1 nm"),
+        (1.5e-3, 1e-5, "1.5 ± 0.01 mm"),
+        (1.5e-3, 8e-7, "1.5 ± 0.0008 mm"),
+        (1.5e-3, 8e-9, "1.5 mm ± 8 nm"),
+    ):
+        assert phrases.measured(amplitude_m / BASE, error_m / BASE, ".6g") == written
+    assert phrases.value("amplitude_ratio", 8e-9 / BASE, ".3g") == "8 nm"
+    assert RATIOS.measured(1.5, 0.01) == "1.5 ± 0.01"
 
 
 def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> None:

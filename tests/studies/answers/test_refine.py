@@ -10,6 +10,7 @@ from tests.studies.solving import solved
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.particle_friction import COEFFICIENTS
 from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.questions import Judging, Search
@@ -86,6 +87,16 @@ def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() 
     assert f"{found['up_to']:g}" in up_to
     assert f"{found['fails']:g}" in what
     assert up_to in step.say()
+
+
+def test_a_study_whose_designs_all_grow_without_bound_is_refused_with_the_reason_and_the_remedy() -> None:
+    axes = {"friction_ratio": [0.1, 0.2], "frequency_ratio": [0.9, 1.0]}
+    study = parse_study({"particle": False, "damping_ratio": 0.0, "axes": axes})
+    name, cube = named(study)
+    with pytest.raises(QueryFault) as refused:
+        refine_optimum(study, {name: cube})
+    assert "grows without bound: nothing dissipates the energy" in str(refused.value)
+    assert str(refused.value).endswith("Next: a structure with damping, or friction above γ_F = π/4.")
 
 
 def test_a_class_boundary_is_found_where_friction_locks_the_mass():

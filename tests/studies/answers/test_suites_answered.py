@@ -14,7 +14,7 @@ from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.ground.variables import DIMENSIONS, RECORD
 from damperlab.studies.kinds import KINDS
-from damperlab.studies.questions import Selection
+from damperlab.studies.questions import Judging, Ranking, Selection
 from damperlab.studies.tmd.minimax import minimax
 from damperlab.worker.ground.absorber import absorber_response
 from damperlab.worker.ground.design import Structure
@@ -103,17 +103,19 @@ def test_every_dimension_of_every_kind_has_a_term() -> None:
             assert not RAW.search(RATIOS.label(name)), name
 
 
-def ends(values: list[list[float]], **asked: object) -> dict[str, list[object]]:
-    notes = worst_case_designs(made(values), PEAK, **asked).attrs["notes"]  # type: ignore[arg-type]
+def ends(
+    values: list[list[float]], judging: Judging = Judging(), ranking: Ranking = Ranking()
+) -> dict[str, list[object]]:
+    notes = worst_case_designs(made(values), judging, ranking).attrs["notes"]
     return notes[0]["values"] if notes else {}
 
 
 def test_the_best_damper_at_the_end_of_an_axis_is_said_to_be():
     rises = [[3.0, 2.5, 2.2], [2.0, 1.6, 1.3], [1.5, 1.1, 0.9]]
     both = {"clearance_m": ["upper", 0.02], "friction_force_n": ["upper", 2.0]}
-    assert ends(rises) == ends(rises, records=["two"]) == both
+    assert ends(rises) == ends(rises, ranking=Ranking(records=("two",))) == both
     # a range that was asked for ends before the axis does, and says nothing of what lies beyond
-    assert ends(rises, ranges={"friction_force_n": (0.0, 1.0)}).keys() == {"clearance_m"}
+    assert ends(rises, Judging(ranges={"friction_force_n": (0.0, 1.0)})).keys() == {"clearance_m"}
 
 
 @pytest.mark.parametrize(

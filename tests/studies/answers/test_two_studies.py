@@ -153,6 +153,27 @@ def test_a_study_does_not_differ_from_itself_and_a_gap_is_no_difference(whole: x
     assert not compared_response(whole, shifted, Selection(at=at))["differs"].any()
 
 
+def test_a_second_study_of_other_values_is_refused_with_both_values_and_the_remedy(whole: xr.Dataset) -> None:
+    first, second = whole.isel(restitution=[0]), whole.isel(restitution=[2])
+    with pytest.raises(QueryFault) as refused:
+        compared_response(first, second, Selection(at={"clearance_ratio": 5.0}))
+    assert str(refused.value) == (
+        "`with` names a study with the value 0.8 of restitution, but the first study has the value 0.2. "
+        "Name a study with the same restitution, or subtract their maps with `minus`."
+    )
+    assert (refused.value.fault.found, refused.value.fault.allowed) == (
+        "the value 0.8 of restitution",
+        "the value 0.2 of restitution",
+    )
+
+
+def test_a_map_at_one_frequency_less_the_largest_over_a_band_is_refused(whole: xr.Dataset) -> None:
+    for pair in ((whole.isel(frequency_ratio=[3]), whole), (whole, whole.isel(frequency_ratio=[3]))):
+        with pytest.raises(QueryFault, match=r"6 values from 0\.7 to 1\.25") as refused:
+            map_difference(*pair, *AXES)
+        assert "the value 1" in str(refused.value)
+
+
 def test_of_a_study_that_has_computed_nothing_no_difference_is_denied(whole: xr.Dataset) -> None:
     empty = whole.copy(deep=True)
     empty["amplitude_ratio"][:] = np.nan

@@ -78,6 +78,7 @@ def test_a_range_of_a_decade_is_searched_in_its_logarithm() -> None:
          "3 measured amplitudes cannot determine 3 parameters."),
         ({"axes": {"restitution": 0.5}}, {"damping_ratio": None},
          "`friction_ratio` is neither given nor estimated nor a column of the table"),
+        ({"axes": {"restitution": 0.5}}, {"damping_ratio": None}, "Give it (0 for a structure without friction), estimate"),
         ({**PROTOTYPE, "axes": {"restitution": 3}}, {"damping_ratio": None}, "`restitution` must be"),
         ({**PROTOTYPE, "axes": {"speed": 3}}, {"damping_ratio": None}, "`speed` is not a known value of a prototype"),
         ({**PROTOTYPE, "contact": {"model": "soft"}}, {"damping_ratio": None}, "contact.model"),
@@ -158,6 +159,7 @@ def test_an_axis_is_a_range_and_an_option_replaces_a_ratio_or_what_makes_it() ->
         (history_without("restitution"), {"damping_ratio": None}, "`restitution` is neither given nor estimated"),
         (history_without("mass_kg"), {"restitution": None}, "`mass_kg` is neither given nor estimated"),
         (history_without("friction_force_n"), {"restitution": None}, "`friction_force_n` is neither given nor estimated"),
+        (history_without("friction_force_n"), {"restitution": None}, "Give it (0 for a structure without friction), or"),
         (KNOWN | {"gravity_ratio": 1.0}, {"restitution": None}, "a time history has no base amplitude"),
         (KNOWN | {"particle": False}, {"damping_ratio": None, "tilt_deg": (0.0, 9.0)}, "in a scene without a particle"),
         (

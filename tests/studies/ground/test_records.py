@@ -74,6 +74,7 @@ def test_what_is_wrong_with_a_file_is_told_by_its_line(text: str, field: str) ->
     (fault,) = faults_of(read_record, text, layout)
     assert fault.field == field
     assert all((fault.found, fault.allowed, fault.advice))
+    assert field != "units" or "`--units`" in fault.advice
 
 
 @pytest.mark.parametrize(

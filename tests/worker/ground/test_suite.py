@@ -16,6 +16,7 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.plan import Block, plan_with_chunk
+from damperlab.studies.questions import Ranking
 from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.verify import repair, verify
 from damperlab.studies.store.store import Store
@@ -152,13 +153,13 @@ def test_a_suite_goes_on_from_half_without_the_folder_of_records(
     for name, values in whole.items():
         assert cube[name].values.tobytes() == values.tobytes(), name
 
-    ranked = worst_case_designs(cube, top=3)
+    ranked = worst_case_designs(cube, ranking=Ranking(top=3))
     worst = cube["peak_relative_displacement_m"].max(
         ("record", "scale", "natural_frequency_hz", "damping_ratio")
     )
     np.testing.assert_array_equal(ranked["value"], np.sort(worst.values, axis=None)[:3])
     monkeypatch.setattr("damperlab.studies.answers.slab.BUDGET", 16)
-    assert worst_case_designs(cube, top=3).identical(ranked)
+    assert worst_case_designs(cube, ranking=Ranking(top=3)).identical(ranked)
     best = ranked.isel(rank=0)
     where = {name: best[name].item() for name in cube["status"].dims}
     assert float(cube["peak_relative_displacement_m"].sel(where)) == best["value"]

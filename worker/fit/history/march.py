@@ -10,15 +10,11 @@ from damperlab.studies.cavity import cavity_of
 from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
 from damperlab.studies.variables import MADE_BY
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of
+from damperlab.worker.ground.response import Perturbation, Ready, run_on_record
 from damperlab.worker.scenes import Scene, contact_name
-from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS
-from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base, start_on_record
-from damperlab.worker.solver.integrate import half_cycle
+from damperlab.worker.solver.events import ARRIVED
+from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base
 from damperlab.worker.solver.linear_motion import make_linear_motion
-from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.observe.meter import RECORD_METERS, Meter
-from damperlab.worker.solver.scene import Scene as Acting
-from damperlab.worker.solver.scene import make_loaded
 from damperlab.worker.solver.segment_log import START, V, empty_log
 
 Column = NDArray[np.float64]
@@ -54,24 +50,21 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     rows = question.measured.rows if rows is None else rows
     base, scale = _shaken(question, structure, rows)
     friction, particle = friction_of(damper, scale), particle_of(damper, scale)
-    free = make_linear_motion(base, 1.0, None)
-    loaded = None if particle is None else make_loaded(base, particle, None)
-    counts = np.zeros(COUNTS, np.int64)
+    ready = Ready(base, make_linear_motion(base, 1.0, None))
     periods = base.windows * base.window / (2.0 * pi)
-    counts[BUDGET] = base.windows + int(EVENTS_PER_PERIOD * (periods + 10.0))
-    begun = start_on_record(base, friction, particle, given.get(RELEASE, 0.0) / scale.length_m)
-    log = empty_log(int(counts[BUDGET]) + 1000)
-    acting = Acting(base, free, loaded, friction, particle, np.empty((4, TERMS)), counts)
-    end, outcome = half_cycle(begun, acting, Meter(np.zeros(RECORD_METERS), True, True), log)
+    budget = base.windows + int(EVENTS_PER_PERIOD * (periods + 10.0))
+    start = Perturbation(given.get(RELEASE, 0.0) / scale.length_m)
+    log = empty_log(budget + 1000)
+    run = run_on_record(ready, friction, particle, start, budget, log)
     filled = int(log.cursor[0])
-    if outcome != ARRIVED or filled > log.rows.shape[0]:
+    if run.outcome != ARRIVED or filled > log.rows.shape[0]:
         return np.full(rows, np.nan)
     # a panel starts at every sample, and a segment at the start of every panel
     starts, v = log.rows[:filled, START], log.rows[:filled, V]
     pieces = base.windows // (rows - 1)
     windows = np.arange(0, base.windows, pieces)
     at = np.searchsorted(starts, windows * base.window - 1e-9 * base.window)
-    found = np.append(v[at], end.v)
+    found = np.append(v[at], run.end.v)
     if not measured.relative:
         found += base.position[::pieces]
     return np.asarray(found * scale.length_m)

@@ -40,22 +40,10 @@ def stated(trials: Trials, held: Beginning) -> FittedHistory:
     low, high = np.minimum(low, good.min(axis=0)), np.maximum(high, good.max(axis=0))
     estimates = []
     for i, each in enumerate(question.free):
-        ends = [float(each.values(share[i])) for share in (place.shares, low, high)]
         near = np.clip(place.shares[i] + deviation[i] * np.array([-1.0, 1.0]), 0.0, 1.0)
         slope = np.ptp(each.values(near)) / max(float(np.ptp(near)), 1e-300)
-        estimates.append(
-            Estimate(
-                name=each.name,
-                value=ends[0],
-                low=ends[1],
-                high=ends[2],
-                spread=float(slope * deviation[i]),
-                lowest=each.low,
-                highest=each.high,
-                share_low=float(low[i]),
-                share_high=float(high[i]),
-            )
-        )
+        spread_i = float(slope * deviation[i])
+        estimates.append(Estimate.of(each, place.shares[i], (low[i], high[i]), spread_i))
     sizes = np.sqrt(np.diag(covariance))
     return FittedHistory(
         question=question,
