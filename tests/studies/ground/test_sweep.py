@@ -111,7 +111,11 @@ def test_a_duration_is_a_rate() -> None:
         (without(UP, "rate_hz_per_s"), "sweep", "how fast the frequency changes"),
         (UP | {"duration_s": 8}, "sweep.duration_s", "`sweep.rate_hz_per_s` both state how fast"),
         (without(UP, "base_amplitude_m"), "sweep", "how far the base moves"),
-        (UP | {"base_velocity_m_per_s": 1}, "sweep.base_velocity_m_per_s", "both state how far the base moves"),
+        (
+            UP | {"base_velocity_m_per_s": 1},
+            "sweep.base_velocity_m_per_s",
+            "both state how far the base moves",
+        ),
         (UP | {"ramp_cycles": 1}, "sweep.ramp_cycles", "4 to 1000"),
         (UP | {"rate_hz_per_s": 5}, "sweep.rate_hz_per_s", "takes 1.067 s to rise and fall"),
         (UP | {"rate_hz_per_s": 0.005}, "sweep.rate_hz_per_s", "a record may have at most 400,000"),
