@@ -150,6 +150,41 @@ def test_a_peak_that_may_hide_counts_for_the_recommended_design_alone():
     assert optimal_designs(cube, top=1).attrs["brief"] == answer.attrs["brief"]
 
 
+def test_a_hidden_peak_that_may_exceed_the_next_damper_is_said_before_the_best():
+    """A resonance between values of 1.9 that are 0.2 apart may reach 2.31, above the second design and the absorber."""
+    r = (0.9, 1.1)
+    near = optimal_designs(
+        made([[1.9, 1.9], [2.0, 2.0]], errors=1e-9, frequencies=r).assign_coords(damping_ratio=[0.001])
+    )
+    first, second = near.attrs["verdict"][:2]
+    assert first.startswith("Not known which damper is best: ")
+    assert first.endswith("frequencies.")
+    assert second.startswith("So far the best damper: ")
+    num = next(n for n in near.attrs["notes"] if n["kind"] == "hidden_peak")["values"]["num"]
+    assert f"compute {num:,} frequencies" in first
+
+
+def test_friction_that_nearly_clamps_a_structure_whose_particle_strikes_is_said():
+    kinds_of = [[ResponseClass.LOCKED, ResponseClass.CHAOTIC, ResponseClass.CHAOTIC]]
+    for value, said in ((1.2, True), (1.6, False)):
+        answer = optimal_designs(made([[1.0, value, 1.0]], kinds=kinds_of, frequencies=(0.9, 0.901, 0.902)))
+        assert ("nearly_clamped" in kinds(answer)) is said
+        assert any("nearly clamps" in sentence for sentence in answer.attrs["verdict"]) is said
+
+
+def test_the_end_of_a_level_axis_is_named_if_the_design_depends_on_it():
+    """Along the axis all designs are equally good; only without impacts does the particle not matter."""
+    chaos = made([[1.0], [1.05]], frequencies=(1.0, 1.001, 1.002)).rename(friction_ratio="x")
+    chaos = chaos.rename(clearance_ratio="friction_ratio", x="clearance_ratio").assign_coords(
+        clearance_ratio=[1.0, 2.0]
+    )
+    answer = optimal_designs(chaos)
+    assert "clearance_ratio" in answer.attrs["brief"]["next"] or "below 1" in answer.attrs["brief"]["next"]
+    assert "end_of_range" in kinds(answer)
+    chaos["response_class"].values[...] = ResponseClass.NO_IMPACT
+    assert "end_of_range" not in kinds(optimal_designs(chaos))
+
+
 def test_a_design_is_clamped_where_friction_holds_it_at_some_frequencies_and_its_particle_strikes_at_none():
     locked, still, chaos = ResponseClass.LOCKED, ResponseClass.NO_IMPACT, ResponseClass.CHAOTIC
     # the first is largest where it is locked, the second where its particle does not strike
