@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from damperlab.studies.answers.phrases import FREQUENCY, Phrases
+from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, Phrases
 from damperlab.studies.brief import Note, listed
 from damperlab.studies.faults import counted
 
@@ -30,6 +30,10 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             return _hidden_peak(known, phrases)
         case "nearly_clamped":
             return "Its friction nearly clamps the structure to its base."
+        case "friction_alone":
+            value = phrases.value(AMPLITUDE, known["value"], ".3g")
+            at = phrases.equal("friction_ratio", known["friction_ratio"], ".3g")
+            return f"Friction alone does almost as well: {value} at {at}."
         case "cut_off":
             return (
                 f"{known['responses']} of the best design's {known['of']} responses ended at `max_cycles`: the error may "
@@ -120,9 +124,9 @@ def over_budget(known: Values) -> str:
     """Say that the next step of a search needs more points than its budget has left."""
     budget, left = known["points"], known["left"]
     than = (
-        f"the budget of {budget:,}"
+        f"the budget of {counted(budget, 'point')}"
         if left == budget
-        else f"the {left:,} left of the budget of {budget:,} points"
+        else f"the {left:,} left of the budget of {counted(budget, 'point')}"
     )
     return f"the next step takes {counted(known['next_points'], 'point')}, more than {than}"
 

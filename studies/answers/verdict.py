@@ -11,7 +11,7 @@ import numpy as np
 from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, contend
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
-from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
+from damperlab.studies.answers.flatness import LOSS, end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_of, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_of, acceleration_row
 from damperlab.studies.answers.linear_peaks import LinearPeaks
@@ -191,6 +191,21 @@ class _Known:
         return self.active if self.lead is self.best and self.best["impact_share"] == 0 else None
 
     @property
+    def alone(self) -> Row | None:
+        """The first design without impacts, if friction alone is at most a tenth worse than the best design with impacts."""
+        if self.lead is not self.best or not self.best["impact_share"] > 0:
+            return None
+        most = self.best["value"] * (1 + LOSS)
+        return next(
+            (
+                row
+                for row in self.rows
+                if row["impact_share"] == 0 and row["friction_ratio"] > 0 and row["value"] <= most
+            ),
+            None,
+        )
+
+    @property
     def others(self) -> list[Row]:
         """The next designs of the ranking."""
         lead = self.lead
@@ -263,6 +278,9 @@ class _Known:
             )
         if self.nearly_clamped:
             notes.append(Note("nearly_clamped", "danger", {"locked_share": lead["locked_share"]}))
+        if self.alone is not None:
+            values = {name: self.alone[name] for name in ("value", "friction_ratio")}
+            notes.append(Note("friction_alone", "hint", values))
         if self.linear.beats(lead["value"]):
             notes.append(self.linear.note())
         notes.extend(self.peaks)
@@ -317,8 +335,11 @@ class _Known:
                 f"{self.unsure.values['num']} frequencies."
             )
         sentences.append(decision)
-        if "nearly_clamped" in kinds:
-            sentences.append(sentence_of(kinds["nearly_clamped"], phrases))
+        sentences += [
+            sentence_of(kinds[kind], phrases)
+            for kind in ("nearly_clamped", "friction_alone")
+            if kind in kinds
+        ]
         if self.unsure is None and any(peak.values["recommended"] for peak in self.peaks):
             sentences.append(PEAK_BETWEEN)
         if "cut_off" in kinds and self.lead is self.best:

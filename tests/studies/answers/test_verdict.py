@@ -10,6 +10,7 @@ from scipy import integrate, stats
 from damperlab.studies.answers.comparing import chance_of_another, contend, limits
 from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.brief import DOUBTS, lines_of
 from damperlab.studies.questions import Judging
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
@@ -170,6 +171,19 @@ def test_friction_that_nearly_clamps_a_structure_whose_particle_strikes_is_said(
         answer = optimal_designs(made([[1.0, value, 1.0]], kinds=kinds_of, frequencies=(0.9, 0.901, 0.902)))
         assert ("nearly_clamped" in kinds(answer)) is said
         assert any("nearly clamps" in sentence for sentence in answer.attrs["verdict"]) is said
+
+
+def test_friction_alone_that_does_almost_as_well_as_impacts_is_said():
+    """The first design has impacts; the second has none, and is 4 % worse."""
+    chaos, still = ResponseClass.CHAOTIC, ResponseClass.NO_IMPACT
+    for value, said in ((1.04, True), (1.2, False)):
+        # friction_ratio is 0.1 of the best and 0.2 of the other
+        answer = optimal_designs(
+            made([[9.0] * 3, [1.0] * 3, [value] * 3], kinds=[[chaos] * 3, [chaos] * 3, [still] * 3])
+        )
+        assert ("friction_alone" in kinds(answer)) is said
+        told = f"Friction alone does almost as well: {value:g} at γ_F = 0.2."
+        assert (told in answer.attrs["verdict"]) is said
 
 
 def test_the_end_of_a_level_axis_is_named_if_the_design_depends_on_it():
@@ -382,3 +396,15 @@ def test_studies_are_merged_where_the_best_does_not_strike_and_another_does() ->
     answer = merged_designs({"a": first, "b": second.assign_coords(friction_ratio=[0.05, 0.15])}, Judging())
     assert answer.attrs["best_with_impacts"]["value"] == 1.3
     assert answer.attrs["best_with_impacts"]["study"] == "b"
+
+
+def test_a_study_judged_at_other_frequencies_is_refused_with_both_grids_and_the_remedy() -> None:
+    coarse = made([1.0, 2.0], frequencies=(0.9, 1.0, 1.1))
+    fine = made([1.5, 3.0], frequencies=(0.9, 0.95, 1.0, 1.05, 1.1))
+    fine.attrs["study"] = json.dumps({"name": "pump fine"})
+    with pytest.raises(QueryFault) as refused:
+        merged_designs({"a": coarse, "82d812790738": fine})
+    said = str(refused.value)
+    assert "Study pump fine is judged at 5 frequencies, r = 0.9 to 1.1" in said
+    assert "at 3 frequencies, r = 0.9 to 1.1" in said
+    assert "compute both studies at the same frequencies" in said.lower()
