@@ -46,6 +46,8 @@ NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
 """Frequencies to compute next if a study has only one frequency."""
 OTHERS = 2
 """Number of further designs that are listed below the best design."""
+BUILT = ("mass_ratio", "clearance_ratio", "friction_ratio", "restitution")
+"""Parameters that define a damper with a particle, in the order of a sentence."""
 
 Row = Mapping[str, Any]
 """A design: its coordinates, `value`, `error`, and other results."""
@@ -368,12 +370,23 @@ class _Known:
         if acts:
             by = " that works by impacts" if lead is not self.best else ""
             best = "Best damper" if self.unsure is None else "So far the best damper"
-            return own, f"{best}{by}: {value} at {design}."
+            return own, f"{best}{by}: {self._built(phrases)}. {self._reached(value, phrases)}"
         if not rubs:
             return own, f"The particle does nothing and there is no friction: {value} at {design}."
         if self.unsure is not None:
             return own, f"So far friction alone does best, {value} at {design}."
         return own, f"No particle needed: friction alone does best, {value} at {design}."
+
+    def _built(self, phrases: Phrases) -> str:
+        """Name everything that is needed to build the recommended damper: fixed parameters of a study, too."""
+        varied = [name for name in self.question.design if self.cube.sizes[name] > 1 and name not in BUILT]
+        return ", ".join(phrases.equal(name, self.lead[name], ".3g") for name in (*BUILT, *varied))
+
+    def _reached(self, value: str, phrases: Phrases) -> str:
+        """Say what the recommended damper reaches."""
+        if self.question.objective == "peak":
+            return f"That keeps {phrases.symbol(METRIC)} within {value}."
+        return f"It reaches {value}."
 
     def _breaks(self, phrases: Phrases) -> str:
         """Name parameters along which one grid step makes the value much worse, and those at the end of an axis."""

@@ -408,3 +408,8 @@ def test_a_study_judged_at_other_frequencies_is_refused_with_both_grids_and_the_
     assert "Study pump fine is judged at 5 frequencies, r = 0.9 to 1.1" in said
     assert "at 3 frequencies, r = 0.9 to 1.1" in said
     assert "compute both studies at the same frequencies" in said.lower()
+
+
+def test_the_best_damper_is_named_with_all_that_is_needed_to_build_it_and_then_what_it_reaches() -> None:
+    (first, *_) = optimal_designs(made([[2.0] * 3, [1.0] * 3])).attrs["verdict"]
+    assert first == "Best damper: β = 0.5, d/Z = 0.5, γ_F = 0.1, e = 0.5. That keeps X/Z within 1."
