@@ -149,9 +149,9 @@ def refine_optimum(
     if more > budget:
         short_of = {"points": budget, "left": budget - more + points, "next_points": points}
         notes.append(Note("budget", "caution", short_of))
-        told = (*short.sentences[:2], f"Not settled: {over_budget(short_of)}.")
+        unsettled = (*short.sentences[:2], f"Not settled: {over_budget(short_of)}.")
         enough = f"--budget {max(4 * budget, more)}"
-        short = replace(short, sentences=told, next=command("refine", study.name, enough))
+        short = replace(short, sentences=unsettled, next=command("refine", study.name, enough))
         return replace(answer, notes=(*notes, Note("spent", "hint", spent)), brief=short)
     notes.append(Note("follow_ups", "hint", {"points": points, "studies": len(studies)}))
     return replace(answer, studies=studies, points=points, notes=(*notes, Note("spent", "hint", spent)))
