@@ -153,7 +153,7 @@ def parameter_rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
     return [
         (
             _heading(each.name),
-            *(_number(each.name, value) for value in (each.value, each.low, each.high)),
+            *(_number(each.name, value, each.digits) for value in (each.value, each.low, each.high)),
             _number(each.name, each.spread, 2),
             f"{_number(each.name, each.lowest)} to {_number(each.name, each.highest)}",
         )

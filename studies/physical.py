@@ -31,7 +31,8 @@ Values = Mapping[str, NDArray[np.float64]]
 
 def _si(name: str, meaning: str, lowest: float = 1e-12, highest: float = 1e12) -> Quantity:
     unit = meaning[meaning.rindex("[") :]
-    return Quantity(name, meaning, lowest, highest, f"give it in {unit}, a physically sensible number")
+    least = "of at least 0" if lowest == 0.0 else "greater than 0"
+    return Quantity(name, meaning, lowest, highest, f"give it in {unit}, a number {least}")
 
 
 MASS = _si("mass_kg", "mass M of the primary structure [kg]")

@@ -27,6 +27,11 @@ VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
 """Acceleration of a base [m/s²] above which a unit is probably wrong. For example, 0.3 m instead of 0.3 mm at 8 Hz is
 77 g.
 """
+APART = 2.5
+"""Frequency ratio above which, or below the inverse of which, a band is far from the natural frequency.
+
+An angular frequency in place of a frequency is wrong by the factor 2π. This limit is the root of that factor.
+"""
 
 Ends = tuple[float, float]
 
@@ -64,6 +69,7 @@ def unusual_study(study: AnyStudy) -> list[str]:
     zeta = float(study.coordinates["damping_ratio"][0])
     found = _unusual(ratios(study), zeta, study.forced, "the physical block")
     found += _violent(_base_acceleration(study), "`base_amplitude_m`")
+    found += _far_band(study)
     given = study.physical.values().get("particle_friction_coefficient")
     return found + _rough(0.0 if given is None else float(given.min()))
 
@@ -102,6 +108,9 @@ def unusual_specification(asked: Specification) -> list[str]:
         if not each.motion.force
     ]
     found += _rough(asked.choices[PARTICLE_FRICTION.name].start)
+    if asked.excitations:
+        band = min(each.low for each in asked.excitations), max(each.high for each in asked.excitations)
+        found += _far(band, structure.angular_frequency / (2.0 * np.pi))
     if not asked.records:
         found += _loose(asked.limits, max(over_m), structure.damping_ratio)
     return found + _violent(min(shakes, default=0.0), key)
@@ -129,6 +138,27 @@ def _base_acceleration(study: Study) -> float:
         return 0.0
     slowest = 2.0 * np.pi * given["natural_frequency_hz"].min() * study.coordinates["frequency_ratio"].min()
     return float(given["base_amplitude_m"].min() * slowest**2)
+
+
+def _far_band(study: Study) -> list[str]:
+    given = {} if study.physical is None else study.physical.values()
+    r = study.coordinates["frequency_ratio"]
+    if "natural_frequency_hz" not in given or "excitation_frequency_hz" not in given or len(r) == 1:
+        return []
+    return _far((float(np.min(r)), float(np.max(r))), float(given["natural_frequency_hz"].min()))
+
+
+def _far(band: Ends, natural_hz: float) -> list[str]:
+    """Report a band of frequency ratios that lies far from the natural frequency on one side."""
+    low, high = band
+    if high >= 1.0 / APART and low <= APART:
+        return []
+    shown = f"{low * natural_hz:.4g} to {high * natural_hz:.4g} Hz"
+    side = "below" if high < 1.0 else "above"
+    return [
+        f"The frequencies, {shown}, are all far {side} the natural frequency {natural_hz:.4g} Hz, where there is no "
+        f"resonance to damp: check `natural_frequency_hz`; {natural_hz:.4g} rad/s are {natural_hz / (2.0 * np.pi):.4g} Hz."
+    ]
 
 
 def _violent(acceleration: float, key: str) -> list[str]:

@@ -9,7 +9,7 @@ from damperlab.service.cli.failures import UsageFault
 from damperlab.service.cli.options import DataDir, StudyId
 from damperlab.service.cli.output import make_parent, note, working
 from damperlab.service.cli.places import file_option
-from damperlab.service.cli.store import label, open_store
+from damperlab.service.cli.store import find_study, label, open_store
 from damperlab.studies.faults import Fault
 from damperlab.studies.vocabulary import EXPORT_FORMATS, EXPORT_SUFFIXES, ExportFormat
 
@@ -55,7 +55,7 @@ def export(
     from damperlab.studies.store.export.export import without_names, write_file
 
     store = open_store(data_dir)
-    record = store.find(study)
+    record = find_study(store, study)
     cube = store.cube(record.id)
     cube = cube if names else without_names(cube)
     cube = cube if licence is None else cube.assign_attrs(license=licence)

@@ -10,7 +10,7 @@ import typer
 from damperlab.service.cli.asked import Command, asks, parameter
 from damperlab.service.cli.options import AsJson, DataDir, Details, Output, StudyId, check_file
 from damperlab.service.cli.output import make_parent, note, print_brief, print_json, print_table, say, working
-from damperlab.service.cli.store import folder_option, label, open_store
+from damperlab.service.cli.store import find_study, folder_option, label, open_store
 from damperlab.service.questions.question import Question, Subject, Words, in_front
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def command_of(question: Question[Any]) -> Command:
         check_file(output)
         values = [asked[name] for name in kinds]
         store = open_store(data_dir)
-        subject = Subject(store.find(study), store, question.command)
+        subject = Subject(find_study(store, study), store, question.command)
         with working("Reading the cube"):
             answer = question.of(subject, *values)
         if question.further and asked[question.further.option]:

@@ -7,7 +7,7 @@ from damperlab.service.cli.documents import check_document, write_document
 from damperlab.service.cli.options import DataDir, StudyId
 from damperlab.service.cli.output import note, working
 from damperlab.service.cli.places import file_option
-from damperlab.service.cli.store import label, open_store
+from damperlab.service.cli.store import find_study, label, open_store
 from damperlab.service.questions.question import Subject
 
 
@@ -25,7 +25,7 @@ def report(
     """
     check_document(output)
     store = open_store(data_dir)
-    record = store.find(study)
+    record = find_study(store, study)
     with working(f"Writing {output}"):
         from damperlab.service.study_report import study_report
 

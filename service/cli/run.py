@@ -20,7 +20,7 @@ from damperlab.service.cli.options import (
     read_time,
 )
 from damperlab.service.cli.output import duration, note, print_json, say, working
-from damperlab.service.cli.store import data_folder, has_store, label, open_store, settings_of
+from damperlab.service.cli.store import data_folder, find_study, has_store, label, open_store, settings_of
 from damperlab.service.cli.studies import summary
 from damperlab.service.cli.verify import require_own_solver
 from damperlab.studies.faults import counted
@@ -114,7 +114,7 @@ def _stored(study: str, data_dir: Path | None) -> "Record | None":
         return None
     with closing(open_store(data_dir)) as store:
         try:
-            return store.find(study)
+            return find_study(store, study)
         except StudyNotFound as error:
             # the error is raised again if the text resembles a stored name, or if several ids begin with the text
             if "damperlab studies" not in error.fault.advice:

@@ -18,7 +18,7 @@ from damperlab.service.cli.options import (
     check_name,
 )
 from damperlab.service.cli.output import note, print_brief, print_json, working
-from damperlab.service.cli.store import folder_option, open_store
+from damperlab.service.cli.store import find_study, folder_option, open_store
 from damperlab.service.cli.words import found_sentence
 from damperlab.service.questions.question import in_front
 from damperlab.studies.brief import Brief
@@ -105,7 +105,7 @@ class Pursuit:
         from damperlab.studies.definition import parse_harmonic
 
         store = self.computer.store
-        record = store.find(study)
+        record = find_study(store, study)
         require_harmonic(record.dimensions, question)
         asked = parse_harmonic(record.definition)
         phrases = Phrases.of(store.cube(record.id))

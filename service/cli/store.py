@@ -100,6 +100,22 @@ def open_store(data_dir: Path | None, **given: Any) -> "Store":
     return settings_of(data_dir, **given).open_store()
 
 
+def find_study(store: "Store", ref: str) -> "Record":
+    """Find a study by its id or name. A note names the study if other studies have the same name.
+
+    Raises
+    ------
+    StudyNotFound
+        As `Store.find`.
+    """
+    record = store.find(ref)
+    others = store.namesakes(record) if ref and ref == record.name != record.id else 0
+    if others:
+        have = "1 other study has" if others == 1 else f"{others:,} other studies have"
+        note(f"Taken is {record.id}, the newest study named {ref}; {have} this name. To choose, name an id.")
+    return record
+
+
 def has_store(data_dir: Path | None) -> bool:
     """Return whether a store exists. A missing store is not created."""
     from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE

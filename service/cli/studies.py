@@ -9,7 +9,7 @@ from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_alone, check_name
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.spelled import in_options
-from damperlab.service.cli.store import label, open_store
+from damperlab.service.cli.store import find_study, label, open_store
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def show(
         with in_options({key: f"--{key}" for key in changes}):
             remarks = read_remarks(said)
     store = open_store(data_dir)
-    record = store.find(study)
+    record = find_study(store, study)
     if remarks is not None:
         record = store.remark(record.id, remarks)
     if as_json:
@@ -193,7 +193,7 @@ def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) ->
     Computed points are kept, and `damperlab run ID` continues with them.
     """
     store = open_store(data_dir)
-    record = store.find(study)
+    record = find_study(store, study)
     if record.state == "cancelled":
         note(f"Study {label(record)} is already cancelled.")
     elif record.ended:
@@ -220,7 +220,7 @@ def delete(
     from damperlab.studies.store.record import TRASH_DAYS
 
     store = open_store(data_dir)
-    record = store.find(study)
+    record = find_study(store, study)
     if trash:
         store.delete(record.id, 86_400.0 * TRASH_DAYS)
         note(f"Study {label(record)} is in the trash. Restore it with: damperlab undelete {record.id}")

@@ -8,7 +8,7 @@ from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.failures import FAILED, CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, print_json, working
-from damperlab.service.cli.store import label, open_store
+from damperlab.service.cli.store import find_study, label, open_store
 from damperlab.studies.faults import counted
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def verify(
 ) -> None:
     """Compare every stored file with its checksum. The exit status is 1 if anything is damaged."""
     store = open_store(data_dir)
-    records = _every(store) if study is None else iter([store.find(study)])
+    records = _every(store) if study is None else iter([find_study(store, study)])
     from damperlab.studies.store.care.verify import check_catalogue
 
     with working("Reading the catalogue"):

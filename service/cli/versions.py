@@ -8,7 +8,7 @@ from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir, StudyId
 from damperlab.service.cli.output import note, number, print_json, print_table, say, working
-from damperlab.service.cli.store import label, open_store
+from damperlab.service.cli.store import find_study, label, open_store
 
 if TYPE_CHECKING:
     from damperlab.studies.store.reuse.differences import Differences
@@ -34,7 +34,7 @@ def recompute(
     from damperlab.worker.provenance import provenance
 
     store = open_store(data_dir)
-    older = store.find(study)
+    older = find_study(store, study)
     newer, created = store.recompute(older.id, provenance())
     if not created:
         note(f"Version {newer.version} of study {label(older)} is {newer.state}: {newer.id}.")

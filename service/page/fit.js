@@ -156,7 +156,8 @@ function answered(place, found) {
   const named = (/** @type {string} */ name) => QUANTITIES.find((each) => each.name === name);
   const rows = Object.entries(found.parameters).map(([name, { value, low, high, determined }]) => {
     const each = named(name);
-    const text = (/** @type {number} */ number) => short(number * (each?.scale ?? 1), 4);
+    const digits = digitsOf(low, high);
+    const text = (/** @type {number} */ number) => short(number * (each?.scale ?? 1), digits);
     return [
       each ? titled(each) : name,
       text(value),
@@ -192,6 +193,14 @@ function answered(place, found) {
     () => tracesOf(found),
     () => titlesOf(found),
   );
+}
+
+/** Significant digits, at least 4, that show half the width of an interval with 2. @param {number} low @param {number} high */
+function digitsOf(low, high) {
+  const half = (high - low) / 2;
+  const largest = Math.max(Math.abs(low), Math.abs(high));
+  if (!(half > 0 && half < largest)) return 4;
+  return Math.max(4, Math.floor(Math.log10(largest)) - Math.floor(Math.log10(half)) + 2);
 }
 
 /** @param {string} title @param {object | null} document */

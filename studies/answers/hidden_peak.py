@@ -57,8 +57,9 @@ def hidden(
     kinds: NDArray[np.int8],
     damping_ratio: NDArray[np.float64],
     mass_ratio: NDArray[np.float64],
+    level: float | None = None,
 ) -> NDArray[np.bool_]:
-    """Find the intervals in which the response of a design may exceed `HIGHER` times its largest computed value.
+    """Find the intervals in which the response of a design may exceed a level.
 
     Only intervals wider than ζ, half of the half-power bandwidth, are examined. A peak may hide in such an interval in
     two cases:
@@ -84,6 +85,8 @@ def hidden(
         False.
     damping_ratio, mass_ratio : ndarray, (designs,)
         ζ and β of each design.
+    level : float, optional
+        The level as an amplitude ratio; by default `HIGHER` times the largest computed value of each design.
 
     Returns
     -------
@@ -93,12 +96,13 @@ def hidden(
     ends = values[:, :-1], values[:, 1:]
     known = np.isfinite(ends[0]) & np.isfinite(ends[1])
     highest = np.nanmax(np.where(np.isfinite(values), values, 0.0), axis=1, keepdims=True)
+    exceeded = HIGHER * highest if level is None else np.maximum(level, highest)
     coarse = np.diff(r) > zeta
     rises, falls = r[:-1] <= 1.0, r[1:] >= 1.0 / np.sqrt(1.0 + beta)
     with np.errstate(divide="ignore"):
         flank = 1.0 / np.where(known, np.maximum(*ends), np.inf)
         rising = 1.0 / np.where(known, np.maximum(ends[0] * rises, ends[1] * falls), np.inf)
-        limit = 1.0 / (HIGHER * highest)
+        limit = 1.0 / exceeded
         alone = np.sqrt(1.0 + beta) * np.sqrt(1.0 + 4.0 * zeta**2) / (2.0 * zeta)
     width = (1.0 + beta) * np.diff(r * r)
     strikes = may_strike(kinds) & (beta > 0)
@@ -106,12 +110,12 @@ def hidden(
     held = (kinds[:, :-1] == ResponseClass.LOCKED) & (kinds[:, 1:] == ResponseClass.LOCKED)
     seen_by_both = rises & falls & (flank**2 - (0.5 * width) ** 2 < limit**2)
     seen_by_one = jumps & (rising - width < limit)
-    return np.asarray(
-        known & coarse & ~held & (HIGHER * highest < alone) & (seen_by_both | seen_by_one), np.bool_
-    )
+    return np.asarray(known & coarse & ~held & (exceeded < alone) & (seen_by_both | seen_by_one), np.bool_)
 
 
-def hidden_of(cube: "xr.Dataset", r: NDArray[np.float64], design: Mapping[str, Any]) -> NDArray[np.bool_]:
+def hidden_of(
+    cube: "xr.Dataset", r: NDArray[np.float64], design: Mapping[str, Any], level: float | None = None
+) -> NDArray[np.bool_]:
     """Apply `hidden` to one design of a study. The cube is not read if no interval is wide enough to hide a peak.
 
     Parameters
@@ -122,6 +126,8 @@ def hidden_of(cube: "xr.Dataset", r: NDArray[np.float64], design: Mapping[str, A
         The judged frequencies of the study, ascending.
     design : mapping
         The values of the design along the other dimensions.
+    level : float, optional
+        As in `hidden`.
 
     Returns
     -------
@@ -136,7 +142,7 @@ def hidden_of(cube: "xr.Dataset", r: NDArray[np.float64], design: Mapping[str, A
     one = cube.isel({**place, FREQUENCY: [nearest_place(cube[FREQUENCY].values, each) for each in r]})
     kinds = one["response_class"].values if "response_class" in cube else np.full(r.size, -1, np.int8)
     values = np.asarray(one["amplitude_ratio"].values, np.float64)
-    return np.asarray(hidden(r, values[None], kinds[None], zeta, beta)[0])
+    return np.asarray(hidden(r, values[None], kinds[None], zeta, beta, level)[0])
 
 
 def hidden_on(

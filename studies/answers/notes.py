@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from damperlab.studies.answers.phrases import FREQUENCY, Phrases
+from damperlab.studies.answers.phrases import AMPLITUDE, FREQUENCY, Phrases
 from damperlab.studies.brief import Note, listed
 from damperlab.studies.faults import counted
 
@@ -28,6 +28,12 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             return f"Only {at} {only}, so nothing is recommended: a damper quiet there may resonate at another frequency."
         case "hidden_peak":
             return _hidden_peak(known, phrases)
+        case "nearly_clamped":
+            return "Its friction nearly clamps the structure to its base."
+        case "friction_alone":
+            value = phrases.value(AMPLITUDE, known["value"], ".3g")
+            at = phrases.equal("friction_ratio", known["friction_ratio"], ".3g")
+            return f"Friction alone does almost as well: {value} at {at}."
         case "cut_off":
             return (
                 f"{known['responses']} of the best design's {known['of']} responses ended at `max_cycles`: the error may "
@@ -89,7 +95,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
                 f"steps of {_steps(known, phrases)}. A smaller `steady.tolerance` locates the optimum better."
             )
         case "budget":
-            return f"The budget of {known['points']:,} points is spent before the optimum is known."
+            return f"The optimum is not known yet: {over_budget(known)}."
         case "follow_ups":
             return f"{counted(known['points'], 'point')} in {counted(known['studies'], 'follow-up')} next."
         case "spent":
@@ -112,6 +118,17 @@ def friction_allowed(note: Note) -> tuple[str, str]:
     reach = f"up to μ_i = {up_to:g}" if up_to else f"below μ_i = {fails:g}"
     beyond = f", at {fails:g} by more" if up_to else ", from there on by more"
     return reach, f"the value rises by at most a tenth{'' if fails is None else beyond}"
+
+
+def over_budget(known: Values) -> str:
+    """Say that the next step of a search needs more points than its budget has left."""
+    budget, left = known["points"], known["left"]
+    than = (
+        f"the budget of {counted(budget, 'point')}"
+        if left == budget
+        else f"the {left:,} left of the budget of {counted(budget, 'point')}"
+    )
+    return f"the next step takes {counted(known['next_points'], 'point')}, more than {than}"
 
 
 def advised_axis(known: Values, phrases: Phrases) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from damperlab.studies.answers.alike import alike
 from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
+from damperlab.studies.answers.excited import name_of
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import (
     attributes_of,
@@ -29,6 +30,7 @@ from damperlab.studies.variables import ResponseClass
 
 if TYPE_CHECKING:
     import xarray as xr
+    from numpy.typing import NDArray
 
 
 def optimal_designs(
@@ -125,7 +127,7 @@ def merged_designs(
             if error.fault.field in set(judging.ranges).intersection(question.design):
                 continue
             raise
-        _check_frequencies(name, question, theirs)
+        _check_frequencies(cubes[name], question, theirs)
         parts[name] = _Ranked.of(cubes[name], theirs)
     answer = _joined({name: part.designs for name, part in parts.items()}, question)
     answer.attrs["studies"] = ids
@@ -216,15 +218,30 @@ def _folded(found: Found) -> Found:
     return folded | {"alike": alike}
 
 
-def _check_frequencies(name: str, question: DesignQuestion, theirs: DesignQuestion) -> None:
-    """Refuse a follow-up judged over another band, or at another number of frequencies."""
+def _check_frequencies(cube: "xr.Dataset", question: DesignQuestion, theirs: DesignQuestion) -> None:
+    """Refuse a follow-up judged over another band, or at another number of frequencies.
+
+    A peak is found more precisely at more frequencies, so designs that are judged at fewer frequencies would seem better.
+    """
     ours, r = question.frequencies, theirs.frequencies
     if (ours[0], ours[-1], ours.size) != (r[0], r[-1], r.size):
-        span = f"{r[0]:g} to {r[-1]:g}" if r.size > 1 else f"{r[0]:g}"
-        found = f"{name}, judged at {counted(r.size, 'frequency ratio')}, {span}"
-        told = f"Study {name} is judged at other frequencies ({span}) than the study it is to be ranked with."
-        advice = "name follow-ups of this study, refined with the same objective and band"
-        raise refused("with", found, "studies at the same frequencies", advice, told)
+        phrases = Phrases.of(cube)
+        name = name_of(cube) or "without a name"
+        told = (
+            f"Study {name} is judged at {_say_frequencies(r, phrases)}, and the study it is to be ranked with at "
+            f"{_say_frequencies(ours, phrases)}."
+        )
+        advice = (
+            "compute both studies at the same frequencies, or name follow-ups of this study, refined with the same "
+            "objective and band"
+        )
+        found = f"{name}, judged at {_say_frequencies(r, phrases)}"
+        raise refused("with", found, f"studies judged at {_say_frequencies(ours, phrases)}", advice, told)
+
+
+def _say_frequencies(r: "NDArray[np.float64]", phrases: Phrases) -> str:
+    counts = f"{r.size:,} {'frequency' if r.size == 1 else 'frequencies'}"
+    return f"{counts}, {phrases.span(FREQUENCY, float(r[0]), float(r[-1]), '.5g')}"
 
 
 def _joined(parts: "Mapping[str, xr.Dataset]", question: DesignQuestion) -> "xr.Dataset":

@@ -20,7 +20,7 @@ from damperlab.studies.answers.follow_up import Refinement, follow_up, spent_on
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_of, acceleration_row
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.answers.notes import friction_allowed, sentence_of
+from damperlab.studies.answers.notes import friction_allowed, over_budget, sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.particle_friction import friction_note, study_with_friction
 from damperlab.studies.answers.phrases import Phrases
@@ -145,11 +145,13 @@ def refine_optimum(
     }
     studies = tuple(follow_up(study, fixed | axes, "refined") for grids in chosen for axes in grids)
     points = sum(each.points for each in studies)
-    more = spent["points"] - parent["status"].size + points
+    more = int(spent["points"]) - parent["status"].size + points
     if more > budget:
-        notes.append(Note("budget", "caution", {"points": budget}))
-        left = (*short.sentences[:2], f"Not settled: the budget of {budget:,} points is spent.")
-        short = replace(short, sentences=left, next=command("refine", study.name, f"--budget {4 * budget}"))
+        short_of = {"points": budget, "left": budget - more + points, "next_points": points}
+        notes.append(Note("budget", "caution", short_of))
+        unsettled = (*short.sentences[:2], f"Not settled: {over_budget(short_of)}.")
+        enough = f"--budget {max(4 * budget, more)}"
+        short = replace(short, sentences=unsettled, next=command("refine", study.name, enough))
         return replace(answer, notes=(*notes, Note("spent", "hint", spent)), brief=short)
     notes.append(Note("follow_ups", "hint", {"points": points, "studies": len(studies)}))
     return replace(answer, studies=studies, points=points, notes=(*notes, Note("spent", "hint", spent)))

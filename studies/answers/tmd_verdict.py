@@ -23,13 +23,16 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 if TYPE_CHECKING:
     import xarray as xr
 
+DETUNING = 0.02
+"""Detuning of the tuned mass damper to try next, if a question asks for less."""
+
 
 def is_judged(answer: "xr.Dataset") -> bool:
     """Whether it is known which damper has the lower peak over the band.
 
     One value above the tuned mass damper's peak proves that the study's peak is higher. The study's peak is known to be
-    lower if every frequency has a value and no resonance as high as the tuned mass damper's peak fits between two
-    frequencies.
+    lower if every frequency has a value and neither a resonance as high as the tuned mass damper's peak nor, where the
+    particle begins to strike, a flank that high fits between two frequencies.
 
     Parameters
     ----------
@@ -41,9 +44,9 @@ def is_judged(answer: "xr.Dataset") -> bool:
     hybrid = answer["hybrid"].values
     if answer.attrs["ratio"] > 1 or not np.isfinite(hybrid).all():
         return bool(answer.attrs["ratio"] > 1)
-    return not may_hide(
-        answer[FREQUENCY].values, hybrid, answer.attrs["tmd_peak"], float(answer["mass_ratio"])
-    )
+    peak = answer.attrs["tmd_peak"]
+    resonates = may_hide(answer[FREQUENCY].values, hybrid, peak, float(answer["mass_ratio"]))
+    return not (resonates or _hidden(answer, peak).any())
 
 
 def notes_of(cube: "xr.Dataset", answer: "xr.Dataset") -> list[Note]:
@@ -101,7 +104,9 @@ def brief_of(
         told = f"No value of this damper's curve is known: {missing}"
         return Brief(None, (told,), (), command("run", study))
     damper: Damper | None = None
-    following = command("tmd", study, "--detuning 0.02")
+    following = command("tmd", study, f"--detuning {DETUNING}")
+    if max(abs(found["detuning"]), abs(found["damping_detuning"])) >= DETUNING:
+        following = command("report", study, "-o report.html")
     if np.isinf(found["hybrid_peak"]):
         at = phrases.equal(FREQUENCY, found["hybrid_peak_at"])
         damper, ours = "tuned_mass_damper", UNBOUNDED
@@ -111,7 +116,9 @@ def brief_of(
     elif not found["judged"]:
         why = missing or "between the frequencies computed the study's peak may be higher."
         told = f"Not known which is better: the study's damper reaches {ours} so far, a tuned mass damper {theirs}; {why}"
-        following = "compute more frequencies."
+        r = answer[FREQUENCY].values
+        twice = {"start": float(r[0]), "stop": float(r[-1]), "num": 2 * r.size - 1}
+        following = f"compute {advised_axis(twice, phrases)}."
     else:
         lower = abs(1 - found["ratio"]) if found["ratio"] < 1 else 1 - 1 / found["ratio"]
         apart = f"{100 * lower:.2g} % lower"
@@ -129,7 +136,8 @@ def brief_of(
             told = f"Use a tuned mass damper, {_tuned(found, phrases)}: {better} against {least}{other}, {apart}."
     hides = ""
     if "hidden_peak" in notes:
-        hides = "Between the frequencies computed the study's peak may be more than a tenth higher."
+        if found["judged"]:
+            hides = "Between the frequencies computed the study's peak may be more than a tenth higher."
         following = f"compute {advised_axis(notes['hidden_peak'].values, phrases)}."
     so_far = sentence_of(notes["incomplete"], phrases) if "incomplete" in notes else ""
     rows = _rows(answer, varied, (ours, theirs), phrases)
@@ -199,11 +207,11 @@ def _tuned(found: Mapping[str, Any], phrases: Phrases) -> str:
     return f"{mass}, {tuned}, ζ = {found['tmd_damping_ratio']:.2g}"
 
 
-def _hidden(answer: "xr.Dataset") -> NDArray[np.bool_]:
+def _hidden(answer: "xr.Dataset", level: float | None = None) -> NDArray[np.bool_]:
     """Mark the intervals in which a peak may be hidden (see `hidden`). If a value is unknown, mark no interval."""
     hybrid, r = answer["hybrid"].values, answer[FREQUENCY].values
     if r.size == 1 or not np.isfinite(hybrid).all():
         return np.zeros((1, r.size - 1), np.bool_)
     kinds = answer["response_class"].values if "response_class" in answer else np.full(r.size, -1, np.int8)
     zeta, beta = (np.array([float(answer[name])]) for name in ("damping_ratio", "mass_ratio"))
-    return hidden(r, hybrid[None], kinds[None], zeta, beta)
+    return hidden(r, hybrid[None], kinds[None], zeta, beta, level)

@@ -11,8 +11,8 @@ import numpy as np
 from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, contend
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.excited import definition_of, excitation_of, name_of
-from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
-from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
+from damperlab.studies.answers.flatness import LOSS, end_of, flatness, say_beyond
+from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_of, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import LARGEST, acceleration_of, acceleration_row
 from damperlab.studies.answers.linear_peaks import LinearPeaks
 from damperlab.studies.answers.notes import advised_axis, sentence_of
@@ -46,6 +46,8 @@ NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
 """Frequencies to compute next if a study has only one frequency."""
 OTHERS = 2
 """Number of further designs that are listed below the best design."""
+BUILT = ("mass_ratio", "clearance_ratio", "friction_ratio", "restitution")
+"""Parameters that define a damper with a particle, in the order of a sentence."""
 
 Row = Mapping[str, Any]
 """A design: its coordinates, `value`, `error`, and other results."""
@@ -53,8 +55,12 @@ Row = Mapping[str, Any]
 
 def is_clamped(design: Row) -> bool:
     """Whether friction locks the structure of a design to its base."""
-    held = float(design["locked_share"]) >= HELD and float(design["impact_share"]) == 0
-    return held and float(design["value"]) <= CLAMPED
+    return float(design["impact_share"]) == 0 and _is_held(design)
+
+
+def _is_held(design: Row) -> bool:
+    """Whether friction holds the structure at some frequencies, and the structure moves little more than its base."""
+    return float(design["locked_share"]) >= HELD and float(design["value"]) <= CLAMPED
 
 
 def best_with_impacts(found: "xr.Dataset") -> dict[str, Any] | None:
@@ -169,6 +175,14 @@ class _Known:
         return is_clamped(self.best)
 
     @property
+    def nearly_clamped(self) -> bool:
+        """Whether friction nearly clamps the structure of the best design, which is recommended and whose particle strikes."""
+        based = excitation_of(self.cube) != "force"
+        return (
+            based and self.lead is self.best and float(self.best["impact_share"]) > 0 and _is_held(self.best)
+        )
+
+    @property
     def lead(self) -> Row:
         """The recommended design: the best one, or the best one with impacts if friction clamps the best one."""
         return self.active if self.active is not None and self.clamped else self.best
@@ -177,6 +191,21 @@ class _Known:
     def striking(self) -> Row | None:
         """The best design with impacts, if the recommended design works without impacts."""
         return self.active if self.lead is self.best and self.best["impact_share"] == 0 else None
+
+    @property
+    def alone(self) -> Row | None:
+        """The first design without impacts, if friction alone is at most a tenth worse than the best design with impacts."""
+        if self.lead is not self.best or not self.best["impact_share"] > 0:
+            return None
+        most = self.best["value"] * (1 + LOSS)
+        return next(
+            (
+                row
+                for row in self.rows
+                if row["impact_share"] == 0 and row["friction_ratio"] > 0 and row["value"] <= most
+            ),
+            None,
+        )
 
     @property
     def others(self) -> list[Row]:
@@ -211,11 +240,25 @@ class _Known:
         """Notes on peaks that may lie between the judged frequencies."""
         return hidden_peaks(self.cube, self.question, self.ranked, self.lead, self.homes)
 
+    @property
+    def home(self) -> "xr.Dataset":
+        """The cube that holds the recommended design."""
+        return self.homes[str(self.lead["study"])] if self.homes else self.cube
+
+    @cached_property
+    def unsure(self) -> Note | None:
+        """The note on a hidden peak of the recommended design, if that peak may exceed the value of another damper."""
+        note = next((each for each in self.peaks if each.values["recommended"]), None)
+        rivals = [float(row["value"]) for row in self.others]
+        rivals += [self.linear.tuned] if math.isfinite(self.linear.tuned) else []
+        if note is None or not rivals or self.linear.beats(self.lead["value"]):
+            return None
+        return note if hidden_of(self.home, self.question.frequencies, self.lead, min(rivals)).any() else None
+
     @cached_property
     def acceleration_g(self) -> float:
         """The largest acceleration of the structure with the recommended design, in g; NaN if unknown."""
-        home = self.homes[str(self.lead["study"])] if self.homes else self.cube
-        return acceleration_of(self.lead, self.question, home)
+        return acceleration_of(self.lead, self.question, self.home)
 
     @property
     def complete(self) -> float:
@@ -235,6 +278,11 @@ class _Known:
             notes.append(
                 Note("clamped", "danger", {"value": best["value"], "locked_share": best["locked_share"]})
             )
+        if self.nearly_clamped:
+            notes.append(Note("nearly_clamped", "danger", {"locked_share": lead["locked_share"]}))
+        if self.alone is not None:
+            values = {name: self.alone[name] for name in ("value", "friction_ratio")}
+            notes.append(Note("friction_alone", "hint", values))
         if self.linear.beats(lead["value"]):
             notes.append(self.linear.note())
         notes.extend(self.peaks)
@@ -242,7 +290,7 @@ class _Known:
             notes.append(Note("incomplete", "caution", {"complete": self.complete}))
         if cut := 0 if self.homes else _cut_off(self.cube, self.question, best):
             notes.append(Note("cut_off", "caution", {"responses": cut, "of": size}))
-        ends = _ends(self.cube, self.flat)
+        ends = _ends(self.cube, self.flat, best)
         if ends:
             notes.append(Note("end_of_range", "hint", ends))
         for kind, flag in (("neighbourhood_unknown", "unknown"), ("rugged", "worse")):
@@ -283,8 +331,18 @@ class _Known:
             return Brief(None, (sentence_of(only, phrases),), tuple(rows), on)
         damper, decision = self._decision(phrases)
         sentences = [sentence_of(kinds["incomplete"], phrases)] if "incomplete" in kinds else []
+        if self.unsure is not None:
+            sentences.append(
+                f"Not known which damper is best: {PEAK_BETWEEN[:1].lower()}{PEAK_BETWEEN[1:-1]}; compute "
+                f"{self.unsure.values['num']} frequencies."
+            )
         sentences.append(decision)
-        if any(peak.values["recommended"] for peak in self.peaks):
+        sentences += [
+            sentence_of(kinds[kind], phrases)
+            for kind in ("nearly_clamped", "friction_alone")
+            if kind in kinds
+        ]
+        if self.unsure is None and any(peak.values["recommended"] for peak in self.peaks):
             sentences.append(PEAK_BETWEEN)
         if "cut_off" in kinds and self.lead is self.best:
             sentences.append(sentence_of(kinds["cut_off"], phrases))
@@ -311,15 +369,29 @@ class _Known:
             )
         if acts:
             by = " that works by impacts" if lead is not self.best else ""
-            return own, f"Best damper{by}: {value} at {design}."
+            best = "Best damper" if self.unsure is None else "So far the best damper"
+            return own, f"{best}{by}: {self._built(phrases)}. {self._reached(value, phrases)}"
         if not rubs:
             return own, f"The particle does nothing and there is no friction: {value} at {design}."
+        if self.unsure is not None:
+            return own, f"So far friction alone does best, {value} at {design}."
         return own, f"No particle needed: friction alone does best, {value} at {design}."
+
+    def _built(self, phrases: Phrases) -> str:
+        """Name everything that is needed to build the recommended damper: fixed parameters of a study, too."""
+        varied = [name for name in self.question.design if self.cube.sizes[name] > 1 and name not in BUILT]
+        return ", ".join(phrases.equal(name, self.lead[name], ".3g") for name in (*BUILT, *varied))
+
+    def _reached(self, value: str, phrases: Phrases) -> str:
+        """Say what the recommended damper reaches."""
+        if self.question.objective == "peak":
+            return f"That keeps {phrases.symbol(METRIC)} within {value}."
+        return f"It reaches {value}."
 
     def _breaks(self, phrases: Phrases) -> str:
         """Name parameters along which one grid step makes the value much worse, and those at the end of an axis."""
         rugged = [phrases.symbol(entry["dimension"]) for entry in self.lead_flat if entry["worse"]]
-        ends = [phrases.symbol(name) for name in _ends(self.cube, self.lead_flat)]
+        ends = [phrases.symbol(name) for name in _ends(self.cube, self.lead_flat, self.lead)]
         parts = [f"one grid step in {listed(rugged)} costs more than 10 %"] if rugged else []
         parts += [f"it lies at the end of {listed(ends)}"] if ends else []
         text = "; ".join(parts)
@@ -366,7 +438,7 @@ class _Known:
         for hidden in self.peaks:
             if hidden.values["recommended"]:
                 return f"compute {advised_axis(hidden.values, phrases)}."
-        ends = _ends(self.cube, self.lead_flat)
+        ends = _ends(self.cube, self.lead_flat, self.lead)
         if ends:
             return say_beyond(ends, phrases)
         return command("refine" if any(entry["worse"] for entry in self.lead_flat) else "tmd", study)
@@ -409,13 +481,17 @@ def say_next(phrases: Phrases) -> str:
     return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)}, {NEXT_BAND['num']} values."
 
 
-def _ends(cube: "xr.Dataset", flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
-    """Return the ends of axes at which a design lies. An axis along which all designs are equally good is left out."""
+def _ends(cube: "xr.Dataset", flat: list[dict[str, Any]], design: Row) -> dict[str, list[Any]]:
+    """Return the ends of axes at which a design lies.
+
+    If all designs along an axis are equally good, the axis is left out unless the design depends on it.
+    """
     ends = {}
     for entry in flat:
         name, value = entry["dimension"], entry["value"]
         end = end_of(cube[name].values, value, name)
-        if end and not (entry["below"] is None and entry["above"] is None):
+        level = entry["below"] is None and entry["above"] is None
+        if end and not (level and _independent(design, name)):
             ends[name] = [end, value]
     return ends
 
@@ -425,3 +501,8 @@ def _cut_off(cube: "xr.Dataset", question: DesignQuestion, best: Row) -> int:
     place = question.place_of(best, cube)
     status = cube["status"].isel({**place, FREQUENCY: question.axes[FREQUENCY]}).values
     return int((status == Status.MAX_CYCLES).sum())
+
+
+def _independent(design: Row, name: str) -> bool:
+    """Whether a design without impacts, or one that friction clamps, has the same response along an axis."""
+    return is_clamped(design) or (design["impact_share"] == 0 and name in OF_PARTICLE)

@@ -17,9 +17,21 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 UNDETERMINED = 0.8
 """The data do not determine a parameter whose confidence interval is wider than this share of the range."""
 AT_END = 0.05
-"""An interval reaches an end of the range if its distance from that end is at most this share of the range."""
+"""An interval reaches an end of the range only if its distance from that end is at most this share of the range."""
+NEAR_END = 0.25
+"""An interval reaches an end of the range only if its distance from that end is at most this share of its own width.
+
+An interval ends (1 − c)/2 before the end of a range in which every value agrees as well, for the confidence c. This is at
+most a quarter of its width for every c above 2/3.
+"""
 ALIKE = 0.95
-"""Absolute correlation above which the data do not separate two parameters."""
+"""Absolute correlation above which the data do not separate two parameters, unless both have narrow intervals."""
+NARROW = 0.1
+"""Width of an interval, relative to the value, up to which a parameter is known well enough on its own.
+
+A design counts as equally good up to a tenth. The interval allows for every value of the other parameters, so a
+correlation within a narrow interval changes nothing.
+"""
 BARELY = 0.99
 """Absolute correlation above which the data do not separate two parameters, one of which is undetermined."""
 DOUBTED = 0.01
@@ -74,14 +86,33 @@ class Estimate:
         return self.share_high - self.share_low < UNDETERMINED
 
     @property
+    def narrow(self) -> bool:
+        """Whether the interval is narrow relative to the value."""
+        return self.high - self.low <= NARROW * abs(self.value)
+
+    @property
     def bounded_below(self) -> bool:
         """Whether the data exclude the low end of the range."""
-        return self.share_low > AT_END
+        return self.share_low > self._near_end
 
     @property
     def bounded_above(self) -> bool:
         """Whether the data exclude the high end of the range."""
-        return self.share_high < 1.0 - AT_END
+        return self.share_high < 1.0 - self._near_end
+
+    @property
+    def _near_end(self) -> float:
+        """Largest distance from an end of the range that counts as reaching it, as a fraction of the range."""
+        return min(AT_END, NEAR_END * (self.share_high - self.share_low))
+
+    @property
+    def digits(self) -> int:
+        """Number of significant digits, at least 4, that shows half the width of the interval with 2 digits."""
+        half = 0.5 * (self.high - self.low)
+        largest = max(abs(self.low), abs(self.high))
+        if not 0.0 < half < largest:
+            return 4
+        return max(4, math.floor(math.log10(largest)) - math.floor(math.log10(half)) + 2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,6 +167,8 @@ class Outcome:
         for j, second in enumerate(self.estimates):
             for i, first in enumerate(self.estimates[:j]):
                 both = first.determined and second.determined
+                if first.narrow and second.narrow:
+                    continue
                 if abs(self.correlation[i, j]) > (ALIKE if both else BARELY):
                     found.append((first.name, second.name, float(self.correlation[i, j])))
         return found

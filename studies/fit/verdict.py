@@ -49,7 +49,7 @@ def verdict_of_history(fitted: FittedHistory) -> list[str]:
 def told(confidence: float, each: Estimate) -> str:
     """Write one estimate as a sentence."""
     share = f"{100 * confidence:g} %"
-    value, low, high = (quantity(each.name, one) for one in (each.value, each.low, each.high))
+    value, low, high = (quantity(each.name, one, each.digits) for one in (each.value, each.low, each.high))
     return f"{each.name} = {value} ({share} interval {low} to {high})."
 
 

@@ -139,7 +139,7 @@ def read_heading(
         raise refused("units", "no unit", "the unit of the acceleration", advice, told)
     if unit and given not in (None, unit):
         told = f"`units` is {given}, but the file says {unit} in line {units[0][1]}."
-        advice = "leave `units` out, or correct the heading of the file"
+        advice = "leave `units` out (on the command line `--units`), or correct the heading of the file"
         raise refused("units", f"{given} while the file says {unit}", f"{unit}, or nothing", advice, told)
     if unit is None:
         _check_mentioned(others, str(given))

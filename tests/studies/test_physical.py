@@ -341,3 +341,11 @@ def test_what_is_wrong_is_named_where_it_was_written(
 def test_missing_partners_are_named() -> None:
     missing = {"physical.mass_kg", "physical.natural_frequency_hz", "physical.base_amplitude_m"}
     assert faults(case({"friction_force_n": 1}, **AT_ONCE)).keys() == missing
+
+
+@pytest.mark.parametrize(
+    ("name", "least"), [("mass_kg", "greater than 0"), ("friction_force_n", "of at least 0")]
+)
+def test_the_advice_on_a_negative_quantity_says_how_small_it_may_be(name: str, least: str) -> None:
+    told = faults(case(STRUCTURE | {name: -60.0}))[f"physical.{name}"]
+    assert told.endswith(f"a number {least}.")

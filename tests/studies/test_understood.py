@@ -87,6 +87,30 @@ def test_what_is_usual_is_not_remarked(usual: dict[str, Any]) -> None:
     assert "μ_i" not in said(FRAME | usual)
 
 
+def test_a_band_far_from_the_natural_frequency_is_remarked() -> None:
+    """11.3 Hz are 71 rad/s: written as Hz, the band of 9 to 14 Hz lies at r = 0.13 to 0.2."""
+    words = said(FRAME | {"natural_frequency_hz": 71.0})
+    assert "all far below the natural frequency 71 Hz" in words
+    assert "71 rad/s are 11.3 Hz" in words
+    assert "all far above the natural frequency 2 Hz" in said(FRAME | {"natural_frequency_hz": 2.0})
+    assert "all far" not in said(FRAME)
+    # a single frequency is no band
+    assert "all far" not in said(FRAME | {"natural_frequency_hz": 71.0, "excitation_frequency_hz": 9.0})
+    structure = {"mass_kg": 42, "damping_ratio": 0.011}
+    for natural, told in ((71.0, True), (11.3, False)):
+        asked = parse_specification(
+            {
+                "structure": structure | {"natural_frequency_hz": natural},
+                "excitation": {"base_amplitude_m": 1e-4, "frequency_hz": {"start": 9, "stop": 14}},
+                "choose": {"clearance_m": {"start": 0.0002, "stop": 0.002}},
+                "friction_force_n": 10,
+                "particle_mass_kg": 3,
+                "restitution": 0.5,
+            }
+        )
+        assert ("all far below" in "".join(unusual_specification(asked))) is told
+
+
 def test_a_base_that_shakes_harder_than_anything_is_remarked() -> None:
     """Millimetres written as metres throughout keep every ratio."""
     metres = {"base_amplitude_m": 0.08, "clearance_m": [0.2, 2]}

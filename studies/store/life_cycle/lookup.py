@@ -183,6 +183,12 @@ class Lookup(Cubes):
                 raise too_few_digits(ref, fits)
             return record_of(max(fits, key=lambda row: row.version))  # the newest of several versions
 
+    def namesakes(self, record: Record) -> int:
+        """Count the other studies with the name of a study. Versions of the study itself do not count."""
+        others = ALIVE, studies.c.name == record.name, studies.c.digest != record.digest
+        with self.catalogue.reading() as connection:
+            return int(connection.execute(select(func.count()).where(*others)).scalar_one())
+
     def existed(self, study_id: str) -> bool:
         """Whether a study with this complete id exists or was deleted."""
         with self.catalogue.reading() as connection:

@@ -10,6 +10,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import xarray as xr
 from tests.faults.damage import make_store
@@ -17,6 +18,8 @@ from tests.oracles.transmissibility import absolute_amplitude
 from tests.service.cli.commands import run
 
 from damperlab.service.cli.output import note, print_table, say
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
 
@@ -54,6 +57,20 @@ def test_a_study_is_found_by_the_start_of_its_id_and_by_its_name(stored: Stored)
     assert ([entry["id"] for entry in listed["studies"]], listed["cursor"]) == ([record["id"]], None)
     assert record["id"] in run("studies", "--data-dir", data_dir).stdout
     assert "0.5 to 1.5, 11 values" in run("show", record["id"], "--data-dir", data_dir).stdout
+
+
+def test_a_name_of_several_studies_is_the_newest_and_a_note_says_so(tmp_path: Path) -> None:
+    ids = []
+    with closing(Store.open(tmp_path)) as store:
+        for damping in (0.01, 0.02):
+            axes = {"friction_ratio": 0, "frequency_ratio": [0.5, 2]}
+            study = parse_study({"name": "pump", "particle": False, "damping_ratio": damping, "axes": axes})
+            plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 2), lambda _, at: np.ones(len(at["mass_ratio"])))
+            ids.append(store.submit(study, plan, {})[0].id)
+    shown = run("show", "pump", "--data-dir", tmp_path, "--json")
+    assert json.loads(shown.stdout)["id"] == ids[1]
+    assert f"Taken is {ids[1]}, the newest study named pump; 1 other study has this name." in shown.stderr
+    assert "Taken" not in run("show", ids[0], "--data-dir", tmp_path).stderr
 
 
 def test_tables_of_a_study_in_units_are_in_millimetres_and_hertz(tmp_path: Path) -> None:

@@ -166,7 +166,7 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
         for sentence in (*words.get("verdict", ()), *doubts, *rows, words["note"]):
             assert RATIO.search(sentence) is None, sentence
     best = answers[0].isel(rank=0)
-    said = answers[0].attrs["in_units"]["verdict"][0]
+    said = " ".join(answers[0].attrs["in_units"]["verdict"])
     for name, factor, symbol, unit in (
         ("clearance_ratio", BASE * 1e3, "d", "mm"),
         ("friction_ratio", FORCE, "F_f", "N"),

@@ -54,6 +54,23 @@ def test_the_optimum_is_that_of_a_grid_ten_times_finer_within_its_stated_flatnes
     assert peak[inside].max() <= 1.1 * best["value"].item() * (1 + 1e-9)
 
 
+def test_a_next_step_beyond_the_budget_is_told_as_that_and_no_budget_is_called_spent():
+    study = parse_study(FRICTION)
+    name, cube = named(study)
+    free = refine_optimum(study, {name: cube}, Search(0.001, budget=10**6))
+    assert free.points > 2
+    step = refine_optimum(study, {name: cube}, Search(0.001, budget=free.points - 1))
+    assert not step.studies
+    assert step.brief is not None
+    needs = f"the next step takes {free.points} points, more than the budget of {free.points - 1} points."
+    assert step.brief.sentences[-1] == f"Not settled: {needs}"
+    assert needs in step.say()
+    # the next command must suffice for that step, even if four times the budget does not
+    step = refine_optimum(study, {name: cube}, Search(0.001, budget=1))
+    assert step.brief is not None
+    assert step.brief.next.endswith(f"--budget {max(4, free.points)}")
+
+
 def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() -> None:
     physical = {
         "mass_kg": 250, "natural_frequency_hz": 7.6, "base_amplitude_m": 0.001, "particle_mass_kg": 20,

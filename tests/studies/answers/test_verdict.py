@@ -10,6 +10,7 @@ from scipy import integrate, special
 from damperlab.studies.answers.comparing import chance_of_another, contend, limits
 from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.brief import DOUBTS, lines_of
 from damperlab.studies.questions import Judging
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
@@ -148,6 +149,54 @@ def test_a_peak_that_may_hide_counts_for_the_recommended_design_alone():
     assert (note["values"]["best"], note["values"]["recommended"]) == (False, False)
     assert not any("a peak may be" in sentence for sentence in answer.attrs["verdict"])
     assert optimal_designs(cube, top=1).attrs["brief"] == answer.attrs["brief"]
+
+
+def test_a_hidden_peak_that_may_exceed_the_next_damper_is_said_before_the_best():
+    """A resonance between values of 1.9 that are 0.2 apart may reach 2.31, above the second design and the absorber."""
+    r = (0.9, 1.1)
+    near = optimal_designs(
+        made([[1.9, 1.9], [2.0, 2.0]], errors=1e-9, frequencies=r).assign_coords(damping_ratio=[0.001])
+    )
+    first, second = near.attrs["verdict"][:2]
+    assert first.startswith("Not known which damper is best: ")
+    assert first.endswith("frequencies.")
+    assert second.startswith("So far the best damper: ")
+    num = next(n for n in near.attrs["notes"] if n["kind"] == "hidden_peak")["values"]["num"]
+    assert f"compute {num:,} frequencies" in first
+
+
+def test_friction_that_nearly_clamps_a_structure_whose_particle_strikes_is_said():
+    kinds_of = [[ResponseClass.LOCKED, ResponseClass.CHAOTIC, ResponseClass.CHAOTIC]]
+    for value, said in ((1.2, True), (1.6, False)):
+        answer = optimal_designs(made([[1.0, value, 1.0]], kinds=kinds_of, frequencies=(0.9, 0.901, 0.902)))
+        assert ("nearly_clamped" in kinds(answer)) is said
+        assert any("nearly clamps" in sentence for sentence in answer.attrs["verdict"]) is said
+
+
+def test_friction_alone_that_does_almost_as_well_as_impacts_is_said():
+    """The first design has impacts; the second has none, and is 4 % worse."""
+    chaos, still = ResponseClass.CHAOTIC, ResponseClass.NO_IMPACT
+    for value, said in ((1.04, True), (1.2, False)):
+        # friction_ratio is 0.1 of the best and 0.2 of the other
+        answer = optimal_designs(
+            made([[9.0] * 3, [1.0] * 3, [value] * 3], kinds=[[chaos] * 3, [chaos] * 3, [still] * 3])
+        )
+        assert ("friction_alone" in kinds(answer)) is said
+        told = f"Friction alone does almost as well: {value:g} at γ_F = 0.2."
+        assert (told in answer.attrs["verdict"]) is said
+
+
+def test_the_end_of_a_level_axis_is_named_if_the_design_depends_on_it():
+    """Along the axis all designs are equally good; only without impacts does the particle not matter."""
+    chaos = made([[1.0], [1.05]], frequencies=(1.0, 1.001, 1.002)).rename(friction_ratio="x")
+    chaos = chaos.rename(clearance_ratio="friction_ratio", x="clearance_ratio").assign_coords(
+        clearance_ratio=[1.0, 2.0]
+    )
+    answer = optimal_designs(chaos)
+    assert "clearance_ratio" in answer.attrs["brief"]["next"] or "below 1" in answer.attrs["brief"]["next"]
+    assert "end_of_range" in kinds(answer)
+    chaos["response_class"].values[...] = ResponseClass.NO_IMPACT
+    assert "end_of_range" not in kinds(optimal_designs(chaos))
 
 
 def test_a_design_is_clamped_where_friction_holds_it_at_some_frequencies_and_its_particle_strikes_at_none():
@@ -347,3 +396,20 @@ def test_studies_are_merged_where_the_best_does_not_strike_and_another_does() ->
     answer = merged_designs({"a": first, "b": second.assign_coords(friction_ratio=[0.05, 0.15])}, Judging())
     assert answer.attrs["best_with_impacts"]["value"] == 1.3
     assert answer.attrs["best_with_impacts"]["study"] == "b"
+
+
+def test_a_study_judged_at_other_frequencies_is_refused_with_both_grids_and_the_remedy() -> None:
+    coarse = made([1.0, 2.0], frequencies=(0.9, 1.0, 1.1))
+    fine = made([1.5, 3.0], frequencies=(0.9, 0.95, 1.0, 1.05, 1.1))
+    fine.attrs["study"] = json.dumps({"name": "pump fine"})
+    with pytest.raises(QueryFault) as refused:
+        merged_designs({"a": coarse, "82d812790738": fine})
+    said = str(refused.value)
+    assert "Study pump fine is judged at 5 frequencies, r = 0.9 to 1.1" in said
+    assert "at 3 frequencies, r = 0.9 to 1.1" in said
+    assert "compute both studies at the same frequencies" in said.lower()
+
+
+def test_the_best_damper_is_named_with_all_that_is_needed_to_build_it_and_then_what_it_reaches() -> None:
+    (first, *_) = optimal_designs(made([[2.0] * 3, [1.0] * 3])).attrs["verdict"]
+    assert first == "Best damper: β = 0.5, d/Z = 0.5, γ_F = 0.1, e = 0.5. That keeps X/Z within 1."
