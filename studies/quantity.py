@@ -42,7 +42,7 @@ class Quantity:
 
     @property
     def unit(self) -> str:
-        """The unit at the end of the meaning; empty for a ratio."""
+        """The unit in brackets at the end of the text `meaning`; empty for a ratio."""
         return self.meaning[self.meaning.rindex("[") + 1 : -1] if self.meaning.endswith("]") else ""
 
     def schema(self, default: float | None = None) -> dict[str, Any]:

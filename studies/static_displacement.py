@@ -33,7 +33,7 @@ def without_force(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Name the force in faults of the derived base amplitude, and omit faults that follow from another fault."""
+    """Replace the derived base amplitude by the force in error messages, and omit consequences of other errors."""
     physical = raw.get("physical")
     force = None
     if isinstance(physical, dict) and AMPLITUDE not in physical:

@@ -1,4 +1,4 @@
-/** Compares the study's damper with a tuned mass damper; controls detune the tuned mass damper. */
+/** Compares the study's damper with a tuned mass damper, which the user can detune. */
 /** @import { Comparison, Session, Shown, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";

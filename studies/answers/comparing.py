@@ -17,7 +17,7 @@ Found = dict[str, NDArray[Any]]
 """Arrays with one entry per design: the `value`, the grid indices along each dimension, and further results."""
 
 CONFIDENCE = 0.95
-"""Confidence of the limits of each amplitude."""
+"""Confidence level of the interval of each amplitude."""
 DEGREES = 4
 WIDTH = 2.7764451
 """Half-width of the confidence interval in stated errors: the 97.5 % quantile of Student's t distribution."""
@@ -88,7 +88,7 @@ def chance_of_another(value: Floats, error: Floats, best: int) -> float:
     rounding = ALIKE * abs(float(value[best]))
     same = (np.abs(value - value[best]) <= rounding) & (np.maximum(error, error[best]) <= rounding)
     others = others[~same[others] & (others != best)][:COMPARED]
-    # the best value at equally likely quantiles
+    # the best value at the midpoints of intervals of equal probability
     at = value[best] + error[best] * stdtrit(DEGREES, (np.arange(NODES) + 0.5) / NODES)
     distance = at[:, None] - value[others]
     doubt = error[others]

@@ -53,7 +53,7 @@ class Built:
 
 
 def judged_of(asked: Specification) -> Judged:
-    """Return the measure of a specification as the quantity judged over a band."""
+    """Convert the measure of a specification to the quantity that is judged over a band."""
     measure = asked.measure
     return Judged(measure.factor, measure.order, measure.name == AGAINST_BASE, measure.mean)
 

@@ -106,7 +106,7 @@ class Found:
 
     @property
     def under_records(self) -> tuple[Score, ...]:
-        """Worst case of the nominal damper under each excitation by records or a sweep."""
+        """Worst case of the nominal damper under each excitation that consists of records or a sweep."""
         return tuple(score(self.book, self.build, each.cases) for each in self.asked.records)
 
     @property

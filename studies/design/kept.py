@@ -155,7 +155,7 @@ class Kept:
         return f"{int(1e6 * datetime.fromisoformat(self.created).timestamp()):020d}-{self.id}"
 
     def summary(self) -> DesignSummary:
-        """Return the entry for a list of designs."""
+        """Return the entry of this design in a list of designs."""
         at = self.round
         return {
             "id": self.id,

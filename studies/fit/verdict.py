@@ -108,7 +108,7 @@ def _undetermined(estimates: Sequence[Estimate]) -> Iterator[str]:
 
 
 def _one_sided(estimates: Sequence[Estimate]) -> Iterator[str]:
-    """Name the parameters that the data bound on one side only."""
+    """Name the parameters for which the data give only a lower or only an upper bound."""
     for each in estimates:
         if each.determined and not (each.bounded_below and each.bounded_above):
             end, value = ("low", each.lowest) if not each.bounded_below else ("high", each.highest)

@@ -176,7 +176,8 @@ def read_entries(
     Returns
     -------
     list of tuple
-        Place of the entry, reference and samples of each record. An entry with seeds may give several records.
+        For each record: the place of its entry in the document, the reference and the samples. An entry with seeds may
+        give several records.
     """
     found = []
     for place, within, entry in entries:

@@ -34,12 +34,12 @@ LIMIT_QUANTITIES = {
     "friction_force_n": FRICTION_FORCE,
     "particle_mass_kg": PARTICLE_MASS,
 }
-"""Allowed numbers of each limit in SI units, by the name of the limit."""
+"""Allowed values of each limit in SI units, by the name of the limit."""
 RATIO_QUANTITIES = dict.fromkeys(IN_RATIOS, OVER_AMPLITUDE) | {
     "friction_ratio": FRICTION_RATIO,
     "mass_ratio": MASS_RATIO,
 }
-"""Allowed numbers of each limit in ratios, by the name of the limit."""
+"""Allowed values of each limit in ratios, by the name of the limit."""
 LIMIT_KEYS = tuple(LIMIT_QUANTITIES)
 
 

@@ -314,7 +314,7 @@ class Specification:
         return value if self.in_units else value / ratio_unit(limit, self.largest_m, self.structure)
 
     def limited(self, limit: str, under: Under) -> tuple[str, ...]:
-        """Return the variables whose product is limited under an amplitude or a record; empty if there are none."""
+        """Return the variables whose product a limit restricts under an excitation; empty if there are none."""
         about = LIMITS[limit]
         if isinstance(under, Case):
             return (about.under_record,) if about.under_record else ()

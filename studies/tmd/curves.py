@@ -12,7 +12,9 @@ from damperlab.studies.vocabulary import Excitation
 BEND = 0.01
 """Largest relative deviation of a curve from the lines between its points. This deviation is too small to be seen."""
 LEAST_SHARE = 1e-5
-"""Intervals of at most this share of the band are not divided, so that division ends at an infinite peak."""
+"""Intervals of at most this share of the band are not divided. Otherwise the division would not end near an infinite
+peak.
+"""
 
 
 def exact_curves(

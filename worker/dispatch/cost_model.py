@@ -92,7 +92,7 @@ def family_factor(earlier: Iterable[Record]) -> float | None:
     Returns
     -------
     float or None
-        Ratio of the sums over the studies. None if the studies have no computed point.
+        Sum of the measured times divided by the sum of the expected times. None if the studies have no computed point.
     """
     taken = expected = 0.0
     for record in earlier:

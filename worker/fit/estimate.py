@@ -39,7 +39,7 @@ The rounds end when the motion of the region, in standard deviations, and |log s
 LINEAR = 3.0
 """Residual in standard deviations above which the misfit grows linearly, to limit outliers (Huber 1964)."""
 LEAST_SHARE = 1e-6
-"""Smallest relative standard deviation, because data computed by the model itself agree to rounding."""
+"""Lower bound of the relative standard deviation, which would be almost 0 for data that the model itself computed."""
 AS_GOOD = 6.0
 """Difference of −2 ln L up to which two parameter sets are equally good."""
 WALKERS, STEPS, LAST_STEPS = 48, 240, 1200

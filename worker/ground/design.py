@@ -104,7 +104,7 @@ class Scale:
 
 
 def scale_of(structure: Structure, motion: GroundMotion, factor: float) -> Scale:
-    """Return the factors for a structure under a record that is multiplied by `factor`."""
+    """Return the units of length, frequency and mass for a structure under a record multiplied by `factor`."""
     length = abs(factor) * motion.peak_m_s2 / structure.omega**2
     return Scale(length, structure.omega, structure.mass_kg)
 

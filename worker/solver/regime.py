@@ -37,7 +37,7 @@ class MotionBounds(NamedTuple):
 
 
 class Span(NamedTuple):
-    """The rest of a panel.
+    """The part of a panel that remains to be integrated.
 
     Attributes
     ----------

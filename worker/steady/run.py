@@ -169,7 +169,7 @@ def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
 def advance(
     state: State, half: int, halves: int, row: int, scene: Scene, notes: Notes
 ) -> tuple[State, int, int]:
-    """Integrate half cycles, and record the section point and, if metered, a row of the trace after each half cycle.
+    """Integrate half cycles. After each one, record the section point and, with a meter, a row of the trace.
 
     Parameters
     ----------

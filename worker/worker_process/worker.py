@@ -40,9 +40,9 @@ class Terms:
         Longest time from the start of the worker until it has left [s], for example the time of its job in a batch
         system.
     notice : Path, optional
-        File whose existence makes the worker leave. A program that detects the end of the machine can create the file.
+        File whose existence makes the worker leave. A program can create it before the machine shuts down.
     notice_url : str, optional
-        Web address that announces the end of the machine, see `announced`. The announcement makes the worker leave.
+        Web address that announces the shutdown of the machine, see `announced`. The announcement makes the worker leave.
     leave_idle_s : float, optional
         Time without a block, or without an answer of a scheduler, after which the worker leaves [s].
     alive : Path, optional
@@ -138,7 +138,7 @@ async def _leave(worker: Worker, reason: str, seconds: float) -> None:
 
 
 async def _watch_notices(url: str, leave: "asyncio.Future[str]") -> None:
-    """Ask the worker to leave as soon as a web address announces the end of the machine."""
+    """Ask the worker to leave as soon as a web address announces the shutdown of the machine."""
     while not leave.done():
         if await asyncio.to_thread(announced, url) and not leave.done():
             leave.set_result(f"{url} announces the end of this machine")
@@ -177,8 +177,8 @@ def faulty(url: str) -> str | None:
 def announced(url: str) -> bool:
     """Ask the web address of a cloud provider's service for such notices whether this machine is about to end.
 
-    Redirects are not followed, and no proxy is used. The answer is a notice if its status is 200 and its body is not
-    empty, FALSE or NONE.
+    Redirects are not followed, and no proxy is used. The answer is a notice if its status is 200 and its body is
+    neither empty nor FALSE nor NONE.
     """
     parts = urlsplit(url)
     kind = HTTPSConnection if parts.scheme == "https" else HTTPConnection

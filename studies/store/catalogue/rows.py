@@ -28,7 +28,7 @@ LAST_SECONDS = 60.0
 NEVER_ENTERED = and_(studies.c.id == "", studies.c.digest == "")
 """Condition for rows that reserve a number while the cube of a new study is created."""
 RESERVED = and_(NEVER_ENTERED, studies.c.state == "queued")
-"""Condition for rows of reserved numbers that were not withdrawn as garbage."""
+"""Condition for rows that reserve a number, without reservations that the garbage collection has removed."""
 
 
 def in_trash() -> ColumnElement[bool]:

@@ -20,7 +20,7 @@ SAME = 1e-6
 """Largest relative recurrence at which a divisor of a settled period replaces the period."""
 
 # The following values are chosen, not derived.
-_ROUNDING = 1e-13  # Relative recurrence of a settled response.
+_ROUNDING = 1e-13  # Relative recurrence up to which a response counts as settled.
 _NEAR = 0.05  # Relative recurrence below which Newton's method is tried.
 # The n-fold period replaces a period if its recurrence is below `_FAR_BETTER`/n times the recurrence of the period.
 _FAR_BETTER = 0.4
