@@ -260,7 +260,10 @@ def _import_questions() -> None:
 
 
 class _Server(uvicorn.Server):
-    """HTTP server that closes overdue connections. A shutdown ends event streams, then waits for other requests."""
+    """HTTP server that closes overdue connections.
+
+    A shutdown ends the event streams, then waits until all other running requests are answered.
+    """
 
     async def on_tick(self, counter: int) -> bool:
         """Close overdue connections once a second. The server calls this method ten times a second."""

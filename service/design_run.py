@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from damperlab.studies.kind import AnyStudy
 
 LOOK_SECONDS = 0.25
-"""Interval between checks for the end of a study [s]."""
+"""Interval at which the run checks whether a study has ended [s]."""
 ROOM_SECONDS = 5.0
 """Interval between attempts to submit studies while too many studies wait or run [s]."""
 
@@ -205,7 +205,8 @@ class _Search:
     def _is_small(self, study: "AnyStudy") -> bool:
         """Return whether a study is small enough to be computed in this process.
 
-        A scheduler or a batch system computes all studies, so that no design mixes results of different machines.
+        If the settings name a scheduler or a batch system, no study is small enough. So no design mixes
+        results of different machines.
         """
         elsewhere = self.settings.scheduler is not None or self.settings.cluster is not None
         if elsewhere or missing(scenes(study)):

@@ -59,8 +59,8 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
     plan : Plan
         Division of the study into blocks.
     store : Store, optional
-        Store with earlier studies. The measured times of earlier studies of the family improve the estimate. By default
-        only the cost model is used.
+        Store with earlier studies. Measured times of studies that differ only in their grids improve the
+        estimate. By default only the cost model is used.
 
     Returns
     -------

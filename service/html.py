@@ -30,7 +30,7 @@ pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .8rem; }
 
 
 SHORT = 12
-"""Largest number of characters of a text that is not wrapped in a table cell."""
+"""A table cell with at most this number of characters is not wrapped."""
 
 
 def page(title: str, parts: Iterable[str]) -> str:

@@ -37,7 +37,7 @@ class Kernels:
             return self._compiled, self._seconds
 
     def start(self) -> None:
-        """Start to compile the kernels for requests with default settings in a separate process."""
+        """Start separate processes that compile the kernels for requests with default settings."""
         self._thread.start()
 
     def require(self, wanted: Iterable[Scene]) -> None:

@@ -50,7 +50,7 @@ Notes = Annotated[
 
 @dataclass(frozen=True)
 class Note:
-    """A remark on an answer, as data. An interface forms a sentence from the data.
+    """A remark on an answer, as data from which an interface forms a sentence.
 
     Parameters
     ----------

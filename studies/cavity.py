@@ -80,7 +80,7 @@ def left_open(definition: Mapping[str, Any]) -> list[str]:
 
 
 def cavity_of(values: Mapping[str, float | None]) -> Cavity:
-    """Return the cavity with the friction coefficient and the tilt in a document.
+    """Make the cavity from the friction coefficient and the tilt in a document.
 
     The default of both numbers is 0. A number above its bound, for example after rounding, is replaced by the bound.
     """

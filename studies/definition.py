@@ -312,11 +312,11 @@ class Study(Choice):
 
     @property
     def attached(self) -> dict[str, str]:
-        """An empty mapping, because workers need only the definition."""
+        """An empty mapping, because workers need no files besides the definition."""
         return {}
 
     def attachments(self) -> dict[str, bytes]:
-        """Return an empty mapping, because workers need only the definition."""
+        """Return an empty mapping, because the study has no attached files."""
         return {}
 
     def _repr_html_(self) -> str:

@@ -68,7 +68,7 @@ def refuse_the_other(document: object, wanted: Kind) -> None:
     Raises
     ------
     StudyFaults
-        If the keys of the document belong only to the other kind.
+        If the document has keys of the other kind of document, and no keys of the wanted kind.
     """
     keys = document.keys() if isinstance(document, dict) else ()
     is_study, is_specification = (

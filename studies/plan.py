@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from damperlab.studies.kind import AnyStudy
 
 Cost = Callable[[AnyStudy, dict[str, NDArray[Any]]], NDArray[np.float64]]
-"""Function of a study and the coordinates of N points. The function returns the expected seconds of each point, shape
-(N,).
+"""Function that receives a study and the coordinates of N points. The function returns the expected run time
+of each point [s], shape (N,).
 """
 
 BLOCK_SECONDS = 2.0

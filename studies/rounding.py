@@ -1,4 +1,4 @@
-"""Errors that are only rounding, for the command line, the client and the page."""
+"""Recognise errors that are only rounding; used by the command line, the client and the page."""
 
 from collections.abc import Container, Hashable
 
@@ -12,7 +12,7 @@ VALUES_OF_ERROR = {
     "amplitude_error_m": ("amplitude_m",),
     "other_amplitude_error": ("other",),
 }
-"""For each column of errors, the possible columns of the corresponding values."""
+"""For each error column, the columns that may contain the corresponding values."""
 
 
 def value_of_error(name: str, names: Container[Hashable]) -> str | None:

@@ -14,7 +14,8 @@ _EXACT = 2**53
 """Bound up to which every whole number is a double."""
 
 _BITS = 256
-"""Bits of the factor between logarithmically spaced values. After a million products, about 230 bits are still exact.
+"""Number of fractional bits in the factor between logarithmically spaced values. After a million products,
+about 230 bits are still exact.
 """
 
 

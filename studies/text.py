@@ -191,7 +191,10 @@ def _load_yaml(text: str) -> Any:
 
 
 def _tab(text: str, line: int) -> Fault | None:
-    """Return the fault of a tab that indents a line, or None. The parser does not report such a tab clearly."""
+    """Return a fault if a tab indents the line, otherwise None.
+
+    The parser does not report such a tab clearly.
+    """
     written = text.splitlines()[: line + 1][-1:]
     indent = re.match(r"\s*", written[0]) if written else None
     if indent is None or "\t" not in indent[0]:

@@ -28,7 +28,7 @@ VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
 77 g.
 """
 APART = 2.5
-"""Frequency ratio above which, or below the inverse of which, a band is far from the natural frequency.
+"""A band of frequency ratios is far from the natural frequency if it lies above `APART` or below 1/`APART`.
 
 An angular frequency in place of a frequency is wrong by the factor 2π. This limit is the root of that factor.
 """

@@ -147,8 +147,8 @@ def results_along(cube: "xr.Dataset") -> list[InUnits]:
 def ratios_beside(cube: "xr.Dataset") -> "dict[str, xr.Variable]":
     """Return the ratios for a cube over base amplitudes, which has dimensions in SI units.
 
-    Each ratio has the dimensions of `base_of`. The clearance ratio also varies along the clearance, and the friction
-    ratio along the friction force.
+    Each ratio varies along the dimensions of Z (see `base_of`). The clearance ratio also varies along the
+    clearance, and the friction ratio along the friction force.
     """
     import xarray as xr
 
@@ -261,7 +261,7 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
 
 
 def _per_ratio(ratio: str, physical: Mapping[str, Any]) -> float:
-    """Return the factor from a ratio of the cavity to its source quantity.
+    """Return the factor that converts a ratio of the cavity to its source quantity.
 
     The factor is NaN if another quantity of the derivation is missing or is an axis, or if the ratio is 0 for every
     value. The factor is also NaN for a quantity that is neither proportional to the ratio nor a single number.
@@ -279,6 +279,6 @@ def _physical(cube: "xr.Dataset") -> Mapping[str, Any]:
 
 
 def _number(physical: Mapping[str, Any], name: str) -> float:
-    """Return a number of the physical block; NaN if the entry is missing or an axis."""
+    """Return a number of the physical block, or NaN if the entry is missing or is an axis."""
     value = physical.get(name)
     return float(value) if isinstance(value, int | float) else math.nan

@@ -83,7 +83,7 @@ def identity() -> dict[str, str]:
 
 @cache
 def target() -> str:
-    """Return the target of the kernels, with a hash of the functions of the C library.
+    """Return the target of the kernels, and a hash that identifies the functions of the C library.
 
     For one target, kernels have the same machine code on every processor, and numpy computes the same bits
     (`damperlab.studies.portable`). However, exponentials and sines come from the C library, and may differ between
@@ -102,7 +102,7 @@ def target() -> str:
 
 @cache
 def libm() -> str:
-    """Return a hash of function values of the C library, 8 hex digits.
+    """Return a hash (8 hex digits) of values that functions of the C library compute.
 
     A C library selects a version of each function for the processor, and the versions differ in the last bits. glibc
     selects the same versions on all processors with AVX2 and FMA. Name and version number of the library do not show
@@ -242,7 +242,7 @@ def _begun_otherwise(study_id: str, recorded: Mapping[str, str], now: Mapping[st
 
 
 def require_code(expected: str) -> None:
-    """Refuse to compute for a coordinator with different sources.
+    """Refuse to compute for a coordinator whose source code differs.
 
     Parameters
     ----------

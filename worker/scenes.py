@@ -165,14 +165,14 @@ def _signs(values: np.ndarray) -> set[bool]:
 
 
 def contact_in(cavity: Cavity, contact: Contact) -> str:
-    """Return the contact of a scene with a given cavity."""
+    """Return the name of the contact model for a contact in a cavity."""
     if not cavity.acts:
         return contact.model
     return FALLING if cavity.tilt_deg > 0.0 else RUBBING
 
 
 def contact_name(particle: Particle | None) -> str:
-    """Return the contact of a scene with a given particle; empty without a particle."""
+    """Return the name of the contact model for a particle; empty without a particle."""
     if particle is None:
         return ""
     if particle.gravity is not None:

@@ -35,7 +35,7 @@ def simulate(
         Criteria for a steady response, by default the criteria of a study.
     followed : bool
         Whether to integrate one cycle of the steady response and count its events, even without a time history. If
-        False, the final state is the state at phase 0, and no kernels for this cycle are needed.
+        False, the final state is the state at phase 0, and the kernels for that cycle are not needed.
 
     Returns
     -------

@@ -94,7 +94,7 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
 
 
 def _much() -> float:
-    """Return the memory limit [bytes] for compiling scenes with other forces."""
+    """Return the peak memory [bytes] below which a process also compiles scenes with other forces."""
     from dask.system import CPU_COUNT
     from distributed.system import MEMORY_LIMIT
 

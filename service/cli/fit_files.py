@@ -55,7 +55,7 @@ def _write(output: Path, draw: "Callable[[], Figure]", report: Callable[[], str]
 
 
 def write_study(document: dict[str, Any], path: Path) -> None:
-    """Write the fitted prototype as a study."""
+    """Write the definition of a study with the fitted prototype to a file."""
     import yaml
 
     if path.suffix == ".json":

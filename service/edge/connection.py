@@ -1,4 +1,4 @@
-"""HTTP connection with time limits, answers to malformed requests, and a shutdown that does not lose an answer."""
+"""HTTP connection that limits waiting times, answers malformed requests, and loses no answer at shutdown."""
 
 import logging
 import sys

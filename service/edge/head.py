@@ -14,7 +14,7 @@ HEAD_LIMIT_BYTES = 32 * 1024
 CONTENT_TYPE_LIMIT_BYTES = 1024
 _SESSION = re.compile(rf"(?:^|; ?)({COOKIE}=[0-9a-f.]{{1,200}})(?=;|$)".encode())
 PARAMETERS_LIMIT = 500
-"""Largest number of query parameters of a request. No route of the service has so many parameters."""
+"""Largest number of query parameters of a request, more than any route of the service has."""
 
 
 class ShortHead:

@@ -143,8 +143,8 @@ def _stars(
 ) -> list[Line2D]:
     """Mark the smallest nontrivial value by a star.
 
-    If the response at this star has no impacts, mark the smallest value with impacts by another star. If the map is
-    reduced over a third dimension, the response at the extremum counts.
+    If the response at this star has no impacts, mark the smallest value with impacts by another star. In a
+    map that is reduced over a third dimension, this depends on the response at the extremum.
     """
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
     quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)

@@ -17,7 +17,7 @@ SMALL = "plotly-cartesian.min.js"
 """Plotly's bundle for cartesian figures, which `make install-dev` and `make dist` put into the package."""
 _BLOCK = rb"/\*\*(?:(?!\*/)[\s\S])*\*/"
 _COMMENT = re.compile(rb"^[ \t]*(?:" + _BLOCK + rb"|//.*)\n|" + _BLOCK + rb" ?", re.MULTILINE)
-"""Pattern of comments in modules of the page, which have no multi-line strings that might look like comments."""
+"""Pattern of comments in modules of the page. No module has a multi-line string that looks like a comment."""
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",

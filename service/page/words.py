@@ -149,7 +149,7 @@ def _fitted(name: str, meaning: str) -> dict[str, Any]:
 
 
 def _specification() -> dict[str, Any]:
-    """Describe every field of a specification for the form of a new design."""
+    """Describe the fields of a specification, for the page's form for a new design."""
     chosen = [_specified(name, SPECIFIED[name].meaning) | {"ratio": RATIO_OF[name]} for name in CHOSEN]
     for each in chosen:
         each["called"] = each["label"].partition(",")[0]

@@ -108,7 +108,10 @@ class Section:
 
     @property
     def met(self) -> tuple[int, int]:
-        """Number of the paper's values that agree within `MET` under some reading, and number of compared values."""
+        """Number of values in the paper that agree within `MET`, and number of compared values.
+
+        If several rows compare one value, the row with the smallest difference counts.
+        """
         best: dict[tuple[str, float], float] = {}
         for row in self.rows:
             if row.paper is not None and row.difference is not None:

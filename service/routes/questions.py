@@ -102,7 +102,10 @@ def _write(store: Store, study: Record, place: Path, route: str, asked: tuple[An
 
 
 def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
-    """Send the content of a file. A short file is sent in one piece, so that the answer has a tag and may be cached."""
+    """Send the content of a file.
+
+    A short file is sent in one piece, so that the answer gets an ETag and can be cached.
+    """
     size = file.seek(0, SEEK_END)
     if size > TAGGED_BYTES:
         return StreamingResponse(pieces(file, 0, size), headers=headers)

@@ -70,7 +70,7 @@ class Work:
         Parameters
         ----------
         request : Request
-            The request. If its client leaves, the computation is ended.
+            The request. If its client disconnects, the computation is ended.
         function : callable
             Function that can be imported by name; the function, the arguments and the result are pickled.
         *arguments

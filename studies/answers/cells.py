@@ -110,7 +110,10 @@ class Cells:
         return np.asarray(reached.all(axis=1))
 
     def flat(self, value: float, error: float) -> NDArray[np.bool_]:
-        """Return for each cell whether the corner values exceed a value by no more than the errors explain, (n,)."""
+        """Return for each cell whether errors alone may explain by how much its corners exceed a value.
+
+        The result has the shape (n,).
+        """
         doubt = np.hypot(self.spread[:, 2], error)
         # an error as small as rounding is not a statistical error
         return np.asarray((doubt > 1e-6 * value) & (self.spread[:, 1] - value <= LUCK * doubt))
@@ -206,7 +209,10 @@ class _Grid:
         )
 
     def _drops(self, d: int) -> tuple[Floats, Floats]:
-        """Return how much the value may fall up to the middle of the cell above each design, and of the cell below."""
+        """Return by how much the value may fall within half a cell from each design.
+
+        The first array is for the cell above the design, the second array for the cell below.
+        """
         axis = self.axes[d]
         value, error = np.moveaxis(self.value, d, 0), np.moveaxis(self.error, d, 0)
         up, down = np.zeros_like(value), np.zeros_like(value)

@@ -40,7 +40,7 @@ class DesignQuestion:
     Parameters
     ----------
     objective : str
-        The criterion, which is never left open.
+        The criterion; the default criterion if the question names none.
     judging : Judging
         The constraints, in ratios.
     top : int

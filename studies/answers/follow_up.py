@@ -60,7 +60,7 @@ class Refinement:
     brief: Brief | None = None
 
     def say(self, phrases: Phrases = RATIOS) -> str:
-        """Describe the findings and their cost."""
+        """Return the notes as sentences."""
         return sentences_of(self.notes, phrases)
 
 

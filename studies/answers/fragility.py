@@ -252,8 +252,8 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
     Parameters
     ----------
     low, high : ndarray, (n,)
-        Ends of the intervals that contain the numbers. An open end is 0 or infinity. For a known number, both ends are
-        equal.
+        Lower and upper bound of each number. An unknown bound is 0 or infinity. For a known number, both
+        bounds are equal.
 
     Returns
     -------
@@ -277,7 +277,7 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
         return None
 
     def too_unlikely(at: float, axis: int) -> float:
-        """Return the fall of the profile log-likelihood at a value, minus `DROP`."""
+        """Return how far the profile log-likelihood at a value lies below its maximum, minus `DROP`."""
 
         def held(other: float) -> float:
             return unlikely((at, other) if axis == 0 else (other, at))

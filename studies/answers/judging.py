@@ -210,7 +210,7 @@ def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str
 
 
 def say_left_out(tally: Mapping[str, int], reasons: Mapping[str, str] = REASONS, noun: str = "design") -> str:
-    """Say how many designs were left out for which reasons, if any."""
+    """Say how many designs were left out for each reason; empty if none was left out."""
     why = [f"{tally[name]} {reason}" for name, reason in reasons.items() if tally.get(name)]
     return f"Left out of {counted(tally['designs'], noun)}: {', '.join(why)}." if why else ""
 

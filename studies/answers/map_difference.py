@@ -44,8 +44,8 @@ def map_difference(
     Parameters
     ----------
     cube, other : Dataset
-        The cubes of two studies of one kind with the same values along the axes of the map and along the reduced
-        dimensions. The note names other differences between the studies.
+        The cubes of two studies of the same kind. They have equal values along the axes of the map and along
+        the reduced dimensions. The note names other differences between the studies.
     x, y, selection, over, reduce
         As in `resonance_map`. For names in SI units (`clearance_m`, `amplitude_m`), the values of each study are
         converted with the structure of that study.
@@ -62,8 +62,9 @@ def map_difference(
     Raises
     ------
     QueryFault
-        If `resonance_map` refuses a study, or if the metric has codes. The field `minus` is refused if the second
-        study is of another kind, has other values along an axis, or does not store the metric.
+        If `resonance_map` refuses a study, or if the values of the metric are codes. The field `minus` is
+        refused if the second study is of another kind, has other values along an axis, or does not store the
+        metric.
     """
     cube, other = alike((cube, other))
     metric = selection.metric or main_metric(cube)

@@ -27,7 +27,10 @@ def inside(values: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
 
 
 FACTOR = 10.0
-"""Largest factor by which a number may differ from the only value of an axis. A wrong unit gives a larger factor."""
+"""Largest factor by which a number may differ from the value of an axis that has a single value.
+
+A wrong unit gives a larger factor.
+"""
 _SLIPS = {"_m": (("mm", 1e-3), ("µm", 1e-6), ("cm", 1e-2)), "_kg": (("g", 1e-3),), "_hz": (("kHz", 1e3),)}
 """Units that people use instead of SI units, with their factors."""
 

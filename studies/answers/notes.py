@@ -148,7 +148,7 @@ def _hidden_peak(known: Values, phrases: Phrases) -> str:
 
 
 def _whose(known: Values) -> str:
-    """Name the points of a map, the designs of a ranking, or the single design whose value may be higher."""
+    """Describe which values may be higher: values of a map, of ranked designs, or the study's peak."""
     if "places" in known:
         values = "value" if known["places"] == 1 else "values"
         return f"the largest {values} of {known['places']:,} of {known['of']:,} places"

@@ -50,10 +50,11 @@ def pareto_front(
     Returns
     -------
     Dataset
-        The designs in the form of `optimal_designs`, ordered by the first respect. Each respect is a variable, and
-        `alike` is the number of further designs that are equal in all respects. The attribute `as_good` counts the
-        other designs that may belong to the front, because the errors do not exclude it. The attribute `confidence` is
-        the confidence of each limit. Both attributes are left out if the study stores no errors of amplitudes.
+        The designs in the form of `optimal_designs`, ordered by the first of `respects`. Each respect is a
+        variable, and `alike` is the number of further designs that are equal in all respects. The attribute
+        `as_good` counts the other designs that may belong to the front, because the errors do not exclude it.
+        The attribute `confidence` is the confidence of each limit. Both attributes are left out if the study
+        stores no errors of amplitudes.
 
     Raises
     ------

@@ -71,7 +71,7 @@ def studies_with_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Jud
 
 
 def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) -> Refinement:
-    """Return the studies of `studies_with_friction` as a refinement.
+    """Return a `Refinement` that requests the studies of `studies_with_friction`.
 
     Parameters
     ----------
@@ -250,7 +250,10 @@ def with_friction(
 
 
 def _told(words: Mapping[str, Any], said: str, notes: list[NoteDocument]) -> dict[str, Any]:
-    """Return `brief` with `said` appended to the row of the acceleration, and the notes of the answer with `notes`."""
+    """Return the brief and, if there are any, the notes of an answer, with additions.
+
+    `said` is appended to the row of the acceleration, and `notes` to the notes.
+    """
     brief = words["brief"]
     rows = [[*row[:2], f"{row[2]}; {said}"] if row[0] == ACCELERATION else row for row in brief["rows"]]
     told: dict[str, Any] = {"brief": brief | {"rows": rows}}

@@ -125,7 +125,7 @@ class Phrases:
 
     @classmethod
     def of_ratios(cls, cube: "xr.Dataset") -> "Phrases":
-        """Return the phrases in ratios. Quantities that the cube stores in SI units stay in units."""
+        """Return phrases that state ratios. Quantities that the cube stores in SI units keep their units."""
         return cls({each.source: each for each in in_si(cube)}, amplitude_called(cube))
 
     def as_named(self, metric: str | None) -> "Phrases":

@@ -1,4 +1,7 @@
-"""Slabs of a cube that fit in memory. A slab contains some of the designs, each with all its cases."""
+"""Divides a cube into slabs that fit in memory.
+
+A slab contains some of the designs, each with all its cases.
+"""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -226,7 +226,7 @@ def worst_case_designs(
 
 
 def _beside(part: "xr.Dataset", metric: str) -> dict[str, str]:
-    """Return the names of the further results of a worst case, each with the variable that holds the result."""
+    """Return further results to list with a worst case: for each name, the variable that holds the result."""
     found = {"growth": "growth", "response_class": "response_class"}
     if metric in ("amplitude_ratio", "amplitude_m"):
         found["error"] = metric.replace("amplitude", "amplitude_error").removesuffix("_ratio")

@@ -24,15 +24,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DETUNING = 0.02
-"""Detuning of the tuned mass damper to try next, if a question asks for less."""
+"""Detuning of the tuned mass damper that an answer suggests next, if its own detuning is smaller."""
 
 
 def is_judged(answer: "xr.Dataset") -> bool:
     """Whether it is known which damper has the lower peak over the band.
 
-    One value above the tuned mass damper's peak proves that the study's peak is higher. The study's peak is known to be
-    lower if every frequency has a value and neither a resonance as high as the tuned mass damper's peak nor, where the
-    particle begins to strike, a flank that high fits between two frequencies.
+    One value above the tuned mass damper's peak proves that the study's peak is higher. The study's peak is
+    known to be lower if every frequency has a value, and no response as high as the tuned mass damper's peak
+    can be hidden between two frequencies: neither a resonance, nor a flank where the particle begins to
+    strike.
 
     Parameters
     ----------

@@ -176,7 +176,10 @@ class _Known:
 
     @property
     def nearly_clamped(self) -> bool:
-        """Whether friction nearly clamps the structure of the best design, which is recommended and whose particle strikes."""
+        """Whether friction nearly clamps the structure in the best design, although the particle strikes.
+
+        True only if the best design is recommended and the base moves.
+        """
         based = excitation_of(self.cube) != "force"
         return (
             based and self.lead is self.best and float(self.best["impact_share"]) > 0 and _is_held(self.best)
@@ -219,7 +222,10 @@ class _Known:
 
     @cached_property
     def lead_flat(self) -> list[dict[str, Any]]:
-        """The result of `flatness.flatness` around the recommended design; empty if another study may hold it."""
+        """The result of `flatness.flatness` around the recommended design.
+
+        The list is empty if another cube may hold the design.
+        """
         if self.lead is self.best:
             return self.flat
         if self.homes:
@@ -378,12 +384,12 @@ class _Known:
         return own, f"No particle needed: friction alone does best, {value} at {design}."
 
     def _built(self, phrases: Phrases) -> str:
-        """Name everything that is needed to build the recommended damper: fixed parameters of a study, too."""
+        """Name all values that are needed to build the recommended damper, also those that are fixed."""
         varied = [name for name in self.question.design if self.cube.sizes[name] > 1 and name not in BUILT]
         return ", ".join(phrases.equal(name, self.lead[name], ".3g") for name in (*BUILT, *varied))
 
     def _reached(self, value: str, phrases: Phrases) -> str:
-        """Say what the recommended damper reaches."""
+        """State the value that the recommended damper reaches."""
         if self.question.objective == "peak":
             return f"That keeps {phrases.symbol(METRIC)} within {value}."
         return f"It reaches {value}."

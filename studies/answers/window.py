@@ -20,8 +20,9 @@ def window(
 ) -> xr.Dataset:
     """Extract a part of a map, and keep evenly spaced grid lines of this part.
 
-    The kept values are values at grid points, not means. If `most` allows it, the grid lines through the largest and
-    the smallest value are kept. Other narrow features between two kept lines are lost, as the note says.
+    The kept values are values at grid points, not means. If `most` allows it, the grid lines through the
+    largest and the smallest value are kept. Other narrow features between two kept lines are lost; the note
+    warns of this.
 
     Parameters
     ----------

@@ -95,7 +95,7 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
 def least_beside(asked: Specification, mass_ratio: float) -> float | None:
     """Return the worst case on the nominal structure with the absorber that is tuned for this structure alone.
 
-    The result is None under the conditions of `tuned_beside`.
+    The result is None if `tuned_beside` returns None.
     """
     exact = replace(asked, tolerances={})
     values = [_worst(exact, _shaken(exact, one, {})) for one, _ in _tuned(exact, mass_ratio)]
@@ -103,7 +103,10 @@ def least_beside(asked: Specification, mass_ratio: float) -> float | None:
 
 
 def _tuned(asked: Specification, mass_ratio: float) -> list[tuple[Absorber, bool]]:
-    """Return the tuned absorbers, each with `for_bands` of `Beside`; none if there is no mass, or a record is missing."""
+    """Return each tuned absorber, and whether it is tuned for the bands.
+
+    The list is empty if there is no mass, or a record is missing.
+    """
     if mass_ratio <= 0.0 or any(
         source.id not in records.motions for records in asked.records for source in records.sources
     ):
@@ -171,7 +174,7 @@ def curve(
 
 
 def _shaken(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> Built:
-    """Return the structure that deviates from nominal by `shares`, with its results under the records."""
+    """Return structure and absorber with the deviations `shares`, and the results under the records."""
     on = built(asked, tuned, shares)
     omega = asked.structure.angular_frequency * (1.0 + on.shift)
     return replace(on, measured=tuple(_under_records(asked, on.absorber, on.damping, omega)))

@@ -96,10 +96,10 @@ def hardest(
 ) -> tuple[float, dict[str, float]]:
     """Return the largest judged value over the bands within the tolerances, and the deviations that cause this value.
 
-    The worst damping is at an end of the tolerance. The worst values of natural frequency, mass and tuning may lie
-    anywhere, because a lightly damped structure moves most where a narrow peak meets an end of a band. These quantities
-    are searched one after the other, starting from each structure of a coarse grid. The structures with the highest
-    values are then refined.
+    The worst damping is at an end of the tolerance. The worst values of natural frequency, mass and tuning
+    may lie anywhere within the tolerances, because a lightly damped structure may move most if a narrow peak
+    coincides with an end of a band. These quantities are searched one after the other, starting from each
+    structure of a coarse grid. The structures with the highest values are then refined.
 
     Parameters
     ----------

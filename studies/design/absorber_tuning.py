@@ -28,18 +28,20 @@ WIDE = (0.05, 0.8)
 """Half-widths of the first grid around a start, in the logarithms of tuning and damping ratio."""
 SIDE = np.linspace(-1.0, 1.0, 5)
 CLOSER, ROUNDS, FEW = 0.7, 20, 6
-"""The grid of `SIDE` × `SIDE` points around the best point is narrowed by the factor `CLOSER`, `ROUNDS` times. Before
-that, a grid is narrowed `FEW` times around each of many starts.
+"""The grid of `SIDE` × `SIDE` points around the best point is narrowed by the factor `CLOSER`, `ROUNDS`
+times. A first search does the same around each of many starts, but narrows the grid only `FEW` times.
 """
 ALONG = np.linspace(-1.0, 1.0, 9)
 ASIDE, NARROWER, HALVINGS, STRETCHES = 0.03, 0.3, 8, 5
-"""The best tuning is followed along the values `ALONG` of the damping. For each damping, tunings up to `ASIDE` away, as
-a logarithm, are tried, and this range is halved `HALVINGS` times. Then the ranges of damping and tuning are multiplied
-by `NARROWER`. All this is done `STRETCHES` times.
+"""The best tuning is followed along the values `ALONG` of the damping. For each damping, tunings are tried
+whose logarithms differ by up to `ASIDE`. This range is halved `HALVINGS` times. Then the ranges of damping
+and tuning are multiplied by `NARROWER`. All this is done `STRETCHES` times.
 """
 EXCHANGES, ENOUGH = 6, 1.01
-"""Largest number of times that the structure with the worst case is added to the structures for which the absorber is
-tuned. This structure is added if the worst case is more than `ENOUGH` times the expected worst case.
+"""Largest number of exchanges, and ratio above which an exchange is made.
+
+An exchange adds the structure with the worst case to the structures for which the absorber is tuned, if the
+worst case is more than `ENOUGH` times the expected worst case.
 """
 
 

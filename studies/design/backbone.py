@@ -88,7 +88,7 @@ def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> "xr.Dataset":
     Parameters
     ----------
     rows : sequence of mapping
-        `amplitudes` of an answer; a value of None means a failed response.
+        The entry `amplitudes` of an answer. The value None stands for a failed response.
 
     Returns
     -------

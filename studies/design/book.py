@@ -301,7 +301,7 @@ class Book:
         return Curve(at, np.ones(at.size), columns, self.asked.measured(case))
 
     def curve(self, build: Build, amplitude: Under) -> Curve:
-        """Return the known results of a build under a record, or under an amplitude over the band."""
+        """Return the known results of a build for a record, or for an amplitude over its band."""
         if isinstance(amplitude, Case):
             return self.under_record(build, amplitude)
         if (build, amplitude) not in self._curves:
@@ -323,7 +323,7 @@ class Book:
 def _beside(cube: "xr.Dataset") -> Iterator[float]:
     """Yield the value of each ratio in `BEFORE`, or 0 for a ratio that the study lacks.
 
-    For a study over base amplitudes, yield the numbers of the cavity instead.
+    For a study over base amplitudes, yield friction coefficient and tilt of the cavity instead.
     """
     if AMPLITUDE in cube.sizes:
         yield from cavity_of(definition_of(cube)["physical"]).numbers.values()

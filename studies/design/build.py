@@ -122,7 +122,7 @@ class Build:
         return (self._contact_time(structure), *self.cavity.ratios(case))
 
     def _numbers_inside(self, structure: Structure) -> Inside:
-        """Return the parameters of the forces on the particle, as the numbers of its cavity."""
+        """Return contact time over 1/ω_n, and the numbers of the cavity; zeros without a particle."""
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
         return (self._contact_time(structure), *self.cavity.numbers.values())

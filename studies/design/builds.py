@@ -103,7 +103,7 @@ def _looked_at_closer(search: Search, kept: Iterable[Build]) -> Step[None]:
 
 
 def _hardly(asked: Specification, score: Score) -> bool:
-    """Whether a build keeps every limit, and at least one limit narrowly."""
+    """Whether a build satisfies every limit and comes close to at least one limit."""
     near = (score.reached[name] >= NEAR * limit for name, limit in asked.limits.items())
     return score.violation == 0.0 and any(near)
 

@@ -19,7 +19,7 @@ class Curve:
     r : ndarray, (n,)
         Frequencies relative to the build's own natural frequency, ascending.
     base_m : ndarray, (n,)
-        Base amplitude Z; 1 under a record, whose results are in units.
+        Base amplitude Z; 1 under a record, whose results are already in SI units.
     columns : dict of ndarray, (n,)
         Values of the variables of `Book.variables` or `RECORD_VARIABLES`. The first variable is infinite where the
         response failed.

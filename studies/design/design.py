@@ -78,7 +78,7 @@ def designing(asked: Specification, budget: int) -> Rounds:
     Raises
     ------
     StudyFaults
-        If the budget does not cover the first look.
+        If half of the budget does not cover the coarse computation of the first candidates.
     """
     book = Book(asked, budget)
     steps = _steps(asked, book)

@@ -62,7 +62,7 @@ class Survey:
 
     @classmethod
     def of(cls, asked: Specification, excitation: Excitation) -> "Survey":
-        """Return the survey over the band of an excitation, for the heaviest particle of a specification."""
+        """Choose the frequencies for the band of an excitation and the heaviest particle that is allowed."""
         low, high = excitation.low, excitation.high
         mass = asked.choices["particle_mass_kg"].stop / asked.structure.mass_kg
         riding = 1.0 / math.sqrt(1.0 + mass)

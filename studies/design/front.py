@@ -21,7 +21,7 @@ from damperlab.studies.specification.specification import Choice, Specification
 
 MASS = "particle_mass_kg"
 MASSES = 5
-"""Number of masses over a range. The recommended mass is added if it is not among these masses."""
+"""Number of masses tried over a range. The recommended mass is added if it is not among these masses."""
 MOST_LISTED = 7
 """Largest number of masses taken from a list of allowed masses."""
 SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
@@ -29,7 +29,7 @@ SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
 WIDEST, FINEST = 1 / 8, 1 / 16
 """Largest and smallest step of the other quantities, as fractions of their ranges."""
 FULL = 2
-"""Largest number of quantities that are changed together. More quantities are changed one at a time."""
+"""Largest number of quantities that are changed together. With more, each step changes one quantity."""
 POOL = 4
 """Number of dampers from the main search with which the search for a mass starts."""
 SAME = 1e-9
@@ -205,7 +205,7 @@ def _others(search: Search, candidate: Candidate) -> Candidate:
 def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
     """Return the neighbours of a candidate, one step away.
 
-    The step is along all quantities together if there are at most `FULL` quantities, otherwise along one quantity.
+    With at most `FULL` quantities, a step may change several at once; otherwise it changes only one.
     """
     steps = [max(step, 1.0 / (count - 1)) if count else step for count in space.counts]
     moves = product((-1.0, 0.0, 1.0), repeat=len(steps))

@@ -112,7 +112,10 @@ def _value(search: Search, build: Build, name: str, share: float) -> float | Non
 
 
 def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:
-    """Return the builds that exceed limits on the damper by no more than `stated`. Other builds need no computation."""
+    """Return the builds that exceed the limits on the damper by no more than `stated`.
+
+    All other builds fail, so their response need not be computed.
+    """
     return [each for row in rows for each in row if each.excess(search.asked) <= stated.violation]
 
 

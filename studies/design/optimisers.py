@@ -85,7 +85,7 @@ def spread(space: Space, values: Values, effort: Effort) -> Wants:
 
 
 def _divided(space: Space, values: Values, count: int) -> Wants:
-    """Divide the ranges where the least value may lie, until the wanted number of candidates is known.
+    """Divide the ranges where the least value may lie, until `count` candidates are known.
 
     D. R. Jones, C. D. Perttunen, B. E. Stuckman, J. Optim. Theory Appl. 79 (1993) 157, in the locally biased form of
     J. M. Gablonsky, C. T. Kelley, J. Glob. Optim. 21 (2001) 27. All candidates of an iteration are requested

@@ -70,7 +70,7 @@ class Score:
 
     @property
     def sure(self) -> tuple[float, float]:
-        """Sort key like `rank`, with the upper bound, because the smallest of many noisy values is small by chance."""
+        """Like `rank`, but with the upper bound: the smallest of many noisy values is small by chance."""
         return self.violation, self.most
 
     @property
@@ -242,5 +242,5 @@ def binding(asked: Specification, *judged: Score) -> Excitation:
 
 
 def over_bands(amplitudes: Iterable[Under]) -> list[Amplitude]:
-    """Return the amplitudes of excitations over a band, without the cases of records."""
+    """Keep the amplitudes of excitations over a band, and leave out the cases under records."""
     return [each for each in amplitudes if isinstance(each, Amplitude)]

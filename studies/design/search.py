@@ -1,8 +1,8 @@
 """The search: scipy's optimisers request dampers, and each damper is examined only as closely as necessary.
 
-First, dampers all over the ranges are computed coarsely. Simplices then start from the best of these dampers, and go
-downhill on values that are known closely. Last, each damper whose coarse value leaves open whether it is better than
-the best is computed closely too.
+First, dampers all over the ranges are computed coarsely. Simplices then start from the best of these dampers,
+and go downhill on values that are known closely. Finally, a damper is also computed closely if its coarse
+value does not show whether it is better than the best.
 
 The search is a generator: it yields the points that it needs next, and continues when these points are in the book.
 The requests depend only on the specification and on the values in the book.
@@ -140,7 +140,7 @@ class Search:
         return next(spread(self.space, {}, self.effort))
 
     def first_look(self) -> list[Wanted]:
-        """Return the points that the first look needs."""
+        """Return the points for the coarse computation of the first candidates."""
         builds = map(self.space.build, self.first())
         return [one for build in builds for one in self._samples_of(build, 0, self.amplitudes)]
 
@@ -208,9 +208,10 @@ class Search:
             self.book.ahead = self.space.build(self.best())
 
     def _deciding(self, candidate: Candidate, level: int) -> list[Build]:
-        """Return the builds of a candidate to compute at an accuracy level.
+        """Return the builds of a candidate that must be computed at an accuracy level.
 
-        Up to `CLOSE` all corners are computed, at higher levels only the builds that may be the worst case.
+        Up to the level `CLOSE`, all corners are computed. At higher levels, only the builds that may be the
+        worst case are computed.
         """
         nominal, *corners = self.with_corners(candidate)
         if level <= CLOSE:
@@ -258,7 +259,8 @@ class Search:
     def _known_of(self, build: Build) -> Score:
         """Return the score of a build from its known results.
 
-        If the build was not bracketed, its response is small, and the error leaves out the rise between frequencies.
+        If the peaks of a build were not bracketed, its response is small. The error then omits the possible
+        rise of the response between computed frequencies.
         """
         one = self.score(build)
         close = self._level[build] >= CLOSEST or self.asked.measure.mean

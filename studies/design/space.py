@@ -91,7 +91,7 @@ def amplitudes_of(asked: Specification, count: int) -> tuple[Under, ...]:
 
 
 def corners_of(asked: Specification) -> list[dict[str, float]]:
-    """Return all corners of a few tolerances, or a balanced fraction of the corners of more tolerances."""
+    """Return all corners of the tolerances; a balanced fraction for more than `FACTORIAL` tolerances."""
     names = asked.toleranced
     if not names:
         return []

@@ -32,7 +32,7 @@ NOUNS = {
 }
 """Singular and plural of each kind of record."""
 OVER = {"1": "", "m": " Z", "m/s": " ω_n·Z", "m/s²": " ω_n²·Z", "N": " k·Z", "kg": " M"}
-"""For each unit of a limit, the quantity that divides the limit in a specification without units."""
+"""Reference quantity of a limit that is given as a ratio, by the SI unit of the limit."""
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 
 

@@ -31,8 +31,9 @@ number was sufficient.
 def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
     """Carry out parts of a search, each with an equal share of the remaining budget.
 
-    The part with the cheapest first look comes first. Points that a part does not need are shared by the later parts.
-    Interrupted parts then continue in the same order, each with all remaining points. Computed points cost nothing.
+    The part whose first step needs the fewest points comes first. Points that a part does not need are shared
+    by the later parts. Interrupted parts then continue in the same order, each with all remaining points.
+    Computed points cost nothing.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def _whole(book: Book, name: str, part: Part, most: int) -> Step[bool]:
 
 
 def _first_cost(book: Book, part: Part) -> float:
-    """Return the number of points that the first look of a part needs."""
+    """Return the number of points that a part computes in its first step."""
     steps = part(book.budget)
     try:
         wanted = next(steps)

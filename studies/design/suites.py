@@ -45,7 +45,7 @@ OF_PARTICLE = ("restitution", "clearance_m")
 
 
 def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...]:
-    """Make the suites that compute dampers under records, in a deterministic order.
+    """Make suites that compute the responses of dampers under records. Their order is deterministic.
 
     A suite computes every record of an excitation at every scale, because a damper is always requested under all of
     these cases.

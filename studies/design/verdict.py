@@ -101,7 +101,7 @@ def is_as_good(theirs: Score, ours: Score) -> bool:
 
 
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
-    """Return the kind of damper to build, and that damper, where None stands for the damper found.
+    """Return the kind of damper to build, and its results; None replaces the results of the damper found.
 
     `bare` is the result of `_without_damper`.
     """

@@ -184,7 +184,7 @@ def _limited(asked: Specification, name: str, value: float) -> str:
 
 
 def _share(ratio: float) -> str:
-    """Write a share of a limit in per cent, or as a multiple from 200 % on."""
+    """Write a share of a limit in per cent; a share of 200 % or more is written as a multiple."""
     return f"{100 * ratio:.0f} %" if ratio < 2.0 else f"{ratio:.3g} times"
 
 

@@ -33,7 +33,7 @@ A design counts as equally good up to a tenth. The interval allows for every val
 correlation within a narrow interval changes nothing.
 """
 BARELY = 0.99
-"""Absolute correlation above which the data do not separate two parameters, one of which is undetermined."""
+"""Limit that replaces `ALIKE` if the data leave a parameter of the pair undetermined."""
 DOUBTED = 0.01
 """p-value of the chi-square test below which the model and the stated deviations are reported to disagree."""
 OUTLIER = 0.01
@@ -213,7 +213,7 @@ class Fitted(Outcome):
 
     @property
     def probability(self) -> float | None:
-        """Probability of at least this chi-square for a right model; None without given deviations or freedom."""
+        """p-value of the chi-square test; None without stated deviations or degrees of freedom."""
         if self.question.deviation is None or self.freedom < 1:
             return None
         from scipy.special import chdtrc

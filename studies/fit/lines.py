@@ -105,8 +105,8 @@ def read_bytes(path: Path | str) -> bytes:
 def lines_of(text: bytes | str) -> Lines:
     """Split a table into lines. Raise StudyFaults if the table is too large, empty or cut off, or states a factor.
 
-    Lines that begin with # or % are comments. If the first line below comments has no words, the last of these comments
-    is the heading.
+    Lines that begin with # or % are comments. If the first line that is not a comment has no words, the
+    comment directly above it is the heading.
     """
     if len(text) > MOST_BYTES:
         allowed = f"a file of at most {MOST_BYTES:,} bytes"

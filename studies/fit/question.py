@@ -25,7 +25,9 @@ NAMED: dict[str, Quantity] = {
 } | {each.name: each for each in QUANTITIES if each is not EXCITATION_FREQUENCY}
 """Every quantity of a prototype whose value may be known, by name."""
 FREE: tuple[str, ...] = (*(name for name in NAMED if name not in ("mass_kg", "base_amplitude_m")),)
-"""Parameters that may be estimated. Mass and base amplitude are excluded, as references of the other quantities."""
+"""Parameters that may be estimated. Mass and base amplitude are excluded: the other quantities are estimated
+relative to them.
+"""
 BESIDE_AXES = ("damping_ratio", *BEFORE)
 """Ratios outside the `axes` of a study."""
 METRICS = ("amplitude_ratio", "amplitude_error", "impacts_per_cycle", "stick_fraction", "response_class")
@@ -184,7 +186,7 @@ def drop(numbers: dict[str, Any], name: str) -> None:
 def study_document(
     settings: Mapping[str, Any], given: Mapping[str, float], frequencies: Any
 ) -> dict[str, Any]:
-    """Write the study of a prototype.
+    """Return the definition of a study that computes a prototype.
 
     Parameters
     ----------

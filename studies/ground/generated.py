@@ -59,7 +59,7 @@ LISTED_SCHEMAS = {
 
 
 def recipe_in(document: dict[Any, Any]) -> str:
-    """Return the method by which a document generates a record, or an empty text without exactly one method."""
+    """Return the method by which a document generates a record; empty unless it states exactly one method."""
     ways = [way for way in GENERATED if way in document]
     return ways[0] if len(ways) == 1 else ""
 

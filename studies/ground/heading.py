@@ -98,7 +98,8 @@ def read_heading(
     given : str or None
         Unit of the acceleration that the caller gave, or None.
     remarks : sequence of (int, str)
-        Other lines of text, from among and below the samples. These lines may state a unit, but do not name columns.
+        Other lines of text, between the samples and below them. These lines may state a unit, but do not name
+        columns.
 
     Returns
     -------

@@ -111,8 +111,9 @@ def kanai_tajimi(
     inverse FFT.
 
     The second filter is the high-pass filter of R. W. Clough, J. Penzien, Dynamics of Structures (1975):
-    s²/(s² + 2ζ_f·ω_f·s + ω_f²) with ω_f = 0.1 ω_g and ζ_f = 0.6. The filter follows the trapezoid, as in S. Rezaeian,
-    A. Der Kiureghian, Earthquake Eng. Struct. Dyn. 39 (2010) 1155, because a later trapezoid would cause a drift.
+    s²/(s² + 2ζ_f·ω_f·s + ω_f²) with ω_f = 0.1 ω_g and ζ_f = 0.6. The filter is applied after the trapezoid,
+    because the opposite order would cause a drift (S. Rezaeian, A. Der Kiureghian, Earthquake Eng. Struct.
+    Dyn. 39 (2010) 1155).
     """
     count = round(duration_s / step_s) + 1
     faults = too_many_samples(
@@ -148,7 +149,8 @@ def kanai_tajimi(
 def _at_rest(wave: NDArray[np.float64], omega: float) -> NDArray[np.float64]:
     """Apply the second filter to an acceleration, starting from rest. `omega` is ω_f times the time step.
 
-    The trapezoidal rule, which also integrates records to the velocity of the base, prevents drift beyond rounding.
+    The filter uses the trapezoidal rule. The velocity of the base is integrated with the same rule, so the
+    base drifts only by rounding errors.
     """
     loss, spring = SECOND_DAMPING * omega, omega * omega / 4.0
     total = 1.0 + loss + spring

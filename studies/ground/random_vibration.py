@@ -40,8 +40,9 @@ MOST_POINTS = 100
 SAMPLES_PER_CYCLE = 8
 """Number of samples per cycle of the highest frequency.
 
-Linear interpolation over a step h attenuates a component of frequency f by sinc²(fh), for which the amplitudes are
-corrected. The interpolation also adds a component at 1/h − f, which is smaller by (fh/(1 − fh))², at most 1/49.
+Linear interpolation over a step h multiplies a component of frequency f by sinc²(fh). The amplitudes are
+corrected for this factor. The interpolation also adds a component at 1/h − f, which is smaller by
+(fh/(1 − fh))², at most 1/49.
 """
 RAMP_CYCLES = 4.0
 """Duration of the rise to full level, and of the final fall, in cycles of the lowest frequency."""

@@ -28,7 +28,7 @@ SAMPLES_PER_PULSE = 50
 peak; the other shapes consist of straight lines.
 """
 RISE = 0.1
-"""Duration of the rise of a trapezoid, equal to the duration of the fall, relative to the duration of the pulse."""
+"""Rise time of a trapezoid, as a fraction of the pulse duration. The fall takes the same time."""
 
 
 @dataclass(frozen=True)

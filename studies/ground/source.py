@@ -70,7 +70,7 @@ class RecordSource:
 
     @property
     def called(self) -> str:
-        """Name of the record in a sentence: the name of the definition for one of `RECIPES`, otherwise the id."""
+        """Name of the record in sentences: the name in its definition if it has one, otherwise its id."""
         generated = self.generated
         return self.id if generated is None else generated.name
 

@@ -118,7 +118,8 @@ class Limit:
         Name of the limit as a ratio. A length is divided by the largest base amplitude Z, a speed by ω_n Z, and an
         acceleration or noise by ω_n² Z.
     factor : float
-        Over a band, the limited result is `factor` times the product of `over_band`, times powers of Z and ω_n.
+        Over a band, the limited quantity is the product of the variables in `over_band`, of `factor`, and of
+        powers of Z and ω_n.
     per_second : bool
         Whether one variable in `over_band` is a count per cycle, which the excitation frequency converts to a count
         per second.

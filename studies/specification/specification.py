@@ -225,7 +225,7 @@ class Specification:
         Excitations over bands, applied one at a time. The worst excitation determines the result. Empty if all
         excitations are records.
     choices : dict of Choice
-        Values of every quantity in `OF_DAMPER` that stay within `damper_limits` including tolerances.
+        Allowed values of every quantity in `OF_DAMPER`. With its tolerance, each keeps `damper_limits`.
     limits : dict of float
         Limits on results. The keys are names of `LIMITS`, which also gives the units.
     damper_limits : dict of float

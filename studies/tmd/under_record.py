@@ -26,8 +26,8 @@ MEASURES = tuple(
 )
 """Names of the other results."""
 V, W, Q, Q_RATE, S, S_RATE, A, J = range(8)
-"""Unknowns: displacement and velocity of the structure relative to the base (v, v'), and of the absorber relative to the
-structure (q, q'). Then displacement, velocity, acceleration and jerk of the base.
+"""Indices of the unknowns: displacement and velocity of the structure relative to the base (v, v'), of the
+absorber relative to the structure (q, q'), and displacement, velocity, acceleration and jerk of the base.
 """
 LONGEST = 0.4
 """Longest panel, in units of 1/ω of the fastest motion. The power series of a panel then ends within rounding."""

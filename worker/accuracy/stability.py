@@ -52,8 +52,8 @@ class Row:
     paper : str
         Outcome of the paper's method with 400 steps per cycle.
     passed : bool
-        Whether the integration arrived, every value is finite, the residual is within its limit, and penetration and
-        momentum error are at most 1e-12.
+        Whether the integration reached its end time, every value is finite, the residual is within its limit,
+        and penetration and momentum error are at most 1e-12.
     """
 
     name: str

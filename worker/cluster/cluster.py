@@ -153,7 +153,10 @@ async def _watched(cluster: SpecCluster) -> None:
 
 @contextmanager
 def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
-    """Close the cluster after the context if its scheduler has died. Dask would fail before it closes the workers."""
+    """Close the cluster at the end of the context if its scheduler has died.
+
+    Without this, Dask would raise an error before it closes the workers.
+    """
     try:
         yield
     finally:

@@ -90,8 +90,9 @@ class WholeCompiler(_Compiler):
         self.state.flags.no_cfunc_wrapper = True
 
     def compile_extra(self, function: Any) -> Any:
-        """Compile a function while the garbage collector is off, because it would visit millions of live nodes
-        repeatedly.
+        """Compile a function without garbage collection.
+
+        The collector would repeatedly visit millions of live nodes.
         """
         with _no_collection():
             return super().compile_extra(function)

@@ -56,7 +56,7 @@ at β = ζ, and the exponent of β/ζ with which the half-width grows.
 NARROWEST = 0.004
 """Smallest half-width in ln r of the range around resonance in which only statistics converge."""
 BREAKAWAY = 0.785
-"""Friction ratio π/4, from which on friction dissipates more energy at resonance than the base supplies."""
+"""Friction ratio (π/4) above which friction dissipates more energy at resonance than the base supplies."""
 
 
 def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:

@@ -61,9 +61,9 @@ class Examiner:
         """Test all present workers and return their answers by address. No worker is accepted or excluded for its
         answer yet.
 
-        The function waits for all present workers, but for at most `LATE_SECONDS` after the first answer. Meanwhile it
-        calls `look`, which must update the present workers and call `ask`. It returns None as soon as `look_on` returns
-        False.
+        The function waits for all present workers, but for at most `LATE_SECONDS` after the first answer.
+        Meanwhile it calls `look`, which must update the list of present workers and call `ask`. It returns
+        None as soon as `look_on` returns False.
         """
         self._workers.examine_again()
         answers: dict[str, Answer] = {}
@@ -83,8 +83,9 @@ class Examiner:
     def settle(self, answers: Mapping[str, Answer], identity: str, truth: str) -> dict[str, str] | None:
         """Decide which answers are right, and accept or exclude the workers by their answers.
 
-        If `identity` is empty, the most frequent identity counts as the identity of the study's solver. If `truth`, the
-        hash of the points' results, is empty, the hash of the majority of the workers counts as right.
+        If `identity` is empty, the most frequent identity counts as the identity of the study's solver.
+        `truth` is the correct hash of the points' results; if it is empty, the hash of most workers counts as
+        correct.
 
         Returns
         -------

@@ -13,8 +13,9 @@ AGAIN_SECONDS = 15.0
 """Time after which an excluded worker is tested again [s], since a store or a connection may have recovered."""
 
 Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
-"""Standing of a worker. A joining worker is being tested, and a usable worker computes blocks. After an exclusion, a
-worker is on trial until it has completed a block. A leaving worker takes no more blocks. An excluded worker is out.
+"""Standing of a worker. A joining worker is being tested, and a usable worker computes blocks. A leaving
+worker takes no more blocks. A worker is out while it is excluded, and then on trial until it has completed a
+block.
 """
 STANDINGS = ("joining", "usable", "leaving", "out")
 """The reported standings. A worker on trial is reported as usable."""

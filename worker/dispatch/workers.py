@@ -94,7 +94,7 @@ class Workers(Standings):
         Returns
         -------
         list of str
-            Keys of the tasks whose blocks were taken back, and whose results are not wanted.
+            Keys of the tasks whose blocks were taken back. The caller must cancel these tasks.
         """
         lost: list[str] = []
         running = {key: one for one in self.states.values() for key in list(one.held)[: one.threads]}

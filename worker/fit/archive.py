@@ -31,7 +31,7 @@ class Archive:
     places : ndarray, shape (n, parameters)
         Parameter sets, as fractions of the ranges.
     amplitude, error : ndarray, shape (n, rows)
-        Computed amplitudes and errors. If the question states relative deviations, log amplitudes and their errors.
+        Computed amplitudes, or their logarithms if the question states relative deviations, and the errors.
     measured : ndarray, shape (rows,)
         Measured amplitudes, or their logarithms if the question states relative deviations.
     responses : list of Responses

@@ -1,9 +1,9 @@
 """Estimates the parameters of a prototype from its measured response by weighted least squares.
 
 The weights include the errors of the model. First, responses are computed at points that coarsely fill the ranges. Then
-the search continues around each of the best points, in regions that narrow. Finally, polynomials of the parameters
-approximate the responses within about three standard deviations of the best point (see `surface.py`). The intervals
-come from the posterior density over this region (see `chain.py`).
+the search continues around each of the best points, in ever smaller regions. Finally, polynomials of the
+parameters approximate the responses within about three standard deviations of the best point (see
+`surface.py`). The intervals come from the posterior density over this region (see `chain.py`).
 """
 
 from collections.abc import Callable

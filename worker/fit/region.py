@@ -18,7 +18,7 @@ FULL, WIDER = 0.85, 2.0
 EVEN, WHOLE = 2000, 0.6
 """Number of uniform draws for comparison, and largest size of a region relative to the ranges."""
 NARROWEST = 1e-4
-"""Smallest variance of draws relative to their region, so that a region shrinks by at most a factor of 100."""
+"""Lower bound on the variance of draws relative to their region. Regions shrink at most to √1e-4 = 0.01."""
 
 
 @dataclass(frozen=True)

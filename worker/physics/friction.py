@@ -22,7 +22,7 @@ def hold_force(v: float, base_acceleration: float, inertia: float) -> float:
     Returns
     -------
     float
-        F = inertia · r² sin φ − v; the mass sticks while |F| ≤ γ_F and slips towards sign(F) otherwise.
+        F = inertia · r² sin φ − v; the mass sticks while |F| ≤ γ_F and otherwise slips in the direction of F.
     """
     return inertia * base_acceleration - v
 

@@ -51,7 +51,7 @@ class Calls:
         Parameters
         ----------
         answers : mapping
-            Result of `computing()` at each worker, by address.
+            Result of `damperlab.worker.provenance.computing` at each worker, by address.
 
         Raises
         ------

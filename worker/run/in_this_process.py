@@ -35,7 +35,7 @@ class InThisProcess:
 
     @property
     def empty(self) -> bool:
-        """Whether no block is running. If this is true after `fill`, all blocks have ended."""
+        """Whether no block is running. If no block is running after `fill`, all blocks have ended."""
         return not self._running
 
     def fill(self) -> None:
@@ -85,7 +85,8 @@ def _judged(error: Exception, index: int, failures: int) -> Failure | None:
     Raises
     ------
     Interrupted
-        If the worker's code differs from the study's, or data cannot be read or written. The points are not the cause.
+        If the worker's code differs from the study's, or data cannot be read or written. The
+        points of the block do not cause these errors.
     """
     if isinstance(error, WrongCode):
         raise Interrupted(str(error)) from error

@@ -75,7 +75,7 @@ def half_cycle_on_addresses(
 ) -> tuple[State, int]:
     """`half_cycle` with addresses in place of the arrays of scene, meter and log.
 
-    Callers that integrate many half cycles replace the arrays only once.
+    A caller that integrates many half cycles can thus replace the arrays only once.
     """
     base, curves = scene.base, curves_of(scene)
     since = 0.0  # time since the last transition

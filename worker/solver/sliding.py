@@ -103,7 +103,7 @@ def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> f
 
 @inlined
 def without_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """Return an acceleration of the particle minus the acceleration of gravity: the share of friction or of a wall."""
+    """Return the acceleration of the particle that friction or a wall causes, without that of gravity."""
     if particle.gravity is not None:
         return acceleration - fall_of(slide, particle)
     return acceleration

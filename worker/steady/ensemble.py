@@ -13,7 +13,9 @@ from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.start import at_rest, moving
 
 HIGHEST = 1000.0
-"""Largest amplitude of a start state, over Z. At resonance, the amplitude of an undamped structure has no bound."""
+"""Largest amplitude of an initial state, relative to Z. At resonance, the amplitude of an undamped structure
+has no bound.
+"""
 
 _SAME_AMPLITUDE = 1e-6
 _SAME_ERRORS = 4.0

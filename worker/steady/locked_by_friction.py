@@ -41,10 +41,11 @@ def _creep(forcing: float, frequency_ratio: float) -> float:
 def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, bool]:
     """Return the locked state to which a one-sided creep tends, and whether the motion is such a creep.
 
-    Let P be the largest forcing: r² for a shaken base, 1 for a force. For γ_F ≥ P every rest position |v| ≤ γ_F − P is
-    locked permanently. From a distance x outside this range, the mass slips inwards by about 4.5 x²/(P r²) in each
-    cycle. So x falls only as 1/N over N cycles, and the limit replaces an integration. A particle at rest must stay
-    clear of both walls, and keeps its position.
+    Let P be the largest forcing: r² for a shaken base, 1 for a force. For γ_F ≥ P every rest position
+    |v| ≤ γ_F − P is locked permanently. From a distance x outside this range, the mass slips inwards by about
+    4.5 x²/(P r²) in each cycle. So x falls only as 1/N over N cycles, and the limit replaces an integration.
+    A particle, if there is one, must be at rest and must not be hit by a wall. Its position then does not
+    change.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -142,15 +143,16 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 
     Notes
     -----
-    Let c be the largest creep speed of the walls, and s the speed of the particle. After an impact, the particle is no
-    faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle only lose energy. In all
-    impacts together the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to the mass.
+    Let c be the largest creep speed of the walls, and s the speed of the particle. After an impact, the
+    particle is no faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle
+    only lose energy. In all impacts together, the particle transmits at most the velocity
+    W = β (s + c) (1 + e)/(1 − e) to the mass.
 
     Let τ be the time from a maximum of the forcing, |rτ| ≤ π. The forcing is below the limit of friction and spring by
     at least P (1 − cos rτ) ≥ 2P (rτ/π)². So a slip that begins with the velocity W and passes one maximum ends within
     the time 2a + W π²/(2P r² a²), for any a up to π/r; here a = W^¼. If |v| is below γ_F − P by a margin, W divided by
     this margin is also a bound on the time. The mass may also move with the velocity W during a creep slip and during a
-    contact, so the durations of a creep slip and of a contact are added. A compliant wall whose largest force stays
+    contact, so the durations of both are added to the bound. A compliant wall whose largest force stays
     within the margin does not move the mass.
 
     Impacts that move the mass outwards increase the creep. So the bound is computed a second time, for an outward

@@ -240,7 +240,7 @@ def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
 
 @kernel
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
-    """Whether a moving particle has met no wall in the cycles of a mean, so that the mean lacks a future impact."""
+    """Whether a moving particle has met no wall during the cycles of a mean, but will meet one later."""
     if scene.particle is not None:
         before, after = (
             notes.trace[2 * mean.first, IMPACTS_SO_FAR],

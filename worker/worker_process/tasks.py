@@ -120,7 +120,8 @@ def solve_stored(cube_path: str, digest: str, block: Block | None) -> dict[str, 
     Returns
     -------
     dict of ndarray or None
-        Stored variables at the points of `block`. None if `block` is None, so that the study is only read.
+        Stored variables at the points of `block`. If `block` is None, the study is only read, and the
+        result is None.
 
     Raises
     ------

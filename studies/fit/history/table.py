@@ -21,8 +21,8 @@ BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
 fall to `BEYOND`. A release within the phase `AT_ONCE_RAD` after the first row counts as a release in the first row.
 """
 FALL, WINDOW = (0.8, 0.3), 5
-"""The motion after a release is examined between the shares `FALL` of the largest displacement. The position before the
-release is fitted to at most `WINDOW` times as many samples.
+"""The fall after a release is examined from the first to the second value of `FALL`, shares of the largest
+displacement. The position before the release is fitted to at most `WINDOW` times as many samples.
 """
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"

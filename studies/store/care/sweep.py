@@ -217,7 +217,7 @@ def _describes(shelf: Shelf, study_id: str) -> bool:
 
 
 def _take_back(store: Store, number: int) -> bool:
-    """Withdraw a reserved number. Return False if a study with this number was already entered."""
+    """Withdraw a reserved number. Return False if a study already has this number."""
     change = update(studies).where(studies.c.number == number, NEVER_ENTERED).values(state="cancelled")
     with store.catalogue.writing() as connection:
         return connection.execute(change).rowcount == 1

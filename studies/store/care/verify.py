@@ -157,7 +157,8 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
 def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:
     """Return the rows of the studies, and the names of cubes without a study.
 
-    A submission creates the cube before it enters the study, so wait for the study up to `UNDER_WAY_SECONDS`.
+    A submission creates the cube before it adds the study to the catalogue, so wait for the study up to
+    `UNDER_WAY_SECONDS`.
     """
     until = time.monotonic() + UNDER_WAY_SECONDS
     while True:

@@ -44,7 +44,7 @@ SQLITE_FILE = "catalogue.sqlite"
 """Name of the SQLite file in the data directory."""
 
 REVISION = 2
-"""Revision of the tables, which is stored in the catalogue. Version 0.1.0 of damperlab had revision 1."""
+"""Revision of the database schema, stored in the catalogue. Version 0.1.0 of damperlab had revision 1."""
 
 _REVISION_KEY = "revision"
 """Key of the revision in the table `facts`."""

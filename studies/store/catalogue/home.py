@@ -30,7 +30,7 @@ BACKUP_OF = "backup_of"
 """Key in the table `facts` of a backup's catalogue; the value is the id of the catalogue that is backed up."""
 
 UNKNOWN_RESULTS = "unknown_results"
-"""Key in the table `facts`; the value is the name of a cube with results that the catalogue lacks."""
+"""Key in the table `facts`; the value is the name of a cube that has results but is not in the catalogue."""
 
 _REBUILD = "make the catalogue again from the cubes with `damperlab store rebuild`"
 _NAME_IT = "name the catalogue that belongs to the cubes (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
@@ -138,7 +138,10 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
 
 
 def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) -> None:
-    """Raise `StoreFault` if a data folder belongs to another catalogue. If `mark` is true, write a missing marker."""
+    """Raise `StoreFault` if a data folder belongs to another catalogue.
+
+    If the folder has no marker, write one, unless `mark` is false.
+    """
     folder = Folder(data_dir)
     if not mark and owner_of(folder) is None:
         return

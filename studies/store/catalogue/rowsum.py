@@ -1,7 +1,7 @@
 """Checksums of the catalogue's rows. A flipped bit in the database is reported as damage, and never read as a result.
 
 A transaction removes the checksum of each row that it writes, and adds the new checksum at its end
-(`Catalogue.writing`). So a row without a checksum is being written.
+(`Catalogue.writing`). So a row lacks its checksum only while a transaction writes it.
 """
 
 from collections.abc import Mapping

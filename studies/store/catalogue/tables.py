@@ -177,8 +177,9 @@ for _table in SUMMED:
 def create_tables(connection: Connection) -> None:
     """Create the tables and indexes in an empty database.
 
-    PostgreSQL gets the conditions of SQLite's partial indexes here. If the indexes above named them, a process that
-    needs only SQLite would import SQLAlchemy's dialect of PostgreSQL.
+    The conditions of the partial indexes are set here for PostgreSQL. If the definitions of the indexes
+    contained these conditions, a process that needs only SQLite would import SQLAlchemy's dialect of
+    PostgreSQL.
     """
     if connection.dialect.name == "postgresql":
         for index in (index for table in metadata.sorted_tables for index in table.indexes):

@@ -33,7 +33,7 @@ from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.variables import Status
 
 BLOCKS = "blocks"
-"""Name of the cube's folder with the files of the blocks."""
+"""Name of the folder in a cube that contains the block files."""
 
 Marks = Mapping[int, str]
 """The generation of every done block, by the block's index."""

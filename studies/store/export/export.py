@@ -29,7 +29,9 @@ def without_names(cube: "xr.Dataset") -> "xr.Dataset":
 
 
 def write_file(cube: "xr.Dataset", path: Path, written_as: ExportFormat) -> None:
-    """Write a study's cube to a file. An existing file is replaced; an incomplete file has another name.
+    """Write a study's cube to a file, and replace an existing file.
+
+    The new file has another name until it is complete.
 
     Raises
     ------

@@ -37,7 +37,7 @@ class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
     Parameters
     ----------
     variable : str
-        Name of the variable in the files of the blocks.
+        Name of the variable in the block files.
     codecs : tuple of dict
         Zarr's metadata of the codecs with which the variable is encoded.
     """

@@ -133,7 +133,7 @@ class Claims(Cubes):
 
 
 UNCLAIMED: Mapping[str, Any] = {"claim_owner": None, "claim_expires": None}
-"""Columns of a study's row without a claim."""
+"""Values of the claim columns in the row of an unclaimed study."""
 
 
 def claimed(owner: str, seconds: float | None = None) -> dict[str, Any]:

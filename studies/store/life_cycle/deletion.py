@@ -93,7 +93,7 @@ class Deletion(Cubes):
         """Remove the files of deleted studies, then the done-marks and definitions of these studies.
 
         An empty row remains in the catalogue, so that the number and the revisions of the study are never used again.
-        Studies are removed that were deleted before the time `before`, in seconds since 1970, by default now. The
+        Only studies deleted up to the time `before` are removed (in seconds since 1970, by default now). The
         function `stop` is called before each study; if it returns true, the remaining studies are left for later.
         """
         c = studies.c

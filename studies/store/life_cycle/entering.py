@@ -247,7 +247,7 @@ class Entering(Cubes):
         return True
 
     def _require_newest(self) -> None:
-        """Raise `StoreFault` if an earlier submission found that this catalogue is an older copy."""
+        """Raise `StoreFault` if an earlier submission found results that this catalogue does not know."""
         with self.catalogue.reading() as connection:
             name = fact(connection, UNKNOWN_RESULTS)
             parsed = parse_cube_name(name or "")

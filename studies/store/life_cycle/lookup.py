@@ -121,7 +121,7 @@ class Wanted:
 
     @property
     def looks_inside(self) -> bool:
-        """Whether there is a condition on an axis, which the database cannot check."""
+        """Whether there is a condition on an axis. The database cannot check such a condition."""
         return self.axis is not None
 
     def fits(self, row: Row[Any]) -> bool:

@@ -67,7 +67,7 @@ def put_off_marks(connection: Connection, study_id: str) -> None:
 
 
 def marks_put_off(connection: Connection, study_id: str) -> str | None:
-    """Return the note that the done-marks of a study must still be written into its cube; None if there is no note."""
+    """Return the note of `put_off_marks` for a study; None if no done-marks must still be written."""
     return fact(connection, f"{PUT_OFF}{study_id}")
 
 

@@ -17,7 +17,7 @@ from damperlab.studies.store.record import BlockOutcome, Record
 
 
 class SmallBatches(Blocks, Claims):
-    """The part of a store that processes studies of one block in batches."""
+    """The part of a store that processes many single-block studies at once."""
 
     def claim_all(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
         """Claim and start the queued studies that were never started and have no owner.

@@ -93,7 +93,7 @@ class Submissions(Entering):
         record : Record
             Record of the new or existing study.
         created : bool
-            Whether this call has entered the study.
+            Whether this call has created the study.
 
         Raises
         ------

@@ -93,9 +93,10 @@ class Overlaps:
 
 
 class Boxes:
-    """Bounding boxes of the grids of all studies that have results and belong to the same family as a study.
+    """Bounding box of the grid of every study that has results and is in the same family as a given study.
 
-    A design requests each point only once, so the other studies of the same design are left out.
+    If the study belongs to the search for a design, the other studies of this search are left out, because a
+    search requests no point twice.
     """
 
     def __init__(self, store: Store, record: Record) -> None:
@@ -154,7 +155,7 @@ def _overlap(study: AnyStudy, other: Record, earlier: AnyStudy) -> _Overlap | No
 def done_of_family(store: Store, family: str) -> list[Record]:
     """Find the latest completed studies of a family, given its digest; see `damperlab.studies.digest.family_digest`.
 
-    No study is found for an empty text.
+    The result is empty if the digest is empty.
     """
     c = studies.c
     query = select(studies).where(c.family == family, c.family != "", ALIVE, c.state == "done")

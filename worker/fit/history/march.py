@@ -101,7 +101,7 @@ def scenes_of(question: HistoryQuestion) -> list[Scene]:
 
 
 def _shaken(question: HistoryQuestion, structure: Structure, rows: int) -> tuple[RecordBase, Scale]:
-    """Return the dimensionless base motion, with one panel beginning at each sample, and the scale."""
+    """Return the dimensionless base motion and its scale. One panel begins at each sample."""
     measured = question.measured
     step = structure.omega * measured.step_s
     if measured.base_m_s2 is None:

@@ -73,9 +73,9 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
     Along each principal direction, chi-square must rise about as for a linear response over `REACH` standard deviations
     to either side. If chi-square rises less, the standard deviation along this direction is increased accordingly.
 
-    `before` is the uncertainty from a shorter part of the history. Chi-square must rise in the same way
-    along every principal direction of `before` with a standard deviation below `LITTLE`. Otherwise the best parameter
-    set may be one of the countless minima that impacts create.
+    `before` is the uncertainty from a shorter part of the history. If its standard deviation along one of its
+    principal directions is below `LITTLE`, chi-square must rise in the same way along this direction.
+    Otherwise the best parameter set may be one of the countless minima that impacts create.
     """
     spread = Spread.at(trials, place, rows)
     sizes = spread.sizes.copy()

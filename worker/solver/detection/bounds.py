@@ -72,7 +72,7 @@ def w_rate_bound(segment: Segment, base: Excitation) -> float:
 def w_curvature_bound(dropped: int, segment: Segment, base: Excitation) -> float:
     """Bound on the second derivative of w/t^dropped over a segment of slip, for `dropped` 0 or 1.
 
-    This bound is 2/(dropped + 2)! times the bound on the derivative of w of order dropped + 2.
+    Let n be dropped + 2. The bound is 2/n! times the bound on the nth derivative of w.
     """
     if dropped == 0:
         return _in_slip(3, segment, base) + base_derivative_bound(base, segment.phase, 3)

@@ -1,8 +1,8 @@
 """Integrals over a complete panel without events, as quadratic forms of the state at the start of the panel.
 
-Between events x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ). So the work done, the loss in the dashpot and the
-mean square over a panel of fixed length are quadratic in these four numbers. Each of these integrals has ten
-coefficients, which are the same for every panel.
+Between events, the quantities x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ). So the work done, the loss
+in the dashpot and the mean square over a panel of fixed length are quadratic in these four numbers. Each of
+these integrals has ten coefficients, which are the same for every panel.
 """
 
 import numpy as np

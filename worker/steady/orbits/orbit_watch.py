@@ -91,10 +91,10 @@ def look_farther(
     probe: Scene,
     notes: Notes,
 ) -> Nearby:
-    """Search occasionally for a more distant stable orbit, on which a run that does not repeat may end.
+    """Search for a more distant stable orbit, once in `_FAR_EVERY` metered half cycles.
 
-    The half cycles of this rare search are not added to `halves_spent`, because they would use up the allowance of the
-    nearby searches.
+    A run that does not repeat may end on such an orbit. The half cycles of this rare search are not added to
+    `halves_spent`, because they would use up the allowance of the nearby searches.
     """
     if metered_halves < 0 or metered_halves % _FAR_EVERY != 0 or nearby.rival:
         return nearby

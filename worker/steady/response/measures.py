@@ -50,7 +50,7 @@ FEWEST_STUCK = 1.0 - 1e-6
 
 
 ACCELERATION = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
-"""Measures of u''. If a study stores neither, u'' is not measured."""
+"""Measures of u''. If a study stores none of these measures, u'' is not measured."""
 
 
 class Response(NamedTuple):
@@ -212,7 +212,7 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
 
 @kernel
 def _error_of_shares(trace: NDArray[np.float64], series: NDArray[np.float64], first: int, last: int) -> float:
-    """Largest standard error of the shares of dissipation, by linearisation of each share as a ratio of two means."""
+    """Largest standard error of a share of dissipation. Each share, a ratio of means, is linearised."""
     total = 0.0
     for loss in LOSSES:
         total += trace[2 * last, loss] - trace[2 * first, loss]

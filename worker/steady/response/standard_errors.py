@@ -172,7 +172,7 @@ def _means_of_thirds(samples: NDArray[np.float64], first: int, last: int) -> tup
 
 @kernel
 def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
-    """Number of pairs of batches with a rising mean, minus the number of pairs with a falling mean."""
+    """Sum over all pairs of batches: 1 if the later mean is larger, −1 if the later mean is smaller."""
     length = (last - first) // _TREND_BATCHES
     means = np.empty(_TREND_BATCHES)
     for b in range(_TREND_BATCHES):
@@ -199,7 +199,7 @@ def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -
 
 @kernel
 def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
-    """Whether samples[first:last] grow to their end and show no bound.
+    """Whether samples[first:last] grow to the end without approaching a limit.
 
     Every batch must be higher than all earlier batches, and the growth must hardly slow down over the three thirds of
     the series. The result is False for fewer than 80 samples.

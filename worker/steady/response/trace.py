@@ -156,7 +156,7 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
     Parameters
     ----------
     trace : array
-        Trace with the metered half cycles from row 1 on.
+        Trace whose metered half cycles begin at row 1.
     rows : int
         Number of metered half cycles.
     peaks : array, shape (2, ≥ rows // 2)

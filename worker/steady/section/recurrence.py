@@ -39,7 +39,7 @@ def recurrence(ring: Array, now: int, period_halves: int) -> float:
 
 @kernel
 def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None:
-    """Write the distances of a section point from the points up to `LONGEST` half cycles earlier into `apart`.
+    """Write into `apart` how far a section point is from each point up to `LONGEST` half cycles earlier.
 
     The former values of `apart` are moved to `before`.
     """

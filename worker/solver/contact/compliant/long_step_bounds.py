@@ -44,8 +44,9 @@ def longest_step(
 ) -> float:
     """Longest span in which slow motion and vibration provably cause no event; 0 if the span would be too short.
 
-    With a meter, no displacement in the span may exceed the peak recorded so far. Under a record, the same limit
-    applies to u'' of a slipping mass. The buffers must contain the slow motion (`contact_segment.expand`).
+    If a meter is given, no displacement in the span may exceed the peak recorded so far. Under a record, the
+    same limit applies to u'' of a slipping mass. The buffers must contain the slow motion
+    (`contact_segment.expand`).
     """
     base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
     wall, buffers = wall_of(scene), buffers_of(scene)
