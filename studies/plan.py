@@ -13,7 +13,7 @@ from damperlab.studies.kind import AnyStudy
 
 Cost = Callable[[AnyStudy, dict[str, NDArray[Any]]], NDArray[np.float64]]
 """Function that receives a study and the coordinates of N points. The function returns the expected run time
-of each point [s], shape (N,).
+of each point [s], above 0, shape (N,).
 """
 
 BLOCK_SECONDS = 2.0

@@ -155,9 +155,12 @@ def _far(band: Ends, natural_hz: float) -> list[str]:
         return []
     shown = f"{low * natural_hz:.4g} to {high * natural_hz:.4g} Hz"
     side = "below" if high < 1.0 else "above"
+    field, given = (
+        ("`natural_frequency_hz`", natural_hz) if high < 1.0 else ("the frequencies", low * natural_hz)
+    )
     return [
         f"The frequencies, {shown}, are all far {side} the natural frequency {natural_hz:.4g} Hz, where there is no "
-        f"resonance to damp: check `natural_frequency_hz`; {natural_hz:.4g} rad/s are {natural_hz / (2.0 * np.pi):.4g} Hz."
+        f"resonance to damp: check {field}; {given:.4g} rad/s are {given / (2.0 * np.pi):.4g} Hz."
     ]
 
 

@@ -112,7 +112,7 @@ def find_study(store: "Store", ref: str) -> "Record":
     others = store.namesakes(record) if ref and ref == record.name != record.id else 0
     if others:
         have = "1 other study has" if others == 1 else f"{others:,} other studies have"
-        note(f"Taken is {record.id}, the newest study named {ref}; {have} this name. To choose, name an id.")
+        note(f"Using {record.id}, the newest study named {ref}; {have} this name. To choose, give an id.")
     return record
 
 

@@ -74,9 +74,9 @@ def map_difference(
         raise refused("metric", metric, "a quantity where a study is subtracted", advice)
     _check_kind(cube, other, (x, y), metric)
     second = resonance_map(other, x, y, at_its_place(cube, first, selection), over, reduce)
-    reduced = {
+    reduced = dict.fromkeys(
         each.attrs[name] for each in (first, second) for name in ("over", "worst_over") if name in each.attrs
-    }
+    )
     for name in (x, y):
         _check_axis(name, first[name], second[name])
     for name in reduced:

@@ -115,9 +115,10 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
 def friction_allowed(note: Note) -> tuple[str, str]:
     """Return the largest μ_i at which the value rises by at most a tenth, and the words that follow in a sentence."""
     up_to, fails = note.values["up_to"], note.values["fails"]
-    reach = f"up to μ_i = {up_to:g}" if up_to else f"below μ_i = {fails:g}"
-    beyond = f", at {fails:g} by more" if up_to else ", from there on by more"
-    return reach, f"the value rises by at most a tenth{'' if fails is None else beyond}"
+    if not up_to:
+        return f"from μ_i = {fails:g} on", "the value may rise by more than a tenth"
+    beyond = "" if fails is None else f", at {fails:g} by more"
+    return f"up to μ_i = {up_to:g}", f"the value rises by at most a tenth{beyond}"
 
 
 def over_budget(known: Values) -> str:

@@ -224,18 +224,16 @@ def _check_frequencies(cube: "xr.Dataset", question: DesignQuestion, theirs: Des
     A peak is found more precisely at more frequencies, so designs that are judged at fewer frequencies would seem better.
     """
     ours, r = question.frequencies, theirs.frequencies
-    if (ours[0], ours[-1], ours.size) != (r[0], r[-1], r.size):
+    if ours.size != r.size or not np.allclose((ours[0], ours[-1]), (r[0], r[-1]), rtol=1e-9, atol=0.0):
         phrases = Phrases.of(cube)
-        name = name_of(cube) or "without a name"
-        told = (
-            f"Study {name} is judged at {_say_frequencies(r, phrases)}, and the study it is to be ranked with at "
-            f"{_say_frequencies(ours, phrases)}."
-        )
+        name = name_of(cube)
+        judged = f"{f'Study {name}' if name else 'A study'} is judged at {_say_frequencies(r, phrases)}"
+        told = f"{judged}, and the study it is to be ranked with at {_say_frequencies(ours, phrases)}."
         advice = (
             "compute both studies at the same frequencies, or name follow-ups of this study, refined with the same "
             "objective and band"
         )
-        found = f"{name}, judged at {_say_frequencies(r, phrases)}"
+        found = f"{name or 'a study'}, judged at {_say_frequencies(r, phrases)}"
         raise refused("with", found, f"studies judged at {_say_frequencies(ours, phrases)}", advice, told)
 
 

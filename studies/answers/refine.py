@@ -147,7 +147,7 @@ def refine_optimum(
     points = sum(each.points for each in studies)
     more = int(spent["points"]) - parent["status"].size + points
     if more > budget:
-        short_of = {"points": budget, "left": budget - more + points, "next_points": points}
+        short_of = {"points": budget, "left": max(0, budget - more + points), "next_points": points}
         notes.append(Note("budget", "caution", short_of))
         unsettled = (*short.sentences[:2], f"Not settled: {over_budget(short_of)}.")
         enough = f"--budget {max(4 * budget, more)}"

@@ -119,7 +119,7 @@ def brief_of(
         told = f"Not known which is better: the study's damper reaches {ours} so far, a tuned mass damper {theirs}; {why}"
         r = answer[FREQUENCY].values
         twice = {"start": float(r[0]), "stop": float(r[-1]), "num": 2 * r.size - 1}
-        following = f"compute {advised_axis(twice, phrases)}."
+        following = command("run", study) if missing else f"compute {advised_axis(twice, phrases)}."
     else:
         lower = abs(1 - found["ratio"]) if found["ratio"] < 1 else 1 - 1 / found["ratio"]
         apart = f"{100 * lower:.2g} % lower"

@@ -200,15 +200,12 @@ class _Known:
         """The first design without impacts, if friction alone is at most a tenth worse than the best design with impacts."""
         if self.lead is not self.best or not self.best["impact_share"] > 0:
             return None
-        most = self.best["value"] * (1 + LOSS)
-        return next(
-            (
-                row
-                for row in self.rows
-                if row["impact_share"] == 0 and row["friction_ratio"] > 0 and row["value"] <= most
-            ),
-            None,
-        )
+        columns = {str(name): self.ranked[name].values for name in self.best}
+        near = (columns["impact_share"] == 0) & (columns["friction_ratio"] > 0)
+        near &= columns["value"] <= self.best["value"] * (1 + LOSS)
+        rows = ({name: column[n].item() for name, column in columns.items()} for n in np.flatnonzero(near))
+        # friction that clamps the structure is no damper
+        return next((row for row in rows if not _is_held(row)), None)
 
     @property
     def others(self) -> list[Row]:
@@ -340,20 +337,25 @@ class _Known:
         if self.unsure is not None:
             sentences.append(
                 f"Not known which damper is best: {PEAK_BETWEEN[:1].lower()}{PEAK_BETWEEN[1:-1]}; compute "
-                f"{self.unsure.values['num']} frequencies."
+                f"{self.unsure.values['num']:,} frequencies."
             )
         sentences.append(decision)
-        sentences += [
-            sentence_of(kinds[kind], phrases)
-            for kind in ("nearly_clamped", "friction_alone")
-            if kind in kinds
-        ]
+        ours = damper != "tuned_mass_damper"
+        if ours and "nearly_clamped" in kinds:
+            sentences.append(sentence_of(kinds["nearly_clamped"], phrases))
         if self.unsure is None and any(peak.values["recommended"] for peak in self.peaks):
             sentences.append(PEAK_BETWEEN)
         if "cut_off" in kinds and self.lead is self.best:
             sentences.append(sentence_of(kinds["cut_off"], phrases))
+        if ours and "friction_alone" in kinds:
+            sentences.append(sentence_of(kinds["friction_alone"], phrases))
         sentences.append(self._breaks(phrases))
-        return Brief(damper, tuple(sentences), tuple(self._rows(damper, phrases)), self._next(phrases))
+        return Brief(
+            None if self.unsure else damper,
+            tuple(sentences),
+            tuple(self._rows(damper, phrases)),
+            self._next(phrases),
+        )
 
     def _decision(self, phrases: Phrases) -> tuple[Damper, str]:
         lead = self.lead

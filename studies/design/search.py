@@ -50,7 +50,7 @@ always computed further, and so are all builds if the rms is judged.
 MARGIN = 0.05
 """A damper is refined only if its `worth` exceeds the `worth` of the best damper by at most this margin."""
 LIKELY = 6
-"""Number of dampers, apart from each other, that are computed closely before the simplices start."""
+"""Number of dampers that are computed closely together: before the simplices start, and of those that may be better."""
 WORST, EXCEEDING = 1e4, 1e3
 """`worth` of a damper with an unbounded response, and smallest `worth` of a damper that exceeds a limit."""
 LEAST = 1e-300
@@ -80,7 +80,7 @@ class Search:
     glances: dict[Candidate, float] = field(default_factory=dict)
     """A lower bound of the value, for each candidate that was computed coarsely."""
     values: dict[Candidate, float] = field(default_factory=dict)
-    """The value of each further candidate, or a lower bound of the value if the candidate is far from the best."""
+    """The value of each candidate that was computed closely, or a lower bound if it is far from the best."""
     robust: dict[Candidate, Score] = field(default_factory=dict)
     """The worst case within the tolerances, for each candidate that was near the best."""
 
@@ -182,9 +182,14 @@ class Search:
             yield from self._look(candidates)
 
     def _undecided(self) -> list[Candidate]:
-        """Return the candidates of which only a lower bound is known, and this bound is less than the best value."""
+        """Return candidates of which only a lower bound is known, and this bound is less than the best value.
+
+        The first `LIKELY` of them, ordered by their bounds, are returned. So if the budget ends the search, the
+        likeliest ones are decided.
+        """
         least = self.worth(self.robust[self.best()])
-        return [each for each, value in self.examined.items() if each not in self.robust and value < least]
+        found = (each for each in self.examined.items() if each[0] not in self.robust and each[1] < least)
+        return [each for each, _ in sorted(found, key=lambda each: each[::-1])[:LIKELY]]
 
     def _look(self, candidates: list[Candidate], margin: float = MARGIN) -> Asks:
         """Compute the values of candidates, at more frequencies for the candidates that may be near the best.
@@ -307,7 +312,7 @@ class Search:
                     self._level.update(dict.fromkeys(behind, stage))
 
     def _tell_of(self, candidates: list[Candidate]) -> None:
-        here = counted(len(candidates) + len(self.examined), "damper")
+        here = counted(len(self.examined.keys() | set(candidates)), "damper")
         self._tell(f"{here} looked at" if self.glances else f"a first look at {here}")
 
     def _tell(self, stage: str) -> None:

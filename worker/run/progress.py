@@ -145,6 +145,7 @@ class Reporter:
         self._entered: tuple[str | None, int | None, int | None, str | None] = None, None, None, None
         self._meter: Meter | None = None
         self._window: Window | None = None
+        self._earlier_retries = 0
         self._reported = 0.0
         self._waits_for, self._gives_up_at = "", math.inf
 
@@ -154,6 +155,8 @@ class Reporter:
 
     def watch(self, window: "Window | None") -> None:
         """Include the state of the workers of a cluster in later reports; None if this process computes the blocks."""
+        if self._window is not None:
+            self._earlier_retries += self._window.workers.retries
         self._window = window
 
     def enter(
@@ -239,12 +242,13 @@ class Reporter:
         if phase == "waiting":
             left = max(0.0, self._gives_up_at - now)
             progress = replace(progress, waits_for=self._waits_for, gives_up_in=left)
+        progress = replace(progress, retries=self._earlier_retries)
         if self._window is not None:
             workers = self._window.workers
             progress = replace(
                 progress,
                 workers=workers.standings(),
                 blocks_in_flight=workers.in_flight,
-                retries=workers.retries,
+                retries=self._earlier_retries + workers.retries,
             )
         self._on_progress(progress)

@@ -71,9 +71,10 @@ class Results:
     def _give_up(self, failure: Failure) -> BlockOutcome:
         plan = self._run.plan
         block = plan.block(failure.index)
-        path = self._store.cube_path(self._lease.study_id)
         told = {"message": failure.message}
-        outcome = write_region(path, block, failed_values(plan.study, block), uuid.uuid4().hex[:12], told)
+        outcome = write_region(
+            self._run.cube_path, block, failed_values(plan.study, block), uuid.uuid4().hex[:12], told
+        )
         self._failures.append(f"block {failure.index}: {failure.message}")
         return outcome
 

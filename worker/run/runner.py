@@ -179,6 +179,8 @@ class Run:
     """Division of the study into blocks. It is set when the computation begins, like `expected`."""
     expected: NDArray[np.float64]
     """Expected time of each block [s]."""
+    cube_path: str
+    """Location of the cube. It is read once, so that a locked catalogue does not stop the handling of a failed block."""
 
     def __init__(
         self,
@@ -248,6 +250,7 @@ class Run:
         study = parse_stored(self._record.definition, self._record.digest)
         # the recorded chunk is used, because the cost model may have changed since the submission
         self.plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
+        self.cube_path = self._store.cube_path(self._study_id)
         self._take_back_lost()
         pending = self.pending()
         earlier = done_of_family(self._store, family_digest(study, self._record.provenance))

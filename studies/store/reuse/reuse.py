@@ -95,8 +95,8 @@ class Overlaps:
 class Boxes:
     """Bounding box of the grid of every study that has results and is in the same family as a given study.
 
-    If the study belongs to the search for a design, the other studies of this search are left out, because a
-    search requests no point twice.
+    If the study belongs to the search for a design, the other studies of this search are left out. A search
+    requests hardly any point twice, and looking for such points takes longer than computing them.
     """
 
     def __init__(self, store: Store, record: Record) -> None:

@@ -69,7 +69,7 @@ def test_a_name_of_several_studies_is_the_newest_and_a_note_says_so(tmp_path: Pa
             ids.append(store.submit(study, plan, {})[0].id)
     shown = run("show", "pump", "--data-dir", tmp_path, "--json")
     assert json.loads(shown.stdout)["id"] == ids[1]
-    assert f"Taken is {ids[1]}, the newest study named pump; 1 other study has this name." in shown.stderr
+    assert f"Using {ids[1]}, the newest study named pump; 1 other study has this name." in shown.stderr
     assert "Taken" not in run("show", ids[0], "--data-dir", tmp_path).stderr
 
 

@@ -163,6 +163,7 @@ def test_a_hidden_peak_that_may_exceed_the_next_damper_is_said_before_the_best()
     assert second.startswith("So far the best damper: ")
     num = next(n for n in near.attrs["notes"] if n["kind"] == "hidden_peak")["values"]["num"]
     assert f"compute {num:,} frequencies" in first
+    assert near.attrs["brief"]["damper"] is None
 
 
 def test_friction_that_nearly_clamps_a_structure_whose_particle_strikes_is_said():
@@ -184,6 +185,14 @@ def test_friction_alone_that_does_almost_as_well_as_impacts_is_said():
         assert ("friction_alone" in kinds(answer)) is said
         told = f"Friction alone does almost as well: {value:g} at γ_F = 0.2."
         assert (told in answer.attrs["verdict"]) is said
+
+
+def test_friction_that_clamps_the_structure_is_no_friction_damper():
+    chaos, locked = ResponseClass.CHAOTIC, ResponseClass.LOCKED
+    answer = optimal_designs(
+        made([[9.0] * 3, [1.0] * 3, [1.04] * 3], kinds=[[chaos] * 3, [chaos] * 3, [locked] * 3])
+    )
+    assert "friction_alone" not in kinds(answer)
 
 
 def test_the_end_of_a_level_axis_is_named_if_the_design_depends_on_it():
