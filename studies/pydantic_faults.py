@@ -64,7 +64,7 @@ def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
 
 
 def _given(value: object) -> str:
-    """Describe a value. A text with a number is shown as a number, because URLs and options contain only texts."""
+    """Describe a value. A text that spells a number is shown without quotes, because URLs and options contain only texts."""
     return value.strip() if isinstance(value, str) and _NUMBER.fullmatch(value) else describe(value)
 
 

@@ -42,7 +42,7 @@ SAMPLES_LIMIT = 10_000_000
 STEADY_HISTORY = 20
 """Default number of cycles in a file with the time history of a steady response."""
 LONG_HISTORY = 200
-"""Largest default number of cycles in a file with a time history from rest."""
+"""Default number of cycles in a file with a time history from rest is at most this number."""
 SHOWN_SAMPLES = 1000
 EVERY = (*DIMENSIONS, *BEFORE)
 """Names of the numbers that define a design point."""

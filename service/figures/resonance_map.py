@@ -143,7 +143,7 @@ def _stars(
 ) -> list[Line2D]:
     """Mark the smallest nontrivial value by a star.
 
-    If the response at this star has no impacts, mark the smallest value with impacts by another star. In a
+    If the response at this star has no impacts, another star marks the smallest value with impacts. In a
     map that is reduced over a third dimension, this depends on the response at the extremum.
     """
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)

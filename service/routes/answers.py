@@ -76,6 +76,6 @@ async def fetch(promise: ThePromise) -> Response:
     summary="Cancel a deferred answer",
 )
 async def give_up(promise: ThePromise, promises: Annotated[Promises, Depends(_promises)]) -> Response:
-    """Stop the computation of a deferred answer. A complete answer is deleted."""
+    """Stop the computation of a deferred answer. If the answer is complete already, delete it."""
     promises.give_up(promise)
     return Response(status_code=204)

@@ -200,7 +200,7 @@ def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery, key
 def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
     """List the records of studies. The route of a single study also gives the definition.
 
-    If a range of an axis is given, only part of a large catalogue is examined for one page. So a page may be short or
+    A filter by the range of an axis examines only part of a large catalogue for each page. So a page may be short or
     empty although `cursor` leads to further studies.
     """
     try:

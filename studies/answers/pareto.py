@@ -59,7 +59,7 @@ def pareto_front(
     Raises
     ------
     QueryFault
-        If `optimal_designs` refuses the study, if a respect is unknown, or if its variable is not in the cube.
+        If `optimal_designs` refuses the study, or if one of `respects` is unknown or not stored in the cube.
     """
     columns, signs = _read(cube, respects)
     question = DesignQuestion.ask(cube, judging, top)

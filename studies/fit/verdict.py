@@ -154,7 +154,7 @@ def _irregular(fitted: Fitted) -> Iterator[str]:
 
 
 def _as_good(others: Iterable[Mapping[str, float]]) -> Iterator[str]:
-    """Name further sets of parameters that agree about as well."""
+    """Name further sets of parameters that agree with the data almost as well as the best set."""
     for other in others:
         values = listing(f"{name} = {quantity(name, value)}" for name, value in other.items())
         yield f"Another set of parameters agrees about as well: {values}. The intervals are those around the best one."

@@ -17,7 +17,7 @@ COMMAND_SECONDS = 120.0
 MARGIN_SECONDS = 60.0
 """Difference between the wall time of a job and the lifetime of its worker [s], because Python may start slowly."""
 LEAVE_SECONDS = 25.0
-"""Longest time from the request to leave until a worker has ended [s]."""
+"""Longest time that a worker takes to end after it was asked to leave [s]."""
 IDLE_SECONDS = 300.0
 """Time without a block, or without a scheduler, after which a worker exits [s]."""
 SHORTEST_SECONDS = MARGIN_SECONDS + LEAVE_SECONDS + 5.0

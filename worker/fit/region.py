@@ -60,7 +60,7 @@ class Region:
     def resized(self, draws: Matrix, generator: np.random.Generator) -> tuple[Matrix, "Region"]:
         """Return the region moved to the mean of draws, and resized along each principal direction.
 
-        A region that the draws fill is smaller than the uncertainty of the parameters, and grows.
+        If the draws fill the region, the uncertainty of the parameters is larger, so the region is enlarged.
 
         Returns
         -------

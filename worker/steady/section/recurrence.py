@@ -94,7 +94,7 @@ def settled_period(
 
 @kernel
 def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> bool:
-    """Whether the run has repeated within a distance, with the period and its multiples, for `LONGEST` half cycles."""
+    """Whether the run has stayed within a distance of itself one and more periods ago, for `LONGEST` half cycles."""
     if now < RING:
         return False
     for i in range(LONGEST):

@@ -106,8 +106,8 @@ def field(rows: Array, at: int, side: int, scene: Scene) -> Field:
 def leaving_speed(rows: Array, at: int, to: int, count: int, scene: Scene, particle: Particle) -> float:
     """Speed at which a particle leaves the wall at the end of its dwell.
 
-    The speed is e times the approach speed. The flights of a chatter become so short that this speed is within the
-    rounding of the velocities. The logged duration of such a flight is then inconsistent with its speed, and the use of
+    The speed is e times the approach speed. In a chatter, this speed becomes smaller than the rounding error of the
+    velocities. The logged duration of such a flight is then inconsistent with its speed, and the use of
     both would make the propagation through the next impact inaccurate. For a short flight that ends on the same wall,
     the speed is therefore computed from the duration and the final impact of the flight.
     """
