@@ -195,7 +195,12 @@ function answered(place, found) {
   );
 }
 
-/** Significant digits, at least 4, that show half the width of an interval with 2. @param {number} low @param {number} high */
+/**
+ * Significant digits, at least 4: half the width of the interval has 2.
+ *
+ * @param {number} low
+ * @param {number} high
+ */
 function digitsOf(low, high) {
   const half = (high - low) / 2;
   const largest = Math.max(Math.abs(low), Math.abs(high));

@@ -56,6 +56,10 @@ CLOSED = ("states", "objectives", "criteria", "cases", "dimensions", "response c
 ORDERS = {
     ("studies/kinds.py", "dimensions"): "the order in which a map shows them",
     ("studies/kinds.py", "dimensions of a particle"): "part of the same",
+    (
+        "studies/answers/verdict.py",
+        "dimensions of a particle",
+    ): "the order in which a sentence names a damper",
 }
 """Lists that say more than the words: each is all of them, in an order of its own."""
 

@@ -53,7 +53,7 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     assert recommended_curve["x"] == pytest.approx(answer["response"]["frequency_hz"])
     assert recommended_curve["y"] == pytest.approx([1e3 * metres for metres in answer["response"]["value"]])
     # of a budget that allows them
-    for title, of in (("Response over the amplitude", "amplitudes"), ("The best response found", "masses")):
+    for title, of in (("Response over the frequency", "amplitudes"), ("The best response found", "masses")):
         figure = page.get_by_role("img", name=re.compile(f"^{title}"))
         expect(figure).to_have_count(int(len(answer[of]) > 1))
     assert serious(page, ("dark",)) == []
