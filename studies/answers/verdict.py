@@ -178,7 +178,7 @@ class _Known:
     def nearly_clamped(self) -> bool:
         """Whether friction nearly clamps the structure in the best design, although the particle strikes.
 
-        True only if the best design is recommended and the base moves.
+        False if another design is recommended, or if a force acts on the structure.
         """
         based = excitation_of(self.cube) != "force"
         return (
@@ -187,15 +187,15 @@ class _Known:
 
     @property
     def lead(self) -> Row:
-        """The recommended design: the best one, or the best one with impacts if friction clamps the best one."""
+        """The recommended design. If friction clamps the best design, this is the best design with impacts."""
         return self.active if self.active is not None and self.clamped else self.best
 
     @property
     def striking(self) -> Row | None:
-        """The best design with impacts, if the recommended design works without impacts."""
+        """The best design with impacts; None if the recommended design has impacts."""
         return self.active if self.lead is self.best and self.best["impact_share"] == 0 else None
 
-    @property
+    @cached_property
     def alone(self) -> Row | None:
         """The first design without impacts, if friction alone is at most a tenth worse than the best design with impacts."""
         if self.lead is not self.best or not self.best["impact_share"] > 0:
@@ -250,7 +250,7 @@ class _Known:
 
     @cached_property
     def unsure(self) -> Note | None:
-        """The note on a hidden peak of the recommended design, if that peak may exceed the value of another damper."""
+        """The note on a hidden peak that may make the recommended design worse than another damper."""
         note = next((each for each in self.peaks if each.values["recommended"]), None)
         rivals = [float(row["value"]) for row in self.others]
         rivals += [self.linear.tuned] if math.isfinite(self.linear.tuned) else []

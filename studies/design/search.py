@@ -118,7 +118,7 @@ class Search:
             if not self.glances:
                 raise BudgetSpent
             # no damper was judged closely, so the best damper of the coarse look is taken
-            best = min(self.glances, key=lambda each: (self.glances[each], each))
+            (best,) = best_apart(self.glances, 1)
             self.robust[best] = self.judged(best)
         try:
             yield from self.assured()
@@ -172,7 +172,7 @@ class Search:
             candidates = [each for each in near if not all(map(self.looked_at, self.with_corners(each)))]
             yield from self.known((build for each in candidates for build in self.with_corners(each)), 0)
         if self.told:
-            self.book.ahead = self.space.build(min(self.glances, key=lambda each: (self.glances[each], each)))
+            self.book.ahead = self.space.build(*best_apart(self.glances, 1))
 
     def _descend(self, size: float) -> Asks:
         """Go downhill with simplices of a size, from the best of the candidates that were examined closely."""

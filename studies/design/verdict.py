@@ -165,15 +165,15 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
     if isinf(score.value):
         return f"Nothing bounds the {judged}: it grows without bound with every damper that was examined."
     reach = _reach(asked, score.value, score.most)
-    examined = f"examined{' before the budget was spent' if found.stopped == 'budget' else ''}"
     if build.friction_force_n and locked(found, build):
         return _locked(found, build, reach)
     if not asked.free:
         word = "The given damper" if score.violation == 0.0 else "The given damper exceeds a limit: it"
         return f"{word} ({damper_words(asked, build)}) {stays} {reach}."
     if score.violation > 0.0:
+        so_far = " before the budget was spent" if found.stopped == "budget" else ""
         best_of = f"Best: {damper_words(asked, build)}; it {stays} {reach}."
-        return f"No damper that was {examined} keeps every limit. {best_of}"
+        return f"No damper that was examined{so_far} keeps every limit. {best_of}"
     if damper == "friction_alone":
         force = quantity(asked, "friction_force_n", build.friction_force_n, 3)
         return f"No particle needed: a friction force of {force} alone {stays} {reach}."

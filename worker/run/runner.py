@@ -298,7 +298,7 @@ class Run:
 
     def _require_readable(self) -> None:
         try:
-            description_of(open_shelf(self._store.cube_path(self._study_id)))
+            description_of(open_shelf(self.cube_path))
         except (OSError, ValueError) as error:
             # the run ends here, because every worker would fail to read the data and would be excluded
             kind = Outage if isinstance(error, ShelfAway) else Interrupted
