@@ -98,7 +98,7 @@ def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy
         )
     faults = []
     if key is not None:
-        advice = "leave it out: the same definition is the same study, however often it is sent"
+        advice = "leave it out: a definition that is sent again does not create another study"
         faults.append(
             Fault(
                 "Idempotency-Key",
@@ -115,15 +115,16 @@ def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy
             studies.append(parse_study(document, shelf))
             values += sum(studies[-1].shape)
             if values > MOST_VALUES:
-                found, allowed = f"axes of {values:,} values up to here", f"{MOST_VALUES:,} in one list"
+                found, allowed = f"axes of {values:,} values up to this study", f"{MOST_VALUES:,} in one list"
                 raise StudyFaults(
                     [
                         Fault(
                             "axes",
                             found,
                             allowed,
-                            "send studies with long axes alone",
-                            f"The axes up to here have {values:,} values; the axes of a list may have at most {MOST_VALUES:,}.",
+                            "send each study with long axes in a separate request",
+                            f"Up to this study, the axes of the list have {values:,} values; "
+                            f"at most {MOST_VALUES:,} are allowed.",
                         )
                     ]
                 )

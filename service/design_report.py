@@ -108,8 +108,8 @@ def design_report(found: Found) -> str:
             "<h2>Under other amplitudes</h2>",
             drawing(
                 draw_amplitudes(found),
-                "Response of the drawn damper under amplitudes within and beyond the specified range. Its friction "
-                "force and clearance stay the same."
+                "Response of the damper as drawn, under amplitudes within and beyond the specified range. "
+                "Its friction force and clearance stay the same."
                 + (
                     ""
                     if asked.measure.mean
@@ -156,7 +156,7 @@ def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
         yield _named("excitation", records.name), under_records(records), ""
     largest = "" if asked.measure.mean else "largest "
     yield "judged by", f"{largest}{asked.measure.judged}", ""
-    yield "assumed", "the cavity is lying; the particle slides without friction", ""
+    yield "assumed", "the cavity is horizontal; the particle slides without friction", ""
     if asked.judge != "rest":
         yield "of several responses", JUDGES[asked.judge], ""
     yield "confidence", f"{asked.confidence:.3g}", ""
@@ -191,7 +191,8 @@ def _masses(found: Found) -> Iterable[str]:
     yield drawing(
         draw_front(found),
         "Response of the best damper found for each mass, as drawn. The search for each mass started from the "
-        "damper of the neighbouring mass. The tuned mass damper is also tuned without tolerances.",
+        "damper of the neighbouring mass. The tuned mass damper, too, is tuned for the nominal "
+        "structure, without tolerances.",
     )
 
 

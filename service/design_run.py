@@ -291,7 +291,7 @@ class _Search:
         Returns
         -------
         list of Record, TooManyUnfinished or None
-            Records of the submitted studies, and the error that prevented the submission of all studies.
+            Records of the submitted studies, and the error if some studies could not be submitted.
         """
         count, refused = len(new), None
         while count:

@@ -178,7 +178,7 @@ class Designer:
         return process
 
     def _note_end(self, design_id: str, status: int | None) -> None:
-        """Decide whether a search whose process has ended is started again, or the design fails."""
+        """Decide whether to restart a search whose process has ended, or to let the design fail."""
         if self.background.closing or self.shelf.ended(design_id):
             self._deaths.pop(design_id, None)
             return

@@ -30,7 +30,7 @@ AGAIN_SECONDS = 5.0
 COMPANY, MOST = 4, 64
 """Smallest and largest number of small studies in a batch."""
 STOP_SECONDS = 60.0
-"""Longest wait for running studies at a shutdown [s]. A study waits a shorter time for its running blocks."""
+"""Longest wait for running studies at a shutdown [s]. It exceeds the time that a study waits for its running blocks."""
 
 _log = logging.getLogger("damperlab.dispatch")
 
@@ -77,7 +77,7 @@ class Dispatcher:
         self._not_before: dict[str, float] = {}
         # ids of small studies that were left over by a batch and need a separate run
         self._alone: set[str] = set()
-        # number of the last start of a study, by submitter; the submitter with the smallest number is next
+        # for each submitter, the number of its last start; the submitter with the smallest number is next
         self._turns: dict[str | None, int] = {}
         # the event is set at the start, because an earlier process may not have completed its deletions
         self._leaving: list[threading.Thread] = []
@@ -352,7 +352,8 @@ class Dispatcher:
             self._put_off(study_id, str(error))
         except (StudyBusy, StudyNotFound) as error:
             _log.info("study %s is left alone: %s", study_id, error)
-            with self._lock:  # clocks of machines differ, so the study may seem to be unclaimed immediately
+            # retry later: if the clocks of the machines differ, the study may look unclaimed again at once
+            with self._lock:
                 self._not_before[study_id] = time.monotonic() + AGAIN_SECONDS
         except (StoreFault, OSError) as error:
             # the catalogue cannot be written, or a connection was lost

@@ -67,7 +67,7 @@ def answer_comparison(asked: Earthquake, samples: int = 0) -> WithPaper:
     runs = 1 + acting * (1 + asked.starts + (samples > 0))
     if windows * runs > MOST_WINDOWS:
         found = f"{runs} runs of about {windows:,.0f} steps"
-        advice = "ask for fewer `starts` or `cases`, a shorter tail, or a slower structure"
+        advice = "ask for fewer `starts` or `cases`, a shorter tail, or a lower natural frequency"
         raise StudyFaults(
             [
                 Fault(

@@ -18,8 +18,8 @@ from damperlab.worker.provenance import provenance
 from damperlab.worker.scenes import Scene, scenes
 
 DOUBT, DOUBT_KNOWING = 4.0, 2.5
-"""Factors that the ratio of a computing time to its estimate rarely exceeds. The second factor applies if a study of the same
-family was measured. In a test with 32 random studies, 27 and 31 studies were within these factors.
+"""The computing time rarely differs from its estimate by more than these factors. The second factor applies if a study of the
+same family was measured. In a test with 32 random studies, 27 were within the first factor, and 31 within the second.
 """
 
 
@@ -109,9 +109,9 @@ def readiness_document(wanted: Sequence[Scene]) -> Readiness:
     Returns
     -------
     dict
-        ``phase`` is "ready" if all kernels are compiled, and otherwise "compiling". ``phase_done`` and ``phase_total``
-        are the numbers of compiled and of all scenes. ``compiling_seconds`` is the expected time on one core to compile
-        the missing scenes.
+        ``phase`` is "ready" if all kernels are compiled, and otherwise "compiling". ``phase_done`` is the
+        number of compiled scenes, and ``phase_total`` the number of all scenes. ``compiling_seconds`` is the
+        expected time on one core to compile the missing scenes.
     """
     from damperlab.worker.warm import missing
 

@@ -153,7 +153,7 @@ SPECIFICATION_BODY: dict[str, Any] = {
             "schema": {"$ref": "#/components/schemas/Specification"},
             "examples": {
                 "floor": {
-                    "summary": "A floor at 8 Hz, in units: the friction force is chosen",
+                    "summary": "A floor at 8 Hz, in SI units; the design chooses the friction force",
                     "value": {
                         "name": "floor",
                         "structure": {"mass_kg": 40, "natural_frequency_hz": 8, "damping_ratio": 0.05},
@@ -242,8 +242,8 @@ FIT_BODY: dict[str, Any] = {
 def complete(document: dict[str, Any]) -> None:
     """Complete the OpenAPI document of FastAPI in place.
 
-    The schemas of request bodies, answers and problem documents are added, and the common error responses of all
-    operations. FastAPI's schemas of validation errors are removed.
+    Schemas of request bodies, answers and problem documents are added, and each operation gets the common
+    error responses. FastAPI's schemas of validation errors are removed.
     """
     from damperlab.studies.fit.document import fit_schema
 

@@ -19,7 +19,7 @@ SAMPLES_PER_CYCLE = 256
 HARMONICS = 8
 """Highest harmonic of the excitation in a spectrum of a steady motion."""
 NATURAL = 4
-"""Ratio of the highest frequency in a spectrum under a record to the natural frequency of the structure."""
+"""A spectrum under a record ends at this multiple of the structure's natural frequency."""
 HELD = 1e-9
 """A structure counts as locked by friction if its speed is below this fraction of the largest speed."""
 AT_WALL = 1e-9

@@ -200,7 +200,7 @@ def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
             results = {*VARIABLES, *RESULTS}
             meaning += " at any considered frequency are excluded." if name in results else " are excluded."
             if name == FREQUENCY:
-                meaning = "Refused: `band` is the range of frequency ratios."
+                meaning = "Not accepted: give the range of frequency ratios as `band`."
             kind: Any = Annotated[str, AfterValidator(read_range)] | None
             found[name] = (
                 kind,

@@ -58,7 +58,7 @@ class Readiness:
         """Return the problem that prevents the service from working; None if there is no problem."""
         seen = self._seen
         if time.monotonic() - seen.at > STALE_SECONDS:
-            told = f"The service's data has not answered within {STALE_SECONDS:g} s."
+            told = f"The service's store has not answered within {STALE_SECONDS:g} s."
             return Problem(503, "store-unavailable", told)
         if seen.fault is not None:
             return Problem(503, "store-unavailable", "The service cannot use its data.", (seen.fault,))

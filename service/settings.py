@@ -55,8 +55,8 @@ class Settings(BaseSettings):
     )
     store: str | None = Field(
         None,
-        description="s3://bucket/prefix for the cubes; by default the location stored in the catalogue, which "
-        "is at first the data folder. The server and the keys come from AWS_ENDPOINT_URL, "
+        description="s3://bucket/prefix for the cubes; by default the location stored in the catalogue. A "
+        "new catalogue stores the data folder. The server and the keys come from AWS_ENDPOINT_URL, "
         "AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, …",
     )
     quota_bytes: ByteSize | None = Field(
@@ -155,7 +155,9 @@ class Settings(BaseSettings):
         "--account=lab.",
     )
     warm: bool = Field(
-        True, description="Compile missing kernels of the usual scenes in the background at the start."
+        True,
+        description="At the start, compile missing kernels for the usual studies, points and earthquakes in "
+        "the background.",
     )
     studies_at_once: int = Field(
         2, ge=1, le=64, description="Number of studies that run at the same time; they share one cluster."
@@ -187,7 +189,8 @@ class Settings(BaseSettings):
     work_wait_seconds: float = Field(
         1800.0,
         gt=0.0,
-        description="Longest wait until a request has had the processor time of `work_seconds`, in seconds.",
+        description="Largest wall time of the computation for a request, in seconds, including its wait for "
+        "a process.",
     )
     work_memory_bytes: ByteSize = Field(
         ByteSize(4 << 30),

@@ -108,7 +108,7 @@ def _row(
     row: Mapping[str, Any],
     columns: Iterable[tuple[str, str]],
 ) -> list[str]:
-    """Return the table row of one design. An error that is only rounding is written as a word."""
+    """Return the table row of one design. An error as small as a rounding error is written as a word."""
     return [
         ROUNDING_WORD
         if column == "error" and is_rounding(row["value"], row["error"])
@@ -244,7 +244,7 @@ def _cost(record: Record, cube: "xr.Dataset", worst_case: bool) -> Iterable[str]
             worst = max(found["error_high"].values.tolist(), default=float("nan"))
             rows += [
                 (
-                    "90 % quantile of the relative error among points of similar run time, at most",
+                    "90 % quantile of the relative error, the largest over groups of similar run time",
                     f"{worst:.2g}",
                 ),
                 ("points that reached the cycle limit", f"{limited:.0f} of {int(number.sum()):,}"),

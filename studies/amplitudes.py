@@ -9,7 +9,7 @@ AMPLITUDE = "base_amplitude_m"
 """Dimension of the base amplitude, which only studies over base amplitudes have."""
 
 RATIOS_OF: dict[str, str] = {"clearance_m": "clearance_ratio", "friction_force_n": "friction_ratio"}
-"""Ratio of each quantity that is constant over base amplitudes. These ratios fall as the base amplitude grows."""
+"""For each quantity that stays constant, the ratio that falls as the base amplitude grows."""
 
 CONSTANT: dict[str, int] = {"velocity": 1, "acceleration": 2}
 """Time derivatives of the base displacement that may have a constant amplitude over frequency, with their orders."""
@@ -42,7 +42,8 @@ def over_amplitudes(physical: object, particle: bool) -> bool:
     """Return whether a physical block describes a study over base amplitudes.
 
     The base amplitude must be an axis. In addition, the block must contain both the friction force and the clearance,
-    or one of these two as an axis. Otherwise the base amplitude changes only one ratio and is an axis of this ratio.
+    or one of these two as an axis. Otherwise the base amplitude changes only one ratio, and its values become
+    values of that ratio.
 
     Parameters
     ----------

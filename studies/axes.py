@@ -30,7 +30,7 @@ MAX_AXIS_VALUES = 1_000_000
 """Largest number of values on one axis."""
 
 LARGEST = 1e15
-"""An advice converts a step into a number of values only if start, stop and step are below this limit."""
+"""Advice converts a step into a number of values only if start, stop and step are below this limit."""
 
 MAX_FAULTS_PER_AXIS = 20
 """Largest number of faulty values listed for one axis, so that the faults of other axes are also listed."""
@@ -226,7 +226,7 @@ def _unknown_of_range(field: str, key: object, raw: dict[Any, Any]) -> Fault:
     fault = unknown_key(field, key, known, raw)
     if key not in _COUNTS:
         return fault
-    fault = replace(fault, meant="num")  # not `stop`, whose spelling is close to `step`
+    fault = replace(fault, meant="num")  # the similar word `stop` would be a wrong suggestion for `step`
     if "num" in raw:
         return replace(fault, advice="remove it: `num` is the number of values, both ends included")
     advice = "write `num`, the number of values, both ends included, in its place"
@@ -250,7 +250,7 @@ def _distinct(span: Range) -> bool:
     width = (
         math.log(span.stop / span.start) if span.spacing == "log" else (span.stop - span.start) / span.stop
     )
-    # Rounding changes a value by at most 1.2e-16 of the value. Only for steps near this size, all values are compared.
+    # rounding changes a value by a relative error of at most 1.2e-16: only much larger steps are safe without a comparison
     return width / (span.num - 1) > 1e-12 or bool(np.all(np.diff(span.values()) > 0.0))
 
 

@@ -45,13 +45,13 @@ def _as_constant(fault: Fault, key: str, physical: Mapping[str, Any], particle: 
     beside = (
         ""
         if all(name in physical for name in needed)
-        else f", beside {' and '.join(f'`{n}`' for n in needed)}"
+        else f", and give {' and '.join(f'`{n}`' for n in needed)} too"
     )
     if amplitude is None:
-        value = f"`{AMPLITUDE}` as the list of its values {law}"
+        value = f"a list `{AMPLITUDE}`"
     advice = (
-        f"write `constant: {constant}` and {value} in its place{beside}: the amplitude {law} at the natural frequency, "
-        "as a list, even of one value"
+        f"write `constant: {constant}` and {value} in its place{beside}. The list, even if it has one value, "
+        f"holds the amplitude {law} at the natural frequency"
     )
     told = f"{{field}} is a key of designs; a study writes this {constant} of the base as `constant: {constant}`."
     return replace(fault, found=describe(physical[key]), advice=advice, message=told)

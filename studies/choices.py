@@ -69,7 +69,7 @@ TOLERANCE = Quantity(
 PERIODIC_TOLERANCE = Quantity(
     "periodic_tolerance", "relative distance from periodicity at which a response counts as periodic",
     1e-13, 1e-2,
-    "the default is 1e-9; below 1e-13 is rounding",
+    "the default is 1e-9; differences below 1e-13 are rounding errors",
 )  # fmt: skip
 
 
@@ -176,8 +176,8 @@ def _choice(
 ) -> tuple[Discriminator, BeforeValidator]:
     """Return the two annotations that select one of several pydantic models by the text under `key`.
 
-    The first of `tags` is the default. A choice is written as a mapping. If `settings` is not empty, the default is
-    written as a name, and `settings` lists the keys of the mappings.
+    The first of `tags` is the default. Without `settings`, every choice is written as a mapping. With
+    `settings`, the keys of these mappings, the default is written as a name.
     """
     plain = bool(settings)
 

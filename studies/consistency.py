@@ -94,7 +94,7 @@ def cavity_faults(
 
 
 def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the names of the dimensions with default values, because the document does not determine these values."""
+    """Return the names of the dimensions that have default values because the document omits them."""
     axes, physical = document.get("axes") or {}, document.get("physical") or {}
     particle = document.get("particle", True) is not False
     made = {each.ratio for each in derivations(physical, particle=True)}
@@ -128,7 +128,7 @@ def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def faults_between(document: Mapping[str, Any]) -> list[Fault]:
-    """Return a fault for each violated rule between fields. Single fields may be invalid as well."""
+    """Return a fault for each violated rule between fields. The fields themselves may be invalid."""
     axes, physical = document.get("axes", {}), document.get("physical")
     physical = {} if physical is None else physical
     particle = document.get("particle", True) is not False

@@ -1,4 +1,4 @@
-"""Reading of a contact model from documents that are not studies."""
+"""Reads a contact model from a document that is not a study."""
 
 from pydantic import ValidationError
 

@@ -1,4 +1,4 @@
-"""Reading of lines from text files, in the encodings of spreadsheets and old programs."""
+"""Reads lines from text files, in the encodings of spreadsheets and old programs."""
 
 import re
 from collections.abc import Sequence
@@ -43,9 +43,9 @@ def check_factors(lines: Sequence[tuple[int, str]]) -> None:
     """Raise StudyFaults if a line states a factor for the samples. `lines` contains number and text of each line."""
     for number, line in lines:
         if _FACTORS.search(line):
-            told = f"Line {number} names a factor: {printable(line)}. The samples must be in their unit."
+            told = f"Line {number} names a factor: {printable(line)}. The samples must include it already."
             advice = "multiply the samples by the factor and remove the line; if they include it already, only remove the line"
-            raise StudyFaults([Fault(f"line {number}", "a factor", "samples in their unit", advice, told)])
+            raise StudyFaults([Fault(f"line {number}", "a factor", "samples that include it", advice, told)])
 
 
 def _decoded(text: bytes | str, field: str) -> str:

@@ -205,7 +205,7 @@ class Study(Choice):
 
     @cached_property
     def assumed(self) -> tuple[str, ...]:
-        """Dimensions with default values, because the document omits them."""
+        """Dimensions that have default values because the document omits them."""
         return ()
 
     @cached_property

@@ -40,7 +40,7 @@ def study_digest(study: "Study") -> str:
     )
     if not study.particle:
         del settings["contact"]
-    if study.forced:  # only for forces, so that older digests are unchanged
+    if study.forced:  # only for forces, so that studies with a shaken base keep their earlier digests
         settings["excitation"] = study.excitation
     feed(content, "settings", json.dumps(settings, sort_keys=True).encode())
     return content.hexdigest()

@@ -12,8 +12,8 @@ UNEVEN = 0.02
 TOO_FEW_DIGITS = "The times have too few digits: the step between the samples cannot be determined."
 """Message for a step of NaN from `equal_step`."""
 KNOWN = 1e-3
-"""A step with a larger relative uncertainty is not replaced by a whole number of samples in ten seconds or of
-milliseconds.
+"""Steps with a whole number of samples in ten seconds, and steps of whole milliseconds, are tried only if the
+relative uncertainty of the step is at most this value.
 """
 MOST_LIKELY = 3.0
 """Whole sampling rates are tried if the possible sampling rates differ by less than this value [1/s]."""
@@ -32,7 +32,7 @@ def resolution_of(written: Iterable[str]) -> float:
 
 
 def wrong_step(line: int, before: float, at: float, usual: float) -> tuple[str, str]:
-    """Return a message and an advice for a time [s] that breaks the equal steps.
+    """Return a message and a remedy for a time [s] that breaks the equal steps.
 
     Parameters
     ----------

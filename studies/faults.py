@@ -215,7 +215,7 @@ def write_nearest(word: object, known: Iterable[str], otherwise: str = "choose o
 
 
 def sentence(text: str) -> str:
-    """Write an advice as a sentence, with a capital letter and a full stop."""
+    """Write advice as a sentence, with a capital letter and a full stop."""
     return text[:1].upper() + text[1:] + ("." if text and text[-1] not in ".?!" else "")
 
 

@@ -98,7 +98,7 @@ class Field:
 
     @property
     def is_repeated(self) -> bool:
-        """Whether the option of a list is repeated for each value, instead of one text with all values, ``A,B``."""
+        """Whether the option is given once per value of a list, and not once with all values, ``A,B``."""
         return self.is_list and "," not in self.form
 
     @property

@@ -22,7 +22,7 @@ OTHER: dict[Kind, tuple[Kind, str]] = {
     "study": ("specification", "damperlab design"),
     "specification": ("study", "damperlab run"),
 }
-"""For each kind of document: the kind that may be submitted by mistake, and the command for the mistaken kind."""
+"""For each kind of document: the other kind, and the command for that other kind."""
 
 
 class Repeated(dict[str, Any]):

@@ -186,6 +186,6 @@ def shown_axes(
     }
     free = [name for name in favourites if name not in used]
     free.sort(key=lambda name: sizes[name] == 1)
-    # if no dimension remains, both axes have the same dimension, and the question is refused
+    # if no unused dimension remains, both axes get the same dimension, and the caller refuses the question
     free += favourites
     return x or free.pop(0), y or free.pop(0)

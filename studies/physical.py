@@ -111,9 +111,9 @@ class Physical(Choice):
             {
                 "type": ["string", "null"],
                 "enum": [*CONSTANT, None],
-                "description": "quantity of the base that is constant over frequency instead of its "
-                "displacement; only in studies over base amplitudes, which are then those at the "
-                "natural frequency",
+                "description": "quantity of the base that is the same at every frequency, in place of the "
+                "displacement; only in studies over base amplitudes. `base_amplitude_m` then holds the "
+                "amplitudes at the natural frequency",
             },
         ),
     ] = None
@@ -250,7 +250,10 @@ def derivations(given: Mapping[str, object], particle: bool) -> list[Derivation]
 
 
 def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
-    """Return a fault for each violated rule between entries of a physical block. Single entries may also be invalid."""
+    """Return a fault for each violated rule between entries of a physical block.
+
+    The entries themselves are not checked, and may be invalid.
+    """
     faults: list[Fault] = []
     made = derivations(raw, particle)
     crossed = over_amplitudes(raw, particle)
@@ -271,7 +274,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
         fed = [d.ratio for d in made if name == d.source or name in d.partners]
         ignored = not particle and any(d.of_particle and d.source == name for d in DERIVATIONS.values())
         if name in Physical.model_fields and not fed and not ignored:
-            allowed = "a single number, because no ratio is made of it here"
+            allowed = "a single number, because no ratio depends on it here"
             faults.append(
                 Fault(here, describe(raw[name]), allowed, "give one number here, or vary the ratio in `axes`")
             )
@@ -298,7 +301,10 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
 
 
 def _constant_alone(raw: Mapping[str, Any], particle: bool) -> Fault:
-    """Return the fault of `constant` outside a study over base amplitudes, and advise how to write such a study."""
+    """Return the fault if `constant` is used outside a study over base amplitudes.
+
+    The advice explains how to write such a study.
+    """
     constant = raw["constant"]
     amplitude = raw.get(AMPLITUDE)
     one = isinstance(amplitude, int | float) and not isinstance(amplitude, bool)
@@ -310,7 +316,10 @@ def _constant_alone(raw: Mapping[str, Any], particle: bool) -> Fault:
     elif missing:
         advice += f", and give {' and '.join(missing)}"
     advice += "; without `constant` the displacement is the same at every frequency"
-    told = f"{{field}} needs a study over base amplitudes: a constant {constant} makes another amplitude at each frequency."
+    told = (
+        f"{{field}} needs a study over base amplitudes: with a constant {constant} the amplitude of the "
+        "displacement changes with the frequency."
+    )
     return Fault("physical.constant", describe(constant), f"with `{AMPLITUDE}` as a list", advice, told)
 
 

@@ -72,7 +72,7 @@ def product(a: ArrayLike, b: ArrayLike) -> Floats:
     Parameters
     ----------
     a : array, shape (..., k)
-        Equal rows give sums with equal bits, unlike in libraries for matrix products.
+        Equal rows of `a` give bitwise equal results. Libraries for matrix products do not ensure this.
     b : array, shape (k,) or (k, m)
     """
     subscripts = "...i,i->..." if np.ndim(b) == 1 else "...i,ij->...j"

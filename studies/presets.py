@@ -10,7 +10,7 @@ from math import pi
 NATURAL_FREQUENCY_HZ = 2.5
 """Natural frequency of the structure in the paper, for conversion of the contact times into units of 1/ω_n."""
 SLOW_MOTION = 20.0
-"""Slow-motion factor of the film for the contact times."""
+"""Slow-motion factor of the film from which the contact times may have been read."""
 
 
 @dataclass(frozen=True)

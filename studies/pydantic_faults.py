@@ -64,7 +64,10 @@ def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
 
 
 def _given(value: object) -> str:
-    """Describe a value. A text that spells a number is shown without quotes, because URLs and options contain only texts."""
+    """Describe a value.
+
+    A text that is a number is shown without quotes, because every value in a URL or an option is a text.
+    """
     return value.strip() if isinstance(value, str) and _NUMBER.fullmatch(value) else describe(value)
 
 

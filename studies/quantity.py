@@ -101,7 +101,7 @@ RESTITUTION = Quantity(
     "coefficient of restitution e",
     0.0,
     1.0,
-    "0 is a wall that keeps the particle, 1 loses nothing",
+    "with 0 the particle stays at the wall, with 1 an impact loses no energy",
 )
 MASS_RATIO = Quantity("mass_ratio", "mass ratio β = m/M", 0.0, 1e12, "give particle mass over primary mass")
 CLEARANCE_RATIO = Quantity(
@@ -109,7 +109,7 @@ CLEARANCE_RATIO = Quantity(
     "give half the free cavity length over the base amplitude, or write `particle: false`",
 )  # fmt: skip
 FRICTION_RATIO = Quantity(
-    "friction_ratio", "friction ratio γ_F = F_f/(kZ)", 0.0, 1e12, "give 0 for a scene without friction"
+    "friction_ratio", "friction ratio γ_F = F_f/(kZ)", 0.0, 1e12, "give 0 for a structure without friction"
 )
 # Outside these bounds the periods of structure and excitation differ by a factor above 10^4.
 # The response is then quasi-static or isolated, and the closed forms lose digits in their smaller term.
@@ -127,7 +127,13 @@ PARTICLE_FRICTION = Quantity(
     1e6,
     "give 0 for a particle that slides freely; steel on steel has 0.1 to 0.5, a ball that rolls 0.001 to 0.02",
 )
-TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
+TILT = Quantity(
+    "tilt_deg",
+    "tilt α of the cavity [°]: 0 is horizontal, 90 is vertical",
+    0.0,
+    90.0,
+    "give it in degrees",
+)
 OF_CAVITY = (PARTICLE_FRICTION, TILT)
 """The quantities of a cavity, in the order of the corresponding ratios in `BEFORE`."""
 CAVITY_NAMES = {
@@ -147,7 +153,7 @@ GRAVITY_RATIO = Quantity(
     "gravity along the cavity G = g·sin α/(ω_n²·Z), towards negative u",
     0.0,
     1e12,
-    "give 0 for a cavity that lies",
+    "give 0 for a horizontal cavity",
 )
 RATIOS: dict[str, Quantity] = {
     q.name: q

@@ -20,7 +20,7 @@ TAG_WORDS = "up to 40 lower-case letters a to z, digits and hyphens, the first n
 
 @dataclass(frozen=True)
 class Remarks:
-    """Checked tags, note and name. A remark of None is not changed.
+    """Checked tags, note and name. None leaves the present tags, note or name unchanged.
 
     Parameters
     ----------

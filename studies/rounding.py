@@ -16,7 +16,7 @@ VALUES_OF_ERROR = {
 
 
 def value_of_error(name: str, names: Container[Hashable]) -> str | None:
-    """Return the column in `names` with the values for the errors in column `name`; None without such a column."""
+    """Return the column in `names` whose errors are in column `name`; None if there is no such column."""
     return next((value for value in VALUES_OF_ERROR.get(name, ()) if value in names), None)
 
 

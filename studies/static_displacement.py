@@ -68,7 +68,7 @@ def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
             yield Fault(f"physical.{name}", given, "one number", "give one", told)
     made, written = _made(document), physical.get(AMPLITUDE)
     if made is not None and not _same(made, written):
-        told = f"{{field}} is not the static displacement that `{field}` causes, which determines it."
+        told = f"{{field}} differs from the static displacement, which `{field}` and the stiffness determine."
         advice = "leave it out"
         yield Fault(f"physical.{AMPLITUDE}", describe(written), "nothing beside a force", advice, told)
 

@@ -98,8 +98,8 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
     Raises
     ------
     StudyFaults
-        If the text is too large, is not UTF-8, is not valid in its format, or has repeated keys. Faults of the format
-        state line and column.
+        If the text is too large, is not UTF-8, is not valid in its format, or has repeated keys. A fault of
+        the format names its line and column.
     """
     document = _load(text, written_in)
     if not guarded and (faults := repeated_keys(document)):
@@ -205,7 +205,7 @@ def _tab(text: str, line: int) -> Fault | None:
 
 
 class _Level:
-    """A list or mapping during reading. In the `items` of a mapping, keys and values alternate."""
+    """A list or mapping that is being read. In the `items` of a mapping, keys and values alternate."""
 
     def __init__(self, is_mapping: bool) -> None:
         self.is_mapping = is_mapping

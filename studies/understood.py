@@ -30,7 +30,7 @@ VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
 APART = 2.5
 """A band of frequency ratios is far from the natural frequency if it lies above `APART` or below 1/`APART`.
 
-An angular frequency in place of a frequency is wrong by the factor 2π. This limit is the root of that factor.
+An angular frequency in place of a frequency is wrong by the factor 2π. `APART` is about √(2π).
 """
 
 Ends = tuple[float, float]
@@ -159,8 +159,9 @@ def _far(band: Ends, natural_hz: float) -> list[str]:
         ("`natural_frequency_hz`", natural_hz) if high < 1.0 else ("the frequencies", low * natural_hz)
     )
     return [
-        f"The frequencies, {shown}, are all far {side} the natural frequency {natural_hz:.4g} Hz, where there is no "
-        f"resonance to damp: check {field}; {given:.4g} rad/s are {given / (2.0 * np.pi):.4g} Hz."
+        f"The frequencies, {shown}, are all far {side} the natural frequency {natural_hz:.4g} Hz, where "
+        f"there is no resonance to damp: check {field}. If rad/s was meant: {given:.4g} rad/s are "
+        f"{given / (2.0 * np.pi):.4g} Hz."
     ]
 
 
@@ -189,7 +190,10 @@ def _rough(coefficient: float) -> list[str]:
     """Report a friction coefficient above `ROUGH`."""
     if coefficient <= ROUGH:
         return []
-    return [f"The particle rubs with μ_i = {coefficient:g} or more: check `particle_friction_coefficient`."]
+    return [
+        f"The friction coefficient of the particle is μ_i = {coefficient:g} or more: check "
+        "`particle_friction_coefficient`."
+    ]
 
 
 def assumed(values: Mapping[str, float], cavity: Sequence[str]) -> str:

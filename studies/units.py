@@ -95,7 +95,7 @@ def with_units(cube: "xr.Dataset", results: bool = True) -> "xr.Dataset":
     Returns
     -------
     Dataset
-        The extended cube. A cube of a study in ratios alone is unchanged.
+        The extended cube. If the study has only ratios, the cube is unchanged.
     """
     coordinates = {
         each.name: (each.source, each.of(cube[each.source].values), each.attributes)

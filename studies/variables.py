@@ -65,18 +65,20 @@ _OUTCOMES = {
     ),
     Status.TOO_MANY_EVENTS: "The limit on events was reached: impacts or steps follow each other too fast to resolve.",
     Status.UNBOUNDED: (
-        "The response grew to the end of the run, and nothing shows a bound: at resonance there is no damping, or hardly any."
+        "The response grew to the end of the run, with no sign of a bound, as at resonance with little or no "
+        "damping."
     ),
     Status.NO_PROGRESS: "Events repeated without time moving on.",
     Status.BLOCK_FAILED: "The block that held this point failed in its worker; the study's record has the reason.",
 }
 _REMEDIES = {
     Status.MAX_CYCLES: (
-        "It falls as 1/√cycles: half the error takes four times `steady.max_cycles`. Where the "
-        "error is within `steady.tolerance`, a stable orbit lies beside the response, which may be a transient that ends "
-        "there. Under a force that friction withstands, the particle had not slowed down enough to leave the mass where it is."
+        "This error falls as 1/√cycles: half the error takes four times `steady.max_cycles`. If the error is "
+        "within `steady.tolerance`, the response may be a transient: a stable orbit lies nearby, or a moving "
+        "particle has not met a wall yet. If a force on the structure stays below the friction force, the "
+        "particle was still so fast that its impacts may move the mass."
     ),
-    Status.UNBOUNDED: "Where there is some, more `steady.max_cycles` may find the bound.",
+    Status.UNBOUNDED: "If there is some damping, a larger `steady.max_cycles` may show the bound.",
 }
 
 
@@ -174,15 +176,15 @@ VARIABLES: dict[str, Variable] = {
         _ratio(
             "amplitude_ratio",
             "amplitude ratio X/Z",
-            "Mean of the peaks of |x|/Z over steady excitation cycles beginning at every half cycle, so that a motion and "
-            "its mirror image have one value.",
+            "Mean of the peaks of |x|/Z over steady excitation cycles. A cycle begins at every half cycle, "
+            "so a motion and its mirror image have the same value.",
         ),
         _ratio(
             "amplitude_ratio_max",
             "largest amplitude ratio",
-            "Largest |x|/Z over the steady cycles that were measured. Where the response does not repeat: over the last three "
-            "quarters of them (all, by fixed steps), and not less than amplitude_ratio; it grows slowly with their number. It "
-            "has no error.",
+            "Largest |x|/Z over the measured steady cycles. If the response does not repeat, only the last "
+            "three quarters of these cycles count (with fixed steps, all), and the value is at least "
+            "amplitude_ratio; it grows slowly with the number of cycles. It has no error.",
         ),
         _ratio(
             "amplitude_ratio_rms",
@@ -197,27 +199,28 @@ VARIABLES: dict[str, Variable] = {
         _on_demand(
             "acceleration_ratio",
             "acceleration ratio |ẍ|/(Z·ω_n²)",
-            "Mean of the peaks of the acceleration of the structure over the same cycles, over Z·ω_n² (F₀/M under a force); "
-            "between impacts: what an instantaneous one does in no time is left out. It has no error of its own.",
+            "Mean of the peaks of the acceleration of the structure in the same cycles, divided by Z·ω_n² "
+            "(F₀/M under a force). Instantaneous impacts are left out. It has no error of its own.",
         ),
         _on_demand(
             "acceleration_ratio_rms",
             "rms acceleration ratio",
-            "√2 times the rms of the acceleration of the structure between impacts, over Z·ω_n² (F₀/M under a force); equals "
-            "the largest for a sinusoid. It has no error of its own.",
+            "√2 times the rms of the acceleration of the structure, divided by Z·ω_n² (F₀/M under a force). "
+            "Instantaneous impacts are left out. For a sinusoid it equals the peak. It has no error of its "
+            "own.",
         ),
         _ratio(
             "amplitude_error",
             "error of the amplitude ratio",
-            "What is unknown about amplitude_ratio: the distance from periodicity of a periodic response, "
-            "one standard error (batch means) of a modulated one; how far the mass may still be moved of one that is locked "
-            "under a force.",
+            "Error of amplitude_ratio. For a periodic response: its distance from periodicity. For a "
+            "modulated response: one standard error (batch means). For a mass locked under a force: how far "
+            "impacts may still move the mass.",
         ),
         _ratio(
             "energy_residual",
             "energy residual",
-            "|work in − (viscous + friction + impact loss) − stored| over the largest of these and of the energy "
-            "that goes to and fro, for the measured cycles.",
+            "|work in − losses − change of stored energy| for the measured cycles, divided by the largest of "
+            "work, losses, stored energy and k/2 times the squared peak displacement.",
         ),
         Variable(
             "response_class",
@@ -237,7 +240,8 @@ VARIABLES: dict[str, Variable] = {
         _ratio(
             "floquet_multiplier",
             "Floquet multiplier",
-            "Largest modulus over one period of the response; NaN where it is not periodic.",
+            "Largest modulus of the Floquet multipliers over one period of the response; NaN if it is not "
+            "periodic.",
         ),
         _ratio("impacts_per_cycle", "impacts per cycle", "Impacts on either wall per excitation cycle."),
         _ratio(
@@ -284,17 +288,16 @@ VARIABLES: dict[str, Variable] = {
             "i4",
             "1",
             "excitation cycles computed",
-            "Excitation cycles of the run that found the response; what looks for orbits beside it is not counted.",
+            "Excitation cycles of the run that found the response, without the searches for nearby orbits.",
         ),
-        _ratio(
-            "run_time", "run time", "CPU time that the point took its thread, kernels compiled before.", "s"
-        ),
+        _ratio("run_time", "run time", "CPU time for the point, without the compilation of kernels.", "s"),
         Variable("status", "i1", "1", "status", "How the computation ended.", Status),
         _of_starts(
             "amplitude_ratio_mean",
             "f8",
             "mean amplitude ratio over the starts",
-            "Mean of amplitude_ratio over the starts that did not fail: every response weighs by its share of them.",
+            "Mean of amplitude_ratio over the starts that did not fail. The weight of a response is its "
+            "share of these starts.",
         ),
         _of_starts(
             "amplitude_ratio_spread",
@@ -372,7 +375,10 @@ NONE_IS_ZERO: tuple[str, ...] = (
     "amplitude_ratio_second",
     "amplitude_ratio_third",
 )
-"""Variables for which NaN means 0, because there is no impact, no loss, or no other response."""
+"""Variables whose NaN counts as 0 in a limit.
+
+NaN means that there is no impact, no loss, or no other response.
+"""
 
 
 def available_variables(start: str) -> tuple[str, ...]:

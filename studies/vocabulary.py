@@ -39,13 +39,13 @@ Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
 CRITERIA: dict[Criterion, str] = {
     "den_hartog": "Den Hartog's fixed points for an undamped structure, (14) and (15), ζ = c/(2√(m k₁))",
     "den_hartog_table4": (
-        "the number that Table 4 prints, √(3μ/(8(1+μ)³)), put into (13) as if it were c/(2√(m k₁)): a mix of two "
-        "conventions, kept to reproduce the paper's curve; read as c/(2 m ω_n) it is den_hartog itself"
+        "the damping √(3μ/(8(1+μ)³)) of Table 4, which is c/(2 m ω_n), used in (13) as c/(2√(m k₁)); this "
+        "mix of conventions reproduces the paper's curve, and the correct use gives den_hartog"
     ),
     "hinf": "exact least peak for an undamped structure, closed form of Nishihara and Asami (2002)",
     "h2": (
-        "least mean square of an undamped structure under white noise, closed form: of its displacement under a force, of that "
-        "against the base under a base acceleration"
+        "least mean square displacement of an undamped structure under white noise, closed form: absolute "
+        "under a force, relative to the base under a base acceleration"
     ),
     "minimax": "least peak for the structure with its own damping, found numerically",
 }
@@ -70,7 +70,7 @@ CONTACT_MODELS: dict[ContactModel, str] = {
 START_KINDS: dict[str, str] = {
     "rest": "at rest",
     "ensemble": "from several drawn states",
-    "continuation": "where the frequency beside it ended",
+    "continuation": "from the final state of the previous frequency",
 }
 """Words for the initial state of each point, by the kind of start."""
 

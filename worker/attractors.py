@@ -73,14 +73,14 @@ class Attractors:
             return f"All {self.starts} starts failed."
         drawn = self.starts - self.failed
         if len(self.met) == 1:
-            return f"All of {drawn} starts lead to one response."
+            return f"All {drawn} starts lead to one response."
         shares = ", ".join(
             f"{one.starts} to {ResponseClass(int(one.response.response_class)).name.lower()} "
             f"X/Z = {one.response.amplitude_ratio:.6g}"
             for one in self.met
         )
         last = (
-            " The last digits of the start decide between them."
+            " A start that differs from rest only by rounding leads to another response than rest."
             if self.by_a_rounding
             else " The start decides between them."
         )

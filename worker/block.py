@@ -112,7 +112,7 @@ def _solve_stepped(
     """Compute each point from rest with fixed steps, even if a closed form exists."""
     settings = _settings(study)._replace(
         energies=None
-    )  # fixed steps measure no energies, so one kernel serves every study
+    )  # the fixed-step method computes no energies, so one kernel serves every study
     every = np.arange(points["frequency_ratio"].size)
     chosen = every if known is None else every[~known.reshape(-1)]
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):

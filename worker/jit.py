@@ -69,8 +69,9 @@ class Kernel:
 
     @cached_property
     def whole(self) -> Any:
-        """Dispatcher of numba for calls from Python. Compiled kernels are stored on disk, unless numba compiles alone
-        (`ALONE`).
+        """Dispatcher of numba for calls from Python.
+
+        Compiled kernels are stored on disk, unless numba compiles without this package's compiler (`ALONE`).
         """
         dispatcher = numba.njit(pipeline_class=WholeCompiler, **self._options)(self.py_func)
         if not ALONE:

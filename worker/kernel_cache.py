@@ -242,7 +242,10 @@ def _read(folder: Path, file: str, safe: Callable[[Path], bool]) -> _Stored | No
 
 
 def _taken_over(file: str) -> _Stored | None:
-    """Load a kernel of other sources if its own functions are unchanged, and store it under the present identity."""
+    """Load a kernel compiled from other sources if its own functions are unchanged.
+
+    The kernel is then stored under the present identity.
+    """
     for folder in CACHE_FOLDER.parent.glob(f"kernels-*-{folder_name().rpartition('-')[2]}"):
         found = _read(folder, file, is_private) if folder != CACHE_FOLDER else None
         if found and all(part == fingerprint(name) != UNKNOWN for name, part in found[0]["parts"].items()):

@@ -16,8 +16,9 @@ RETRIES = 2
 
 
 class Interrupted(RuntimeError):
-    """Raised if a study cannot continue, for a reason outside its points. Finished blocks are kept, so the study can
-    resume.
+    """Raised if a study cannot continue, and the cause is not one of its points.
+
+    Finished blocks are kept, so the study can resume.
     """
 
 

@@ -17,7 +17,10 @@ KILOBYTE = 1e3
 
 
 def ship() -> None:
-    """Remove kernels of other sources from the folder of the package, and compile missing kernels on all cores."""
+    """Compile missing kernels into the folder of the package, on all cores.
+
+    Kernels that were compiled from other sources are removed first.
+    """
     folder = shipped_folder()
     if folder.parent.exists():
         for other in folder.parent.iterdir():

@@ -102,5 +102,6 @@ def _print(report: dict[str, Any]) -> None:
         if name.startswith("verdict")
     )
     say(
-        f"Of {answers['answers compared']} random steady responses compared with plain integrations: {verdicts}."
+        f"{answers['answers compared']} random steady responses were compared with plain integrations. "
+        f"Verdicts: {verdicts}."
     )

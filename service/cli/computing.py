@@ -1,4 +1,4 @@
-"""Options for the place of a computation, and the class that computes studies for commands."""
+"""Options that say where to compute, and the class that computes studies for commands."""
 
 import inspect
 import shlex
@@ -162,7 +162,7 @@ class Computer(ExitStack):
     ) -> "Record":
         """Compute a study. While another process computes the study, follow its progress.
 
-        A stop requested during the last block of a study applies to the later studies: they are returned unchanged.
+        Once a stop was requested, even in the last block of a study, later studies are returned unchanged.
 
         Parameters
         ----------

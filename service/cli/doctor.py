@@ -90,7 +90,7 @@ def doctor(
 def _check(name: str, attempt: Callable[[], str]) -> Check:
     try:
         return Check(name, True, attempt())
-    except Exception as error:  # every exception is a result of the test
+    except Exception as error:  # any exception means that the test failed
         return Check(name, False, f"{type(error).__name__}: {error}")
 
 
@@ -139,7 +139,10 @@ def _kernels() -> str:
     files = sum(1 for _ in CACHE_FOLDER.rglob("*.nbc"))
     shipped = sum(1 for _ in shipped_folder().glob("*.nbc"))
     took = time.perf_counter() - began
-    return f"ready in {took:.1f} s, energy balanced to {residual:.1g}; {shipped} in the package, {files} in {CACHE_FOLDER}"
+    return (
+        f"ready in {took:.1f} s, energy balanced to {residual:.1g}; {shipped} kernel files in the package, "
+        f"{files} in {CACHE_FOLDER}"
+    )
 
 
 def _store(settings: "Settings") -> str:
@@ -166,7 +169,7 @@ def _store(settings: "Settings") -> str:
     return (
         f"catalogue {store.catalogue.name}, {free / 1e9:.1f} GB free; cubes in {store.shelf.address}, "
         f"written, read and removed there in {1e3 * took:.0f} ms; studies take "
-        f"{used.bytes / 1e9:.3g} GB before compression{_of(quota.bytes, 1e9, 'GB')} "
+        f"{used.bytes / 1e9:.3g} GB{_of(quota.bytes, 1e9, 'GB')} (before compression) "
         f"and {used.points} points{_of(quota.points, 1, '')}"
     )
 

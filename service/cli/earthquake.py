@@ -301,8 +301,9 @@ def _print(answer: "WithPaper") -> None:
                 for end in ("lowest", "highest")
             )
             say(
-                f"With {values['label']}, a start that is off by {_printed('size_m', over['size_m']):g} mm "
-                f"changes the response by {two_digits(over['growth'])} times that: peak x−z from {lowest} "
+                f"With {values['label']}, a change of the start by {_printed('size_m', over['size_m']):g} mm "
+                f"changes the response by up to {two_digits(over['growth'])} times as much: "
+                f"peak x−z from {lowest} "
                 f"to {highest} mm over "
                 f"{over['starts']} starts."
             )

@@ -33,7 +33,9 @@ def export(
     names: Annotated[
         bool,
         typer.Option(
-            "--names", help="Keep the names of user, host and owner of the key in the file's provenance."
+            "--names",
+            help="Keep the names of the user, the host and the key's owner in the file's provenance. "
+            "By default they are removed.",
         ),
     ] = False,
     licence: Annotated[

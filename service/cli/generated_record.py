@@ -29,9 +29,8 @@ Written = Annotated[
         "--generate",
         metavar="YAML",
         rich_help_panel=PANEL,
-        help="Generate a sweep, random_vibration or shock, written as in a study, or a file with one, as in '{shock: "
-        "{shape: half_sine, "
-        "peak_g: 15, duration_ms: 11}}'.",
+        help="Generate a sweep, random_vibration or shock. Write it as in a study, for example '{shock: "
+        "{shape: half_sine, peak_g: 15, duration_ms: 11}}', or name a file that contains it.",
     ),
 ]
 

@@ -60,10 +60,10 @@ def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJso
     with working("Reading every cube"):
         found = from_cubes(settings.data_dir, settings.catalogue, settings.store)
     if found.set_aside is not None:
-        note(f"The catalogue was damaged and is now {found.set_aside}.")
+        note(f"The damaged catalogue was renamed to {found.set_aside}.")
     for line in found.trouble:
         note(f"damperlab: left out {line}")
-    known = f"{found.known} studies were known, {found.restored} of them restored"
+    known = f"{found.known} studies were already in the catalogue; {found.restored} of them were restored"
     note(f"Added {found.studies} studies and {found.blocks} blocks; {known}.")
     if found.deleted:
         note(f"{found.deleted} deleted studies stay deleted; `damperlab store gc` removes their files.")
@@ -83,7 +83,7 @@ def gc(
         typer.Option(
             "--orphans-older-than",
             metavar="TIME",
-            help="Keep cubes without a study that are younger than this.",
+            help="Keep cubes without a study if they are younger than this.",
         ),
     ] = "7d",
     dry_run: Annotated[

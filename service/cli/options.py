@@ -193,7 +193,10 @@ def contact_document(contact: ContactModel, written: str | None) -> dict[str, An
         return {}
     if contact == "instant":
         lasting = " or ".join(f"--contact {model}" for model in CONTACT_MODELS if model != contact)
-        message = f"found {written} without {lasting}. An instant contact takes no time: add --contact dwell, or leave it out."
+        message = (
+            f"found {written} without {lasting}. An instant contact takes no time: add --contact dwell, or "
+            "leave --contact-time out."
+        )
         raise typer.BadParameter(message, param_hint="--contact-time")
     try:
         return {"contact": {"model": contact, "contact_time": float(written)}}

@@ -110,10 +110,9 @@ def _check_access(settings: "Settings", store: "Store") -> None:
         return
     folder = f" --data-dir {settings.data_dir}"
     raise typer.BadParameter(
-        f"found {settings.host}, which other machines can reach, but no key; allowed: an address of this "
-        "machine alone, for example "
-        f"127.0.0.1, or keys. Make one with `damperlab admin keys create --owner NAME{folder}`, or add "
-        "--open to admit everyone"
+        f"found {settings.host} and no key; other machines can reach this address. Allowed: an address that "
+        "only this machine can reach, for example 127.0.0.1, or keys. Make a key with "
+        f"`damperlab admin keys create --owner NAME{folder}`, or add --open to admit everyone"
         if settings.access == "auto"
         else f"found no key. Make one with `damperlab admin keys create --owner NAME{folder}`",
         param_hint="--host" if settings.access == "auto" else "--keys",

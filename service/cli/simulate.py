@@ -42,7 +42,7 @@ SAMPLES_LIMIT = 10_000_000
 STEADY_HISTORY = 20
 """Default number of cycles in a file with the time history of a steady response."""
 LONG_HISTORY = 200
-"""Default number of cycles in a file with a time history from rest is at most this number."""
+"""Largest default number of cycles in a file with a time history from rest."""
 SHOWN_SAMPLES = 1000
 EVERY = (*DIMENSIONS, *BEFORE)
 """Names of the numbers that define a design point."""
@@ -213,7 +213,7 @@ def _end(answer: "SimulatedDocument", steady: bool) -> str:
         return f"After {cycles}: {state}; {events}."
     u = answer["state"]["u"]
     known = u is not None and not isnan(u)
-    return f"Steady response where a cycle of the base begins: {state}." if known else ""
+    return f"Steady response at the start of an excitation cycle: {state}." if known else ""
 
 
 def _print_attractors(found: "Met") -> None:

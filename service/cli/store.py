@@ -106,7 +106,7 @@ def find_study(store: "Store", ref: str) -> "Record":
     Raises
     ------
     StudyNotFound
-        As `Store.find`.
+        If `Store.find` raises it.
     """
     record = store.find(ref)
     others = store.namesakes(record) if ref and ref == record.name != record.id else 0

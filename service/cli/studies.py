@@ -62,7 +62,7 @@ def studies(
         given = {"--state": state, "--name": name, "--tag": tag, "--within": within, "--cursor": cursor}
         check_alone(
             given | {"--designs": designs, "--trash": trash},
-            "stored studies, which --named does not list",
+            "the list of stored studies, which --named replaces",
         )
         _list_named(as_json)
         return
@@ -231,7 +231,7 @@ def delete(
     store.delete(record.id)
     note(f"Study {label(record)} is deleted.")
     with working(
-        "Removing its files; after an interruption the service, the next delete or gc removes the rest"
+        "Removing its files. If you interrupt this, the service, the next delete or gc removes the rest"
     ):
         store.bury()
 

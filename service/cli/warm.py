@@ -30,8 +30,9 @@ def warm(
         bool,
         typer.Option(
             "--all",
-            help="Compile the kernels of every combination of friction, contact, excitation and results; by default only "
-            "the usual ones, for a study, a point and an earthquake.",
+            help="Compile the kernels of every scene, that is, of every combination of friction, contact, "
+            "excitation and results. By default only the usual scenes are compiled, for a study, a point and "
+            "an earthquake.",
         ),
     ] = False,
     target: Annotated[

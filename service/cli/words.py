@@ -212,7 +212,7 @@ def _spelled(name: str, value: float | str, phrases: "Phrases") -> str:
 
 
 def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
-    """Say which columns of a map `map_table` shows; the text is empty if all columns are shown."""
+    """Say which columns `map_table` shows of a map; the text is empty if all columns are shown."""
     x = str(answer[metric].dims[1])
     step = -(-answer.sizes[x] // MAP_COLUMNS)
     if step == 1:
@@ -237,7 +237,7 @@ def rows_table(
     phrases : Phrases
         Phrases of the study.
     meant : mapping of str, optional
-        Variable whose values are printed in the same form, for each name that occurs only in answers.
+        For each name that occurs only in answers, the variable whose form its values are printed in.
     varied : collection of str, optional
         Coordinates that are shown even if all rows have the same value, because nothing else shows the value.
     """

@@ -35,8 +35,8 @@ def worker(
         float | None,
         typer.Option(
             min=1.0,
-            help="Leave early enough that the process ends within this many seconds, before a batch system "
-            "ends it.",
+            help="Time in seconds within which the process ends, for example the wall time of a batch job. "
+            "The worker begins to leave --leave-within seconds earlier.",
         ),
     ] = None,
     leave_within: Annotated[
@@ -58,8 +58,8 @@ def worker(
         str | None,
         typer.Option(
             metavar="URL",
-            help="Ask this address every 5 seconds, and leave the cluster once it answers 200 and not "
-            "FALSE. Spot instances have such addresses.",
+            help="Ask this address every 5 seconds. Leave the cluster once it answers with status 200 and a "
+            "body other than FALSE, NONE or nothing. Spot instances have such addresses.",
             show_default=False,
         ),
     ] = None,

@@ -12,7 +12,7 @@ from damperlab.service.client.faults import refused
 from damperlab.studies.faults import Fault, describe
 
 UNITS = (("_m_s2", "m/s2"), ("_m_s", "m/s"), ("_m", "m"), ("_j", "J"), ("_s", "s"))
-"""Endings of the names of measures, with the unit for each ending."""
+"""Unit of a measure, by the ending of its name."""
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,7 @@ def problem(document: Mapping[str, Any]) -> Problem:
 
 
 def refused(faults: tuple[Fault, ...]) -> Refused:
-    """Make the exception for a request with faults that the client finds before sending it."""
+    """Make the exception for an invalid request, which the client has not sent."""
     entries = [fault.document() for fault in faults]
     what = "Nothing was sent."
     return Refused(

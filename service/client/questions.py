@@ -168,7 +168,7 @@ class Questions(Asked):
         return self._answer(FRAGILITY, locals())
 
     def work_precision(self) -> "WorkPrecision":
-        """Return the distribution of the errors of a study's points over the run time.
+        """Return the errors of a study's points, as a distribution for each run time.
 
         Returns
         -------
@@ -179,7 +179,7 @@ class Questions(Asked):
 
 
 def _untyped(question: Question[Any]) -> Callable[..., Any]:
-    """Make a method without type annotations, for a question that has no method in `Questions`."""
+    """Make an untyped method for a question for which `Questions` defines no method."""
     fields = sorted(
         (each for each in question.fields if "client" in each.doors), key=lambda each: each.is_named
     )

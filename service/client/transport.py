@@ -92,7 +92,7 @@ class Transport:
         try:
             response = self._answer(method, path, how)
         except ClientFault as fault:
-            # raised outside the retries, whose many frames in the traceback would hide the message
+            # raised here without the traceback of the retries, which would hide the message
             refusal = fault.with_traceback(None)
         else:
             return None if response is None or response.status_code == 204 else _json(response)

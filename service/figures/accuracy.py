@@ -51,7 +51,7 @@ def draw_work_precision(diagrams: Sequence[Mapping[str, Any]]) -> Figure:
         for panel in panels[len(diagrams) :]:
             panel.set_visible(False)
         for panel in panels[max(0, len(diagrams) - COLUMNS) : len(diagrams)]:
-            panel.tick_params(labelbottom=True)  # the place below the panel may be empty
+            panel.tick_params(labelbottom=True)  # there may be no panel below with these labels
         figure.supxlabel("run time per excitation cycle [µs]", fontsize=10)
         figure.supylabel("relative error of the end state", fontsize=10)
         if diagrams:

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from damperlab.service.figures.style import is_logarithmic
 
 ROOM = 0.035
-"""Radius of a circle around each number that no line may cross, as a share of the length of each axis. The text of a number is
-twice as long as the radius."""
+"""Radius of a circle around each number, as a share of the length of each axis. No other line may cross the circle. The text of
+a number is twice as long as the radius."""
 STEP = 0.005
 """Distance between the sampled points of a contour line, as a share of the length of each axis."""
 FOLDED = 1.3
 """Largest length of a line within the radius `ROOM`, relative to a straight line. A folded line is longer."""
 STRAIGHT = 0.97
-"""Smallest ratio of the distance to the length of the line between the two ends of a number; 1 for a straight line."""
+"""Smallest distance between the two ends of a number, divided by the length of the line between them; 1 for a straight line."""
 MOST_POINTS, CANDIDATES = 10_000, 200
 """Largest number of points on all lines, and largest number of positions that are tried for a number."""
 
@@ -64,7 +64,7 @@ def label_places(
 
 
 def _straight(piece: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return the indices of the points around which a line is straight over the length of a number."""
+    """Return the indices of the points at which a line is straight enough for a number."""
     half = int(ROOM / STEP)
     if len(piece) <= 2 * half:
         return np.empty(0, np.intp)

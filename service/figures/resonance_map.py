@@ -144,7 +144,7 @@ def _stars(
     """Mark the smallest nontrivial value by a star.
 
     If the response at this star has no impacts, another star marks the smallest value with impacts. In a
-    map that is reduced over a third dimension, this depends on the response at the extremum.
+    map that is reduced over a third dimension, the response at the extremum decides this.
     """
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
     quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)
@@ -172,7 +172,7 @@ def _stars(
 
 
 def _where(answer: xr.Dataset) -> str:
-    """Return the ending of a label that says at which extremum of a reduced map a response class applies."""
+    """Return the ending of a label for response classes in a map of largest or smallest values."""
     words = {"max": " where it is largest", "min": " where it is smallest"}
     return words.get(str(answer.attrs.get("reduce")), "")
 

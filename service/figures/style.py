@@ -51,7 +51,7 @@ BLUE, VERMILION, GREY = "#0072b2", "#d55e00", "#8c8c8c"
 
 MILLIMETRES = 1e3
 DARK, EMPTY = "#3b3b6d", "#e6e6e6"
-"""Colour behind the hatch of locked points in the legend, and colour of the cells of a map without a value."""
+"""Colour behind the hatch of locked points in the legend, and colour of map cells without a value."""
 
 UNITS = {"m s-1": "m/s", "m s-2": "m/s²"} | {
     units: unit_of(name) for name, (_, _, units) in CAVITY_NAMES.items() if units != "1"

@@ -50,7 +50,7 @@ async function asked(record, signal) {
 }
 
 /**
- * The best value with its unit, and as the text that is shown.
+ * The best value, its unit, and the text to show.
  *
  * @param {string} units
  * @param {number} value

@@ -166,7 +166,7 @@ export class DesignsPanel {
   }
 }
 
-/** The criteria for judging designs, with names for the shown units. @param {Session} session */
+/** The criteria for judging designs, named for ratios or for values in units. @param {Session} session */
 function objectivesOf({ selection, shown, words }) {
   const band = selection.varied.includes(FREQUENCY);
   const texts = shown.has(VALUE) ? WORDS.objectives_in_units : words.objectives;

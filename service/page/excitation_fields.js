@@ -44,7 +44,7 @@ const BEGINNING = {
 const beginning = (kind) => structuredClone(BEGINNING[/** @type {Kind} */ (kind)]);
 /** Kinds of excitation that are generated records. */
 const GENERATED = /** @type {Kind[]} */ (["sweep", "random_vibration", "shock"]);
-/** Initial value of each field of a sweep that replaces another field. */
+/** Initial values of fields of a sweep that replace each other, for example rate and duration. */
 const USUAL = /** @type {Record<string, number>} */ ({
   rate_hz_per_s: 0.1,
   rate_octaves_per_minute: 1,

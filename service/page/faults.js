@@ -12,7 +12,7 @@ import { short } from "./numbers.js";
 
 /** Pattern of a number as the service writes numbers, but not inside a word. */
 const NUMBER = /(?<![\w.,])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.,]*\w)/g;
-/** Pattern of a key of a range, but not inside a path. */
+/** Pattern of the keys `start`, `stop` and `num` of a range, except inside a path. */
 const KEY = /(?<![\w.`])`?(start|stop|num)`?(?![\w`]|\.\w)/g;
 const TITLES = { start: "“from”", stop: "“to”", num: "“values”" };
 /** Pattern of texts about a count, in which numbers have no unit. */
@@ -96,7 +96,7 @@ export function worded(fault, { label, unit, scale }) {
   return asTitled(sentences(message, fault.advice.startsWith("give it in") ? "" : fault.advice));
 }
 
-/** A sentence in which titles of fields replace the keys of a range. @param {string} text */
+/** Replace the keys of a range by the titles of their fields. @param {string} text */
 function asTitled(text) {
   return text.replace(KEY, (_, key) => /** @type {Record<string, string>} */ (TITLES)[key]);
 }

@@ -21,13 +21,13 @@ import { button, details, el, fill, say } from "./dom.js";
 import { tableOf } from "./figure_table.js";
 import { short } from "./numbers.js";
 
-/** Delay of the loading in browsers that do not report an idle page. */
+/** Time after which the plotting library is loaded in browsers without `requestIdleCallback`. */
 const UNTIL_IDLE_MILLISECONDS = 1000;
 
 /** @type {Promise<Library> | undefined} */
 let loading;
 
-/** Id of an element with which the plotting library omits its style rules for geographic maps. */
+/** If an element has this id, the plotting library omits its style rules for geographic maps. */
 const RULES_OF_MAPS = "9f215cf04c5486422605d13261cb87401f4e7763b6296af81e98efbc0130da53";
 
 /** The figures on the page. They are drawn again when the colours change. @type {Set<Figure>} */

@@ -196,7 +196,7 @@ function answered(place, found) {
 }
 
 /**
- * Significant digits, at least 4: half the width of the interval has 2.
+ * Number of significant digits with which half the width of an interval shows two digits; at least 4.
  *
  * @param {number} low
  * @param {number} high

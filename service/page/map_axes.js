@@ -22,7 +22,7 @@ export class MapAxes {
     return { x: this.x, y: this.y };
   }
 
-  /** Both dimensions in the form for the address; null if they are the default dimensions. */
+  /** Both dimensions as they are kept in the address; null if they are the default dimensions. */
   get kept() {
     const usual = this.x === this.usual.x && this.y === this.usual.y;
     return usual ? { x: null, y: null } : this.both;

@@ -22,7 +22,7 @@ const CYCLES_OF_OTHERS = 12;
 const SAMPLES = 20000;
 /** Space between a closed curve and the frame, as a share of the curve's width. */
 const MARGIN = 0.05;
-/** Share of the largest amplitude below which a value is only rounding. */
+/** Values below this share of the largest amplitude are rounding errors. */
 const NOTHING = 1e-6;
 const MEASURES = [
   "impacts_per_cycle",

@@ -10,7 +10,7 @@ import { FREQUENCY } from "./selection.js";
 import { WORDS } from "./words.js";
 
 const LOOK_MILLISECONDS = 500;
-/** Kind of note that is written in the same way for units and for ratios. */
+/** Kind of note whose text is the same in units and in ratios. */
 const FRICTION = "particle_friction";
 
 export class RefinePanel {

@@ -114,7 +114,7 @@ export class Shown {
   }
 
   /**
-   * The error of a value, for a table. An error that is only rounding is written as a word.
+   * The error of a value, for a table. An error as small as a rounding error is written as a word.
    *
    * @param {string} name
    * @param {number | null | undefined} value
@@ -150,7 +150,7 @@ export class Shown {
     return { note: "", verdict: [], doubts: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
   }
 
-  /** The name of a quantity in a request, with units: of its counterpart in SI units. @param {string} name */
+  /** The name of a quantity in a request: its name in SI units if the page shows units. @param {string} name */
   nameInSi(name) {
     return this.has(name) ? WORDS.names_in_si[name] : name;
   }

@@ -62,7 +62,7 @@ from damperlab.studies.vocabulary import (
 )
 
 _IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_per_cycle": ENERGY}
-"""Name in SI units of each result that can be given in SI units."""
+"""For each result that can be given in SI units, its name in SI units."""
 
 _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
 """Unit of each result in SI units that is not a length."""
@@ -250,7 +250,7 @@ def _prototype() -> dict[str, float]:
 
 
 def _names_in_si() -> dict[str, str]:
-    """Return the names of the base amplitude, and of the dimensions that only ground-motion suites have."""
+    """Return readable names of the base amplitude and of the dimensions that only suites have."""
     amplitude = AMPLITUDE_DIMENSIONS[AMPLITUDE][1].removesuffix(" Z")
     return {AMPLITUDE: _capital(amplitude)} | {
         name: _capital(words.removesuffix(f" {SUITE_SYMBOLS.get(name, '')}"))

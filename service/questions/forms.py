@@ -83,7 +83,7 @@ def _read_curve(document: Mapping[str, Any]) -> Parts:
 
 
 def _described(answer: "xr.Dataset") -> dict[str, Any]:
-    """Return the metric as ``values``, the accompanying variables, and the point ``at`` on the other dimensions."""
+    """Return the metric as ``values``, the accompanying variables, and the fixed coordinates as ``at``."""
     metric = metric_of(answer)
     return {
         "metric": metric,

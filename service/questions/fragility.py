@@ -72,8 +72,8 @@ FRAGILITY: "Question[answers.Fragility]" = Question(
     route="fragility",
     command="fragility",
     summary="Probability that a damper exceeds a limit as the records are scaled up",
-    help="Fit the probability that a damper exceeds a limit, over the scale of the records of a ground-motion "
-    "suite.",
+    help="Fit the probability that a damper exceeds a limit, as a function of the scale of the records of a "
+    "ground-motion suite.",
     asks=(Fragile,),
     answer=answer,
     gives=Fragility,

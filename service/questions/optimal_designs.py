@@ -142,7 +142,8 @@ OPTIMAL_DESIGNS: "Question[answers.Designs]" = Question(
     operation="ask_designs",
     further=Further(
         "friction",
-        "Find the largest particle friction at which the value of the best damper rises by at most a tenth.",
+        "Find the largest particle friction at which the response of the best damper rises by at most a "
+        "tenth.",
         _missing,
     ),
 )

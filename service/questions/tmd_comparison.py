@@ -91,7 +91,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, de
     if not details:
         return Words(words["brief"], [])
     cube, _ = at_one_amplitude(study.cube, design.at)
-    # a study with a shaken base has no static displacement, so a comparison under a force has no units
+    # a comparison under a force is in ratios, because a study with a shaken base has no static displacement
     of_force = found.attrs["excitation"] != excitation_of(cube)
     phrases = Phrases.of(cube.drop_vars(list(cube.data_vars)) if of_force else cube)
     table = rows_table(found, phrases, MEANT)

@@ -132,6 +132,6 @@ def _tried(motion: GroundMotion, factor: float, starts: int) -> Iterator[tuple[s
 
 
 def _paper_factor(motion: GroundMotion) -> float:
-    """Return the factor on a record at which the structure without a damper has the paper's peak relative to its base."""
+    """Return the factor by which to scale a record so that the peak without a damper agrees with Table A1."""
     none = ground_response(Structure(), Damper(), motion)
     return TABLE_A1["none"][0] / none.peak_relative_displacement_m

@@ -69,7 +69,7 @@ def figure_9(solve: Solve, quick: bool) -> Section:
 
 
 def figure_10(solve: Solve, quick: bool) -> Section:
-    """Compute the friction ratios of the curves of Figure 10, and compare these ratios with the law of the spring."""
+    """Find the friction ratio of each curve in Figure 10, and compare the ratios with the spring's law."""
     section = Section("Figures 10 and 9 compared: friction ratio of a spring compression")
     known = paper_numbers()
     damping, ratio = known["damping_ratio"].value, known["friction_ratio"].value

@@ -139,7 +139,7 @@ def figure_12(solve: Solve, quick: bool) -> Section:
 
 
 def _cavities(section: Section, solve: Solve, quick: bool) -> dict[str, xr.Dataset]:
-    """Compute the cavities of Table 3 under every reading, over a band; return a cube for each contact model."""
+    """Compute the responses over a band for every reading of Table 3; return a cube per contact model."""
     axes = {
         "clearance_ratio": sorted({ratio for reading in clearances().values() for ratio in reading}),
         "friction_ratio": [0.0, *FRICTION_RATIOS],

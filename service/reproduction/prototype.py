@@ -45,7 +45,7 @@ RMS_DIGITS = 5
 CAVITIES = (1, 2, 3)
 WORDS = {"particle": "particle alone", "hybrid": "hybrid"}
 CASES = tuple(product(WORDS, CAVITIES))
-"""Dampers and cavities of the six numbers of Table 3 with a particle."""
+"""The six cases of Table 3 with a particle: each damper with each cavity."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Prototype:
         return self.friction_of(paper_numbers()["friction_alone"].value)
 
     def friction_of(self, peak: float) -> float:
-        """Return the γ_F for which friction alone gives a peak, (1 − 4γ_F/π)/(2ζ) according to Den Hartog."""
+        """Return the γ_F with which friction alone gives `peak` = (1 − 4γ_F/π)/(2ζ), after Den Hartog."""
         return 0.25 * pi * (1.0 - 2.0 * self.damping_ratio * peak)
 
     def study(self) -> Study:
@@ -98,7 +98,7 @@ class Prototype:
         return np.array([_share(getattr(self, name), *RANGES[name]) for name in names])
 
     def at(self, names: Sequence[str], shares: Sequence[float] | NDArray[np.float64]) -> "Prototype":
-        """Return the prototype with some parameters at given fractions, clipped to 0 and 1, of their ranges."""
+        """Return the prototype with some parameters at fractions of their ranges, clipped to [0, 1]."""
         values: dict[str, Any] = {
             name: _value(share, *RANGES[name]) for name, share in zip(names, shares, strict=True)
         }

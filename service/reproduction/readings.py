@@ -27,7 +27,7 @@ CHOSEN_FRICTION = 0.69
 
 
 def clearances() -> dict[str, tuple[float, float, float]]:
-    """Return d/Z of the three cavities, as labelled and at the base amplitude Z that follows from each label."""
+    """Return d/Z of the three cavities: as labelled, and for the base amplitude Z that each label implies."""
     known = paper_numbers()
     lengths = [known[f"clearance_{k}_mm"].value for k in (1, 2, 3)]
     labels = [known[f"clearance_ratio_{k}"].value for k in (1, 2, 3)]

@@ -32,7 +32,7 @@ MIDDLE = Prototype(0.0015, 0.008, 0.0)
 FREE = (*ASSUMED, "particle_friction")
 WITHOUT, WITH = "without friction of the particle", "with friction of the particle"
 FIGURES = {"particle": 7, "hybrid": 12}
-"""Number of the paper's figure with the curves of each damper."""
+"""Figure of the paper that shows the curves of each damper."""
 
 
 def table_3_rubbing(solve: Solve, quick: bool) -> Section:

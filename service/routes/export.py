@@ -46,7 +46,9 @@ class ExportQuery(BaseModel):
         "netcdf", description="netCDF-4, or a table with one row for each point: as text, or as Parquet."
     )
     names: bool = Field(
-        False, description="Keep the names of user, host and owner of the key in the file's provenance."
+        False,
+        description="Keep the names of the user, the host and the key's owner in the file's provenance. "
+        "By default they are removed.",
     )
 
 

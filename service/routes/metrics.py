@@ -67,7 +67,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         lines,
         "workers",
         "gauge",
-        "Workers of the cluster, by their standing with the studies that run here.",
+        "Workers of the cluster, by their state in the studies that run here.",
         [({"standing": standing}, count) for standing, count in workers.items()],
     )
     _tell(lines, "blocks_in_flight", "gauge", "Blocks at workers.", [({}, in_flight)])

@@ -45,7 +45,8 @@ RefinementOrFollowUps = TypeAliasType("RefinementOrFollowUps", FollowUpsDocument
 FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
     200: gives(
         RefinementOrFollowUps,
-        "Nothing new was stored: a dry run, nothing left to compute, or the follow-up studies existed",
+        "Nothing new was stored: the request was a dry run, nothing was left to compute, or the follow-up "
+        "studies already existed",
     ),
     201: gives(FollowUpsDocument, "Stored and queued", Location="Address of the first follow-up study."),
     **documented(404, 409, 422, 429, 503, 507),
@@ -127,7 +128,7 @@ _add(
 
 _add(
     "/particle-friction",
-    "The best damper with friction of its particle",
+    "Follow-up studies of the best damper with friction on its particle",
     particle_friction,
     *(FollowUps, Judging),
 )

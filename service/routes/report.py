@@ -38,7 +38,8 @@ class ReportQuery(BaseModel):
 
     format: DocumentFormat = Field(
         "html",
-        description="One page of HTML that loads nothing, or sheets of A4 as PDF, where the service can print.",
+        description="One HTML page without external files, or A4 pages as PDF. The service may lack the "
+        "libraries for PDF.",
     )
 
 

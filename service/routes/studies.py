@@ -304,7 +304,7 @@ def retry(service: TheService, study: TheExactStudy) -> Document:
     status_code=201,
     response_class=Document,
     responses={
-        200: gives(RecordDocument, "The existing or queued version by the present solver"),
+        200: gives(RecordDocument, "The present solver's version, which is already stored or queued"),
         201: gives(
             RecordDocument, "The new version; the older results are kept", Location="Address of the version."
         ),

@@ -45,7 +45,8 @@ router = strict_router("/api/v1/studies/{study_id}", "queries")
 Key = Annotated[
     str,
     InPath(
-        description="A key of the Zarr hierarchy, `zarr.json` first; `@<revision>/` before it keeps to one revision.",
+        description="A key of the Zarr hierarchy, `zarr.json` first. Write `@<revision>/` before the key "
+        "to read one revision of the cube.",
         examples=["zarr.json"],
     ),
 ]
@@ -116,8 +117,8 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
     raise Problem(
         409,
         "block-unfinished",
-        f"Block {index} is not computed yet, and the study is {study.state}. To read such points as not "
-        f"computed, read at a revision; …/zarr/@{study.revision}/ is the newest.",
+        f"Block {index} is not computed yet, and the study is {study.state}. Open the cube at a revision to "
+        f"get fill values for such blocks; …/zarr/@{study.revision}/ is the newest.",
         headers={"Cache-Control": "no-store"},
     )
 
@@ -144,7 +145,7 @@ def _revision(key: str) -> tuple[int | None, str]:
 
 def _grouped(shelf: Shelf, group: Group, marks: Marks, request: Request) -> Response:
     if not marks.keys() >= set(group.blocks()):
-        # Only a complete cube has chunks of several blocks, so some blocks were invalidated after the cube was opened.
+        # Only a complete cube has chunks of several blocks. So some blocks were invalidated after the cube was opened.
         raise Problem(
             409,
             "block-unfinished",

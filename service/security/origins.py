@@ -58,4 +58,5 @@ def _own(headers: Headers) -> str:
 
 
 def _cross(fault: Fault) -> Problem:
-    return Problem(403, "cross-site", "A page elsewhere sent this request; it was not served.", (fault,))
+    told = "A page of another origin sent this request. The service refused it."
+    return Problem(403, "cross-site", told, (fault,))

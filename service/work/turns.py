@@ -59,7 +59,7 @@ class Turns:
         try:
             await called.wait()
         except BaseException:
-            # a caller that leaves after its turn has come passes the turn to another caller
+            # a caller may leave after its turn has come; the turn then passes to another caller
             if called.is_set():
                 self._hand_on(who)
             else:

@@ -23,7 +23,7 @@ def main() -> None:
             file=sys.stderr,
         )
         sys.exit(1)
-    gc.disable()  # imports leave little garbage, and its collection takes a sixth of their time
+    gc.disable()  # imports leave little garbage, and collecting it takes a sixth of the import time
     from damperlab.service.cli.main import main as run
 
     gc.enable()

@@ -25,7 +25,7 @@ NOISE = 2.0
 LUCK = 4.0
 """As `NOISE`, for a difference from the best value. The best of many values is low partly by chance."""
 STEEPEST = 2.0
-"""Largest ratio of cell widths by which a change over one cell is scaled to the neighbouring cell."""
+"""A change over one cell is scaled to the neighbouring cell by the ratio of the cell widths, at most by this factor."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Cells:
         return np.asarray(reached.all(axis=1))
 
     def flat(self, value: float, error: float) -> NDArray[np.bool_]:
-        """Return for each cell whether errors alone may explain by how much its corners exceed a value.
+        """Return for each cell whether errors alone may explain why its corners exceed a value.
 
         The result has the shape (n,).
         """
@@ -135,7 +135,10 @@ class _Grid:
         ranges: Mapping[str, tuple[float, float]],
         varied: list[str],
     ) -> "_Grid":
-        """Judge the designs in the ranges and next to the ends. The value of a design that does not qualify is NaN."""
+        """Judge the designs in the ranges, and the nearest designs outside the ranges.
+
+        The value of a design that does not qualify is NaN.
+        """
         index, axes, edges = {}, [], []
         for name in question.design:
             values = cube[name].values
@@ -209,7 +212,7 @@ class _Grid:
         )
 
     def _drops(self, d: int) -> tuple[Floats, Floats]:
-        """Return by how much the value may fall within half a cell from each design.
+        """Estimate how far the value may fall within half a cell of each design.
 
         The first array is for the cell above the design, the second array for the cell below.
         """

@@ -28,7 +28,7 @@ OWN_ERRORS = {
     "dissipation_impact": "dissipation_error",
     "dissipation_particle": "dissipation_error",
 }
-"""Name of the variable with the error of each quantity."""
+"""For each quantity, the name of the variable with its error."""
 ROUNDING = 1e-6
 """Relative difference below which two values count as equal, even if both errors are zero."""
 
@@ -151,7 +151,7 @@ def spanned(values: NDArray[Any]) -> str:
 
 
 def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:
-    """Return the errors of a quantity along a curve, by default from the relative error of the amplitude."""
+    """Return errors along a curve; a quantity without its own has the relative error of the amplitude."""
     own = OWN_ERRORS.get(metric)
     needed = (own,) if own else (metric, "amplitude_error", "amplitude_ratio")
     if any(name not in cube for name in needed):

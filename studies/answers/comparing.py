@@ -3,7 +3,7 @@
 The mean of an irregular response is sometimes farther from the truth than a normal distribution of the stated error
 allows. The error of a mean is therefore assumed to follow Student's t distribution with `DEGREES` degrees of freedom.
 427 such means of random designs were compared with runs of 200,000 cycles: 2.3 % were off by more than `WIDTH` stated
-errors, and 1.4 % by more than 4.6 stated errors. Student's t distribution has 5 % and 1 % beyond these limits.
+errors, and 1.4 % by more than 4.6 stated errors. Student's t distribution gives 5 % and 1 %.
 """
 
 import math

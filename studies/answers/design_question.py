@@ -1,4 +1,4 @@
-"""Check whether the cube of a study has what the criteria for ranking designs need."""
+"""Check the criteria for ranking designs against the cube of a study."""
 
 import math
 from collections.abc import Container, Mapping
@@ -181,7 +181,10 @@ def within(cube: "xr.Dataset", field: str, name: str, limits: tuple[float, float
         for each in coordinates_in_units(cube):
             if each.source == name and inside(each.of(values), low, high).any():
                 span = f"{each.name}={low:.10g},{high:.10g}"
-                advice = f"`{field}` is in ratios; a range in {each.units} is {span} (--within on the command line)"
+                advice = (
+                    f"`{field}` is a range of ratios; for a range in {each.units}, write {span} "
+                    "(after --within on the command line)"
+                )
                 fault = replace(fault, advice=advice)
         raise QueryFault(fault)
     return found

@@ -107,7 +107,7 @@ def end_of(axis: np.ndarray, value: float, name: str) -> str:
 
 
 def say_beyond(ends: Mapping[str, list[Any]], phrases: Phrases) -> str:
-    """Say what to compute beyond the ends of axes at which the best design lies, if there are such ends."""
+    """Say what to compute next if the best design lies at the end of an axis."""
     beyond = (
         f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, value, '.3g')}"
         for name, (end, value) in ends.items()

@@ -52,7 +52,7 @@ class Extremum:
 
 
 def _moves(beside: Mapping[str, np.ndarray], ranked: np.ndarray) -> np.ndarray | None:
-    """Mark the points with a value at which the mass is known to move; None if the study stores no response class."""
+    """Mark points that have a value and where the mass is known to move; None without response classes."""
     if "response_class" not in beside:
         return None
     held = (ResponseClass.UNKNOWN, ResponseClass.LOCKED)

@@ -45,8 +45,8 @@ SETTLED, MANY = 3.0, 10
 FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
 """Statuses of a failed run that may count as exceeding the limit, as in incremental dynamic analysis.
 
-A failed run counts if no larger scale of the same record has a result or is still to be computed. Otherwise, records
-whose runs fail at large scales would make the damper look too good.
+A failed run counts if no larger scale of the same record has a result or is still to be computed. If failed
+runs did not count, records whose runs fail at large scales would make the damper look too good.
 """
 
 
@@ -106,7 +106,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     kind = kind_of(cube.sizes)
     if kind is not SUITE:
         told = f"This study is {kind.words}, and a fragility curve needs {SUITE.words}."
-        raise refused("study", kind.words, SUITE.words, "ask a suite with several scales", told)
+        raise refused("study", kind.words, SUITE.words, "name a suite with several scales", told)
     check_question(asked)
     metric = asked.metric or main_metric(cube)
     check_quantity(cube, metric, "which cannot exceed a limit")
@@ -277,7 +277,7 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
         return None
 
     def too_unlikely(at: float, axis: int) -> float:
-        """Return how far the profile log-likelihood at a value lies below its maximum, minus `DROP`."""
+        """Return the drop of the profile log-likelihood from its maximum to a value, minus `DROP`."""
 
         def held(other: float) -> float:
             return unlikely((at, other) if axis == 0 else (other, at))
@@ -324,7 +324,7 @@ def _details(found: Mapping[str, Any], failed: int) -> Iterator[str]:
             "likelihood to one scale per record)."
         )
     if failed:
-        count = "count as exceeding" if failed > 1 else "counts as exceeding"
+        count = "count as exceeding the limit" if failed > 1 else "counts as exceeding the limit"
         yield f"{counted(failed, 'failed run')} {count}: no larger scale of the same record has a result."
 
 
@@ -340,9 +340,9 @@ def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, sh
     return (
         f"At a scale of {cube[SCALE].values[-1]:g} the rms over {counted(records, 'record')} is "
         f"{spelled(found.rms, units)} ± {spelled(found.rms_error, units, 2)} (standard error). The mean is "
-        f"{spelled(found.mean, units)} ± {spelled(found.mean_error, units, 2)}. {100 * share:g} % stay below "
-        f"{spelled(found.quantile, units, 3)} (95 % interval from {low} to {high}; both ends need "
-        f"{enough_records(share)} records)."
+        f"{spelled(found.mean, units)} ± {spelled(found.mean_error, units, 2)}. {100 * share:g} % of the "
+        f"records stay below {spelled(found.quantile, units, 3)} (95 % interval from {low} to {high}; "
+        f"a bound at each end needs {enough_records(share)} records)."
     )
 
 
@@ -385,9 +385,9 @@ def _brief(
     elif scales.size == 1:
         enough = enough_records(found["quantile_share"])
         if found["records"] < enough:
-            following = f"{enough} records or seeds, to bound the quantile, and several scales, for a curve."
+            following = f"{enough} records or seeds to bound the quantile, and several scales for a curve."
     elif not settled:
-        wider = f", scales up to {2 * scales.max():g}" if found["never"] else ""
+        wider = f", and scales up to {2 * scales.max():g}" if found["never"] else ""
         following = (
             f"{'ten records or more' if found['records'] < MANY else 'scales closer together'}{wider}."
         )

@@ -22,9 +22,12 @@ FREQUENCY = "frequency_ratio"
 HIGHER = 1.1
 """A hidden peak is reported only if it may exceed the largest value by this factor."""
 PER_BANDWIDTH = 4
-"""Number of steps per bandwidth that resolves a resonance. The height of a peak is then too low by at most 3 %."""
+"""Number of steps per bandwidth that resolves a resonance. A computed peak is then at most 3 % too low."""
 MOST_FREQUENCIES = 1001
-"""Number of frequencies that is advised for very narrow resonances, if halving the steps needs fewer."""
+"""Number of frequencies that is advised if a narrow resonance would need more.
+
+If halving all steps gives a larger number, that number is advised.
+"""
 
 PEAK_BETWEEN = "Between the frequencies computed a peak may be more than a tenth higher."
 
@@ -33,10 +36,11 @@ def may_hide(r: NDArray[np.float64], values: NDArray[np.float64], peak: float, m
     """Whether a resonance of the structure may reach `peak` between two neighbouring frequencies.
 
     Near a resonance at r₀ with height P, X = 1/√((1 + β)² (r² − r₀²)² + 1/P²) if the particle of mass ratio β moves
-    with the structure. If the particle does not move with the structure, 1 replaces 1 + β. A resonance in the middle of
-    an interval is the hardest to detect: both ends then lie half the interval's width in r² from r₀². So if the values
-    at both ends are lower than X at this distance, no resonance of height P lies in the interval. Narrower features,
-    for example a separate response next to a jump, are not excluded.
+    with the structure. If the particle does not move with the structure, the formula has 1 instead of 1 + β.
+    A resonance in the middle of an interval is the hardest to detect: at both ends, |r² − r₀²| is then half
+    the width of the interval in r². So if the values at both ends are lower than X at this distance, no
+    resonance of height P lies in the interval. Narrower features, for example a separate response next to a
+    jump, are not excluded.
 
     Parameters
     ----------
@@ -68,10 +72,10 @@ def hidden(
       height without a damper. The interval overlaps the range of natural frequencies, from 1/√(1 + β), where the
       particle moves with the structure, to 1.
     * The particle strikes at one end only. The response then jumps within the interval. One end may lie on the flank
-      of a resonance, and the flank may extend as far as the other end. For an unlimited height, `may_hide` has
-      X = 1/((1 + β)|r² − r₀²|). So a flank with the value X at one end reaches at most 1/(1/X − (1 + β) Δ(r²)) within
-      the interval. The flank is unbounded if that difference is not positive. A flank rises towards the range of
-      natural frequencies.
+      of a resonance, and the flank may extend as far as the other end. For an infinite height P, the formula
+      in `may_hide` is X = 1/((1 + β)|r² − r₀²|). So a flank with the value X at one end reaches at most
+      1/(1/X − (1 + β) Δ(r²)) within the interval. The flank is unbounded if this denominator is not positive.
+      A flank rises towards the range of natural frequencies.
 
     No peak hides between two frequencies at which friction holds the mass, because the force that is required to hold
     the mass increases with the frequency.
@@ -266,8 +270,8 @@ def whose(hides: Sequence[bool], listed: int, recommended: int = 0) -> dict[str,
     Parameters
     ----------
     hides : sequence of bool
-        Whether a peak may be hidden, for each of the first `listed` designs. If the recommended design is not one of
-        these designs, a further entry follows for the recommended design.
+        Whether a peak may be hidden, for each of the first `listed` designs. If the recommended design is not
+        among them, its entry follows.
     listed : int
         Number of listed designs.
     recommended : int

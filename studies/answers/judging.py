@@ -69,9 +69,9 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     -------
     dict of ndarray
         Arrays with one entry per qualifying design: the grid index along each dimension, `value`, `error`, `lowest` and
-        `highest` (the confidence limits of the value) and `response_class`. The index along the frequency belongs to
-        the largest amplitude. Further arrays are `locked_share`, `locked_near_resonance` (whether the mass is locked at
-        the judged frequency nearest r = 1), `impact_share` and the variables of `beside`.
+        `highest` (the confidence limits of the value) and `response_class`. The index along the frequency is
+        that of the largest amplitude. Further arrays are `locked_share`, `locked_near_resonance` (whether the
+        mass is locked at the judged frequency nearest r = 1), `impact_share` and the variables of `beside`.
     """
     cube, load = slab.cube, slab.read
     status = load("status")

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 Floats = NDArray[np.float64]
 ACCELERATION = "acceleration"
-"""Name of the row with the largest acceleration in a short answer."""
+"""Name of the row of a short answer that states the largest acceleration."""
 LARGEST = "largest of the structure"
 """Text that follows the acceleration of the structure with the recommended damper."""
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def leading(ranked: "xr.Dataset") -> dict[str, Any] | None:
-    """Return the best design of a ranking, or the best design with impacts if the best design clamps the structure."""
+    """Return the best design of a ranking or, if friction clamps it, the best design with impacts."""
     if ranked.sizes["rank"] == 0:
         return None
     first = {str(name): array.values[0].item() for name, array in ranked.variables.items()}

@@ -81,7 +81,10 @@ class LinearPeaks:
     def rows(
         self, write: Callable[[float], str], write_mass: Callable[[float], str], beaten: bool
     ) -> list[tuple[str, str, str]]:
-        """Return the rows of a short answer. If `beaten`, a sentence names the tuned mass damper instead of a row."""
+        """Return the rows of a short answer.
+
+        If `beaten`, the tuned mass damper has no row, because a sentence of the answer names it.
+        """
         found = []
         if not (beaten or isnan(self.tuned)):
             found.append(("tuned mass damper", write(self.tuned), write_mass(self.mass_ratio)))

@@ -206,7 +206,10 @@ def _parts(cube: xr.Dataset) -> dict[str, Any]:
 
 
 def _phrases(cube: xr.Dataset, other: xr.Dataset) -> Phrases:
-    """Return the phrases in units for two studies. If the structures differ, only names in `LONG_NAMES` have units."""
+    """Return the phrases for sentences about two studies.
+
+    If the structures differ, only names in `LONG_NAMES` have units.
+    """
     found, others = Phrases.of(cube), Phrases.of(other)
     keys = found.quantities.keys()
     if keys == others.quantities.keys() and all(

@@ -29,7 +29,7 @@ def inside(values: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
 FACTOR = 10.0
 """Largest factor by which a number may differ from the value of an axis that has a single value.
 
-A wrong unit gives a larger factor.
+A number in a wrong unit, such as mm instead of m, differs by a larger factor.
 """
 _SLIPS = {"_m": (("mm", 1e-3), ("µm", 1e-6), ("cm", 1e-2)), "_kg": (("g", 1e-3),), "_hz": (("kHz", 1e3),)}
 """Units that people use instead of SI units, with their factors."""

@@ -113,7 +113,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
 
 
 def friction_allowed(note: Note) -> tuple[str, str]:
-    """Return the largest μ_i at which the value rises by at most a tenth, and the words that follow in a sentence."""
+    """Return two parts of a sentence: a range of μ_i, and how much the value rises in this range."""
     up_to, fails = note.values["up_to"], note.values["fails"]
     if not up_to:
         return f"from μ_i = {fails:g} on", "the value may rise by more than a tenth"
@@ -149,10 +149,10 @@ def _hidden_peak(known: Values, phrases: Phrases) -> str:
 
 
 def _whose(known: Values) -> str:
-    """Describe which values may be higher: values of a map, of ranked designs, or the study's peak."""
+    """Name the values that may be higher: values in a map, values of ranked designs, or the study's peak."""
     if "places" in known:
         values = "value" if known["places"] == 1 else "values"
-        return f"the largest {values} of {known['places']:,} of {known['of']:,} places"
+        return f"the largest {values} of {known['places']:,} of {known['of']:,} points of the map"
     if "listed" not in known:
         return "the study's peak"
     count, whose = known["listed"], []
@@ -169,7 +169,7 @@ def _whose(known: Values) -> str:
 
 
 def _better(known: Values) -> str:
-    return f"can contain a design better by more than {known['better_by']:.2g} of its value"
+    return f"can contain a design better by more than {100 * known['better_by']:.2g} %"
 
 
 def _steps(known: Values, phrases: Phrases) -> str:

@@ -104,7 +104,7 @@ def pareto_front(
             f"{head}{listed}",
             say_judged(question, cube.sizes[FREQUENCY], phrases),
             say_limits(question, phrases),
-            f"{counted(int(doubt['as_good']), 'more design')} may belong to them within the errors "
+            f"{counted(int(doubt['as_good']), 'more design')} may also be unbeaten within the errors "
             f"({CONFIDENCE:.0%} confidence for each)."
             if doubt.get("as_good")
             else "",

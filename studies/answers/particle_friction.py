@@ -94,7 +94,7 @@ def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) ->
             "a finished study in units, with instantaneous impacts and neither friction of the particle nor tilt. "
             "Its best damper must work by impacts"
         )
-        told = f"Friction cannot be added to the particle of the best damper. Needed is {allowed}."
+        told = f"Friction cannot be added to the particle of the best damper. This needs {allowed}."
         raise refused("friction", "a study without such a damper", allowed, "leave it out", told)
     known = [each for each in ranked.attrs["notes"] if each["kind"] == FRICTION]
     notes = tuple(Note(each["kind"], each["severity"], each["values"]) for each in known)
@@ -223,7 +223,7 @@ def has_friction_added(cube: "xr.Dataset", ranked: "xr.Dataset") -> bool:
 def with_friction(
     ranked: "xr.Dataset", cube: "xr.Dataset", judging: Judging, cubes: "Iterable[xr.Dataset]"
 ) -> "xr.Dataset":
-    """Add the note of `friction_note` to a ranking. If the note is unknown, name the command that finds the friction.
+    """Add the note of `friction_note` to a ranking or, without a note, the command that finds the friction.
 
     Parameters
     ----------

@@ -230,7 +230,7 @@ class Phrases:
 
 
 OVER_MORE_THAN_Z = OVER.keys() - AMPLITUDES.keys() - ACCELERATIONS.keys()
-"""Results whose names do not contain the divisor."""
+"""Results that are divided by a reference which their names do not state."""
 HIDDEN = 5e-4
 """Relative error below which an error does not show in three digits."""
 RATIOS = Phrases()

@@ -38,13 +38,13 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
     Returns
     -------
     Dataset
-        The answer with a coordinate or variable in units for each ratio, such as `clearance_m` and `amplitude_m`. If
-        only answers use a name, the unit is appended, as in `hybrid_m`. Nothing is added if the study is given in
-        ratios alone.
+        The answer with a coordinate or variable in units for each ratio, such as `clearance_m` and
+        `amplitude_m`. If a ratio occurs only in answers, the unit is appended to its name, as in `hybrid_m`.
+        Nothing is added if the study is given in ratios alone.
     """
     known = {each.source: each for each in quantities_of(definition)}
     meant = dict(MEANT)
-    if "metric" in answer.attrs:  # the answer of a ranking by the worst case, which is already in units
+    if "metric" in answer.attrs:  # a ranking by the worst case: its values are already in units
         del meant["value"], meant["error"]
     for name in [str(name) for name in answer.variables]:
         array = answer[name]
@@ -62,7 +62,7 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
 
 
 def in_quantities(answer: D, metric: str) -> tuple[D, str]:
-    """Return a map with axes and result in units, if the answer contains units, and the name of the result.
+    """Return a map, and the name of its result. If the answer contains units, axes and result have units.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ def ranked_designs(
     Raises
     ------
     QueryFault
-        If one of those functions refuses the study, or if a field does not apply to this kind of study.
+        If the ranking function refuses the study, or if a field does not apply to this kind of study.
     """
     kind = kind_of(cube.sizes)
     _check_fields(kind, judging, ranking)
@@ -64,7 +64,8 @@ def ranked_designs(
     if kind is not HARMONIC:
         if len(merged) > 1:
             told = (
-                f"{{field}} names a study without friction of the particle, but this study is {kind.words}."
+                "{field} may name only studies with friction of the particle, "
+                f"because this study is {kind.words}."
             )
             allowed = "studies of the best damper with friction of its particle"
             raise refused("with", describe(",".join(ranking.with_)), allowed, kind.instead, told)

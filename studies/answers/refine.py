@@ -160,7 +160,7 @@ def refine_optimum(
 def _with_friction(
     answer: Refinement, rubbing: Study, cubes: "Iterable[xr.Dataset]", judging: Judging
 ) -> Refinement:
-    """Add the note of `friction_note` to a known optimum. If the note is unknown, add the study that determines it."""
+    """Add the note of `friction_note` to a known optimum or, without a note, the study that it needs."""
     note = friction_note((rubbing,), cubes, judging, answer.found["value"])
     if note is None:
         return replace(answer, studies=(rubbing,), points=rubbing.points)

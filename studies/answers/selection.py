@@ -129,7 +129,7 @@ def check_axis(cube: "xr.Dataset", field: str, name: str, taken: Iterable[str] =
     check_dimension(cube, field, name, taken)
     if cube[name].dtype.kind == "U":
         allowed = [each for each in dimensions_of(cube) if cube[each].dtype.kind == "f" and each not in taken]
-        advice = f"choose one of them with `{name}=`, or reduce them with `over={name}`"
+        advice = f"choose one {name} with `{name}=`, or reduce over all of them with `over={name}`"
         raise refused(field, describe(name), f"one of {listing(allowed)}", advice)
 
 

@@ -81,7 +81,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
             f"{kind.words}, over {listing(dimensions)}",
             f"a study with one base amplitude for {asked}",
             _instead(asked),
-            f"{asked} is a question about a study with one base amplitude. This is {kind.words}.",
+            f"{asked} needs a study with one base amplitude, but this is {kind.words}.",
         )
     if kind is SUITE:
         raise refused(
@@ -89,7 +89,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
             f"a ground-motion suite, over {listing(dimensions)}",
             f"a study of the response to a harmonic base for {asked}",
             "ask for a map over two of its dimensions, for its optimal designs, or for an export",
-            f"{asked} is a question about the response to a harmonic base. This is a ground-motion suite.",
+            f"{asked} needs the response to a harmonic base, but this is a ground-motion suite.",
         )
 
 

@@ -1,4 +1,4 @@
-"""Compare a hybrid damper with a tuned mass damper by the responses, the peaks, and where each damper is better."""
+"""Compare a hybrid damper with a tuned mass damper: responses, peaks, and where the hybrid is better."""
 
 import math
 from collections.abc import Mapping
@@ -73,9 +73,9 @@ def tmd_comparison(
         lower.
 
         Bands: `hybrid_bandwidth` and `tmd_bandwidth` are the shares of the band in which X/Z exceeds the peak divided
-        by √2. `hybrid_better` has the lowest and the highest grid frequency of each run in which the hybrid is better
-        by more than its error. `hybrid_better_share` is the share of such frequencies among the frequencies with a
-        known or unbounded response.
+        by √2. `hybrid_better` has the lowest and the highest frequency of each group of neighbouring grid
+        frequencies at which the hybrid is better by more than its error. `hybrid_better_share` is the number
+        of these frequencies divided by the number of frequencies with a known or unbounded response.
 
         Others: `exact` holds both exact curves for drawing, at frequencies close enough to miss no peak
         (`studies.tmd.curves`). `complete`, `points`, `points_failed` and `note` are those of `frequency_response`,
@@ -243,8 +243,8 @@ def _words(answer: "xr.Dataset", phrases: Phrases, notes: list[Note]) -> str:
     )
     sentences = [
         f"Tuned mass damper: {found['criterion_means']}; {tuned_to}, "
-        f"ζ = {found['tmd_damping_ratio']:.6g} over its own frequency "
-        f"({found['tmd_damping_over_structure']:.6g} over the structure's)."
+        f"ζ = {found['tmd_damping_ratio']:.6g} relative to its own frequency "
+        f"({found['tmd_damping_over_structure']:.6g} relative to the structure's)."
     ]
     other = [sentence_of(each, phrases) for each in notes if each.kind == "other_excitation"]
     sentences += other
@@ -254,5 +254,6 @@ def _words(answer: "xr.Dataset", phrases: Phrases, notes: list[Note]) -> str:
         at = phrases.equal(FREQUENCY, r[0], ".10g")
         sentences.append(f"Compared at {at} only, where both may look better than they are. {WHY}")
     else:
-        sentences.append(f"Compared by the worst over {phrases.span(FREQUENCY, r[0], r[-1], '.10g')}.")
+        span = phrases.span(FREQUENCY, r[0], r[-1], ".10g")
+        sentences.append(f"Compared by the largest value over {span}.")
     return " ".join(sentences)

@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DETUNING = 0.02
-"""Detuning of the tuned mass damper that an answer suggests next, if its own detuning is smaller."""
+"""An answer suggests a comparison with this detuning of the tuned mass damper if its detuning is smaller."""
 
 
 def is_judged(answer: "xr.Dataset") -> bool:
     """Whether it is known which damper has the lower peak over the band.
 
     One value above the tuned mass damper's peak proves that the study's peak is higher. The study's peak is
-    known to be lower if every frequency has a value, and no response as high as the tuned mass damper's peak
-    can be hidden between two frequencies: neither a resonance, nor a flank where the particle begins to
+    known to be lower if every frequency has a value, and no response between two frequencies can be as high
+    as the tuned mass damper's peak. Such a response is a resonance, or a flank where the particle begins to
     strike.
 
     Parameters
@@ -78,7 +78,7 @@ def notes_of(cube: "xr.Dataset", answer: "xr.Dataset") -> list[Note]:
 def brief_of(
     cube: "xr.Dataset", answer: "xr.Dataset", varied: Mapping[str, float], known: list[Note], phrases: Phrases
 ) -> Brief:
-    """Name the damper with the lower peak over the band, or say why this damper is unknown.
+    """Name the damper with the lower peak over the band, or say why it is not known which damper this is.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ UNRESOLVED = 0.03
 CLAMPED = 1.5
 """Largest amplitude ratio of a mass that counts as clamped."""
 HELD = 0.1
-"""Smallest share of frequencies at which friction must hold a mass, for the mass to count as clamped."""
+"""A mass counts as clamped only if friction holds it at this share of the frequencies or more."""
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
 """Frequencies to compute next if a study has only one frequency."""
 OTHERS = 2
@@ -110,8 +110,8 @@ def verdict(
         frequencies to compute next, is present if only one frequency was judged. `acceleration_g` is the largest
         acceleration of the structure, if it is known.
         `brief` is the short answer, `verdict` holds the sentences of the short answer, and `notes` all remarks as data.
-        `doubts` are the notes that question the best value, each with its `kind` (`DOUBTS`). `in_units` has the same
-        texts in units, and is left out if the study is given in ratios alone.
+        `doubts` are the notes that cast doubt on the best value, each with its `kind` (`DOUBTS`). `in_units`
+        has the same texts in units, and is left out if the study is given in ratios alone.
     """
     if ranked.sizes["rank"] == 0:
         none = none_left(cube, question, ranked.attrs)
@@ -187,7 +187,7 @@ class _Known:
 
     @property
     def lead(self) -> Row:
-        """The recommended design. If friction clamps the best design, this is the best design with impacts."""
+        """The recommended design: the best design or, if friction clamps it, the best design with impacts."""
         return self.active if self.active is not None and self.clamped else self.best
 
     @property
@@ -306,7 +306,7 @@ class _Known:
         return notes
 
     def doubts(self, phrases: Phrases) -> list[dict[str, str]]:
-        """Return the notes that question the best value, the most serious note first."""
+        """Return the notes that cast doubt on the best value, the most serious note first."""
         by_kind = {note.kind: note for note in self.notes}
         return [
             {"kind": kind, "sentence": sentence_of(by_kind[kind], phrases)}
@@ -492,7 +492,7 @@ def say_next(phrases: Phrases) -> str:
 def _ends(cube: "xr.Dataset", flat: list[dict[str, Any]], design: Row) -> dict[str, list[Any]]:
     """Return the ends of axes at which a design lies.
 
-    If all designs along an axis are equally good, the axis is left out unless the design depends on it.
+    An axis is left out if its parameter has no effect on the response, so that all values are equally good.
     """
     ends = {}
     for entry in flat:
@@ -512,5 +512,9 @@ def _cut_off(cube: "xr.Dataset", question: DesignQuestion, best: Row) -> int:
 
 
 def _independent(design: Row, name: str) -> bool:
-    """Whether a design without impacts, or one that friction clamps, has the same response along an axis."""
+    """Whether the parameter `name` has no effect on the response of a design.
+
+    If friction clamps the structure, no parameter has an effect. Without impacts, no parameter of the
+    particle has an effect.
+    """
     return is_clamped(design) or (design["impact_share"] == 0 and name in OF_PARTICLE)

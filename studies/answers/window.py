@@ -80,7 +80,7 @@ def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list
 
 
 def _spread(places: NDArray[np.intp], most: int, wanted: list[int]) -> NDArray[np.intp]:
-    """Return both ends and evenly spaced positions, with the nearest position moved to each position of `wanted`."""
+    """Return both ends and evenly spaced positions; the nearest is moved to each position in `wanted`."""
     kept = np.round(np.linspace(0, places.size - 1, max(FEWEST, most))).astype(np.intp)
     fixed = {0, kept.size - 1}
     for place in wanted:

@@ -178,7 +178,7 @@ def response(
     λ²/(γ² − λ² + 2iζγλ) times the structure's displacement.
     """
     if excitation.motion.force and not judged.stroke:
-        return amplitude_ratio(r, absorber, damping_ratio, "force")  # type: ignore[arg-type]  # of one or of many
+        return amplitude_ratio(r, absorber, damping_ratio, "force")  # type: ignore[arg-type]  # one or several absorbers
     square = r * r
     link = absorber.tuning**2 + 2j * absorber.damping_ratio * absorber.tuning * r
     structure = 1 + 2j * damping_ratio * r

@@ -38,10 +38,9 @@ whose logarithms differ by up to `ASIDE`. This range is halved `HALVINGS` times.
 and tuning are multiplied by `NARROWER`. All this is done `STRETCHES` times.
 """
 EXCHANGES, ENOUGH = 6, 1.01
-"""Largest number of exchanges, and ratio above which an exchange is made.
+"""Largest number of exchanges, and ratio of worst case to expected worst case above which one is made.
 
-An exchange adds the structure with the worst case to the structures for which the absorber is tuned, if the
-worst case is more than `ENOUGH` times the expected worst case.
+An exchange adds the structure with the worst case to the structures for which the absorber is tuned.
 """
 
 

@@ -52,7 +52,7 @@ OF_STARTS = (
 )
 """Variables stored for a study from several starts."""
 SEED = 20
-"""Seed of the starts, and of builds drawn within the tolerances."""
+"""Seed for random starts, and for random builds within the tolerances."""
 ENSEMBLE = {"kind": "ensemble", "n": STARTS, "seed": SEED}
 """The value of `start` in a study from several starts."""
 ABOUT_THE_RUN = ("cycles", "run_time", "status")
@@ -97,7 +97,7 @@ class _Group:
     grids: list[list[NDArray[np.float64]]] = field(default_factory=list)
 
     def cut(self) -> "_Group":
-        """Cover the designs by grids. Each grid becomes a study."""
+        """Find grids that together contain all designs. Each grid becomes a study."""
         rows = np.array(sorted(self.designs))
         self.grids = cover(rows, most=max(8, len(rows)))
         return self
@@ -341,7 +341,7 @@ def _law_of(cube: "xr.Dataset") -> Law:
 
 
 def _merged(groups: list[_Group]) -> list[_Group]:
-    """Join sets of designs if one computation costs less than separate computations."""
+    """Join two groups of designs wherever a joint computation costs no more than two separate ones."""
     found = [group.cut() for group in groups]
     if len(found) > MOST_MERGED:
         return found

@@ -205,7 +205,8 @@ Built = Annotated[
 def design_document(build: Build, asked: Specification) -> Built:
     """Return a damper as a document, with values in units and with ratios at the largest base amplitude.
 
-    A specification in ratios gives no values in units. Records alone give no ratios to a base amplitude.
+    For a specification in ratios, values in units are None. If there are only records, ratios to a base
+    amplitude are None.
     """
     amplitude = asked.largest_m if asked.excitations else 1.0
     _, restitution, mass, clearance, friction = build.place(asked.structure, amplitude)

@@ -62,7 +62,7 @@ class Curve:
     def errors_of(self, variable: str) -> NDArray[np.float64]:
         """Return the standard error of a variable, shape (n,).
 
-        A variable has the standard error of the amplitude; an acceleration has the relative error of the amplitude.
+        An acceleration has the relative error of the amplitude, any other variable the absolute error.
         """
         errors: NDArray[np.float64] = np.nan_to_num(self["amplitude_error"])
         if variable not in ACCELERATIONS:

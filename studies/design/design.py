@@ -176,7 +176,7 @@ def beyond_of(excitation: Excitation) -> tuple[float, float]:
 
 
 def _require(search: Search) -> None:
-    """Refuse a budget that does not cover the first look."""
+    """Refuse a budget unless half of it covers the coarse computation of the first candidates."""
     first = search.book.lacking(search.first_look())
     if first <= search.book.budget / 2:
         return

@@ -83,7 +83,7 @@ class Found:
 
     @property
     def others(self) -> dict[str, Alternative]:
-        """The alternatives of a kind that differs from the kind of the damper found."""
+        """The alternatives of another kind than the damper found."""
         lacks = {
             "friction_alone": self.build.particle_mass_kg == 0.0,
             "particle_alone": self.build.friction_force_n == 0.0,
@@ -111,7 +111,7 @@ class Found:
 
     @property
     def binding(self) -> Excitation:
-        """The excitation of the stated worst case or, if that is a record, of the worst case over the bands."""
+        """The excitation of the stated worst case or, for a record, of the worst case over the bands."""
         assert self.over is not None  # callers make sure that there is a band
         return binding(self.asked, self.stated, self.over)
 

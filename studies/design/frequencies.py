@@ -24,7 +24,7 @@ MOST_STEPS = 60
 OUTSIDE = 8
 """Number of samples on either side of the resonances."""
 COARSE = 3
-"""Step of the first look, in steps of the survey."""
+"""Step of the coarse samples, which are computed first, as a multiple of the survey's step."""
 SHOWN = 0.85
 """A maximum is bracketed if it reaches this share of the largest value."""
 BRACKETS = 3
@@ -91,7 +91,8 @@ class Survey:
 
         `shift` is the relative deviation of this natural frequency from nominal.
 
-        The sample includes both ends of the band, and the resonance with a particle that stays on its wall.
+        The frequencies include both ends of the band, and the resonance with a particle that stays on its
+        wall.
         """
         low, high = self.low / (1.0 + shift), self.high / (1.0 + shift)
         riding = round(1.0 / math.sqrt(1.0 + mass_ratio), DIGITS)
@@ -196,5 +197,5 @@ def _rise_ahead(
         above = float(values[1] + down * width - values[0])
         if above >= 0.0:
             return up * above / (up + down) if up + down > 0.0 else 0.0
-        return min(up * float(width), -above)  # a jump falls by more than the response rose before it
+        return min(up * float(width), -above)  # at a jump, the response falls by more than it rose before
     return up * float(width)

@@ -112,7 +112,7 @@ def _value(search: Search, build: Build, name: str, share: float) -> float | Non
 
 
 def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:
-    """Return the builds that exceed the limits on the damper by no more than `stated`.
+    """Return the builds that exceed the limits on the damper by at most `stated.violation`.
 
     All other builds fail, so their response need not be computed.
     """
@@ -120,7 +120,7 @@ def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> lis
 
 
 def _fails(search: Search, moved: Build, stated: Score) -> bool:
-    """Whether a build exceeds a limit by more than `stated`, or exceeds the bound of the measure.
+    """Whether a build exceeds a limit by more than `stated.violation`, or exceeds the bound of the measure.
 
     If the measure has no limit, the bound is `WITHIN` times the stated worst case. Otherwise there is no bound.
     """

@@ -102,7 +102,7 @@ def _divided(space: Space, values: Values, count: int) -> Wants:
             known.add(candidate)
             return values[candidate]
         wanted[candidate] = None
-        return 0.0  # this value has no effect beyond the iteration
+        return 0.0  # a placeholder: after this iteration the optimiser is restarted with the true value
 
     def ended(_: object) -> None:
         if wanted or len(known) >= count:

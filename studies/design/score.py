@@ -34,8 +34,8 @@ class Score:
     reached : dict of float
         The largest value of each result or quantity of the damper that has a limit, in the unit of the limit.
     frequency_ratio : float
-        Frequency of the worst case, relative to the nominal natural frequency. If the rms over the band is judged, it
-        is the frequency of the largest response. The value is NaN under a ground-motion record.
+        Frequency of the worst case, relative to the nominal natural frequency; for an rms over the band,
+        frequency of the largest response; NaN under a ground-motion record.
     amplitude_m : float
         Base amplitude Z at the frequency of the worst case; NaN under a ground-motion record.
     build : Build
@@ -70,7 +70,7 @@ class Score:
 
     @property
     def sure(self) -> tuple[float, float]:
-        """Like `rank`, but with the upper bound: the smallest of many noisy values is small by chance."""
+        """Like `rank`, but with the upper bound: the smallest of many values may be small by chance."""
         return self.violation, self.most
 
     @property

@@ -50,7 +50,7 @@ always computed further, and so are all builds if the rms is judged.
 MARGIN = 0.05
 """A damper is refined only if its `worth` exceeds the `worth` of the best damper by at most this margin."""
 LIKELY = 6
-"""Number of dampers that are computed closely together: before the simplices start, and of those that may be better."""
+"""Largest number of dampers examined closely in one step, before the simplices start and after they end."""
 WORST, EXCEEDING = 1e4, 1e3
 """`worth` of a damper with an unbounded response, and smallest `worth` of a damper that exceeds a limit."""
 LEAST = 1e-300
@@ -104,7 +104,7 @@ class Search:
         Raises
         ------
         BudgetSpent
-            If `most` points do not cover the first look at the candidates.
+            If `most` points do not cover the coarse computation of the first candidates.
         """
         self.most = self.book.budget if most is None else most
         reserve = self.effort.reserve * (self.most - self.book.spent)
@@ -136,7 +136,7 @@ class Search:
         return "lists" if self.space.every() else "converged"
 
     def first(self) -> list[Candidate]:
-        """Return the candidates of the first look."""
+        """Return the candidates that are computed first."""
         return next(spread(self.space, {}, self.effort))
 
     def first_look(self) -> list[Wanted]:
@@ -182,10 +182,11 @@ class Search:
             yield from self._look(candidates)
 
     def _undecided(self) -> list[Candidate]:
-        """Return candidates of which only a lower bound is known, and this bound is less than the best value.
+        """Return the candidates that are most likely to be better than the best candidate.
 
-        The first `LIKELY` of them, ordered by their bounds, are returned. So if the budget ends the search, the
-        likeliest ones are decided.
+        Only a lower bound of their values is known, and it is less than the best value. At most `LIKELY`
+        candidates are returned, those with the smallest bounds, so that these are decided even if the budget
+        ends the search.
         """
         least = self.worth(self.robust[self.best()])
         found = (each for each in self.examined.items() if each[0] not in self.robust and each[1] < least)

@@ -173,7 +173,7 @@ class Shelf:
             asked = parse_specification(request["specification"])
             digest, name = asked.digest, asked.name
         except StudyFaults:
-            # a version with other keys wrote the specification: the design stays, and its search reports the fault
+            # another version, with other keys, stored the specification: keep the design, whose search reports the fault
             digest, name = design_id, str(request["specification"].get("name", ""))
         return Kept(
             id=design_id,

@@ -71,7 +71,7 @@ def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
 def allowing(asked: Specification, noise: float) -> str:
     """Describe the margin added to computed values.
 
-    The part for errors has a confidence; the part for frequencies between samples has none.
+    A confidence is stated for errors, but not for frequencies that were not computed.
     """
     error = f"for its error (confidence {asked.confidence:.3g}) and " if noise else ""
     return f"with a margin {error}for frequencies that were not computed,"

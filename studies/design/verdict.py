@@ -101,7 +101,7 @@ def is_as_good(theirs: Score, ours: Score) -> bool:
 
 
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
-    """Return the kind of damper to build, and its results; None replaces the results of the damper found.
+    """Return the kind of damper to build, and its results, which are None for the damper found.
 
     `bare` is the result of `_without_damper`.
     """
@@ -159,7 +159,8 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
         if best.exceeded:
             nearest = f"Best is a tuned mass damper: {_tuned(asked, best)}; it {stays} {reach}."
             return f"No damper that was examined keeps every limit. {nearest}"
-        return f"Use a tuned mass damper: {_tuned(asked, best)}, {stays} {reach} ({_detuned(asked, best)})."
+        detuned = _detuned(asked, best)
+        return f"Use a tuned mass damper: {_tuned(asked, best)}; it {stays} {reach} ({detuned})."
     score = found.stated if best is None else best.score
     build = found.build if best is None else best.build
     if isinf(score.value):
@@ -415,7 +416,7 @@ def _with_friction(found: Found) -> str:
     """
     margin = found.margins.get(PARTICLE_FRICTION.name)
     if MOVED in found.left_out:
-        return "the budget did not allow other friction"
+        return "the budget was spent before the friction was varied"
     if margin is None or isinf(found.stated.most):
         return ""
     kept = "limits hold" if found.asked.limits_measure else "the response rises by at most a tenth"

@@ -91,7 +91,9 @@ def _worst(found: Found) -> Iterator[str]:
         shaken, name = spelled_out(asked, found.binding), found.binding.name
         near = "" if asked.measure.mean else f", near {frequency(asked, stated.frequency_ratio)}"
     over = (
-        f"Of {count} excitations `{name}` binds: {shaken}" if count > 1 else shaken[:1].upper() + shaken[1:]
+        f"Of {count} excitations `{name}` gives the worst case: {shaken}"
+        if count > 1
+        else shaken[:1].upper() + shaken[1:]
     )
     within = " and within the tolerances" if asked.tolerances else ""
     if isinf(stated.value):
@@ -121,7 +123,7 @@ def _worst(found: Found) -> Iterator[str]:
 
 
 def words_of_structure(asked: Specification) -> Iterator[str]:
-    """State which given quantities a tolerance of the mass leaves unchanged."""
+    """State which given quantities stay the same if the mass deviates within its tolerance."""
     if "mass_kg" in asked.tolerances:
         damping = "dashpot" if asked.structure.dashpot_given else "damping ratio"
         spring = "stiffness" if asked.structure.stiffness_given else "natural frequency"
@@ -195,12 +197,14 @@ def _builds(found: Found) -> Iterator[str]:
     kept = ["keep every limit"] if asked.limited_at_all else []
     if builds.bound is not None:
         kept.append(
-            f"stay within {response(asked, builds.bound)}, the worst as drawn and at the corners of the tolerances"
+            f"stay within {response(asked, builds.bound)}, the largest value as drawn and at the corners "
+            "of the tolerances"
         )
     fewer = f" (of {asked.builds} asked for)" if builds.drawn < asked.builds else ""
     yield (
         f"Of {counted(builds.drawn, 'build')}{fewer} drawn uniformly within the tolerances (seed {SEED}), {builds.passed} "
-        f"{' and '.join(kept)}: a probability of {builds.low:.3f} to {builds.high:.3f} (confidence {asked.confidence:.3g})."
+        f"{' and '.join(kept)}. A build does so with a probability of {builds.low:.3f} to {builds.high:.3f} "
+        f"(confidence {asked.confidence:.3g})."
     )
 
 
@@ -215,7 +219,10 @@ def _starts(found: Found) -> Iterator[str]:
     if starts.beyond is None:
         reached = f"reaches a displacement of the structure up to {length(asked, starts.worst)}, {near}"
     elif starts.beyond:
-        reached = f"reaches up to {response(asked, starts.worst)}, {near}: at {starts.beyond} of these more than stated"
+        reached = (
+            f"reaches up to {response(asked, starts.worst)}, {near}. "
+            f"At {starts.beyond} of these ratios it exceeds the value stated"
+        )
     yield f"Started in {counted(starts.count, 'way')} at {at}, the damper as drawn {reached}."
     if starts.several:
         yield f"At {starts.several} of these ratios it has more than one response."

@@ -21,8 +21,9 @@ AT_END = 0.05
 NEAR_END = 0.25
 """An interval reaches an end of the range only if its distance from that end is at most this share of its own width.
 
-An interval ends (1 − c)/2 before the end of a range in which every value agrees as well, for the confidence c. This is at
-most a quarter of its width for every c above 2/3.
+If all values in a range agree equally well, the interval for the confidence c covers the share c of the
+range, and ends (1 − c)/2 of the range before either end. For c ≥ 2/3, this distance is at most a quarter of
+the interval's width.
 """
 ALIKE = 0.95
 """Absolute correlation above which the data do not separate two parameters, unless both have narrow intervals."""
@@ -33,7 +34,7 @@ A design counts as equally good up to a tenth. The interval allows for every val
 correlation within a narrow interval changes nothing.
 """
 BARELY = 0.99
-"""Limit that replaces `ALIKE` if the data leave a parameter of the pair undetermined."""
+"""Limit that replaces `ALIKE` for a pair with a parameter that the data do not determine."""
 DOUBTED = 0.01
 """p-value of the chi-square test below which the model and the stated deviations are reported to disagree."""
 OUTLIER = 0.01
@@ -281,7 +282,7 @@ class Fitted(Outcome):
 
 
 def outlier_limit(rows: int) -> float:
-    """Return the residual in standard deviations that any of the rows exceeds by chance with probability `OUTLIER`."""
+    """Return the number of standard deviations that any residual exceeds with probability `OUTLIER`."""
     from scipy.special import chdtri
 
     return math.sqrt(chdtri(1.0, OUTLIER / rows))

@@ -147,7 +147,7 @@ def _no_heading(lines: Lines) -> Fault | None:
             advice = f"remove the lines above line {at}, or write # before them"
             return Fault(field, found, allowed, advice, told)
     if len(lines.cells(text)) == 1 and len(below[0][1]) > 1:
-        advice = f"write # before it, and below it such a line, as in {example}"
+        advice = f"write # before it, and add below it a line that names the columns, as in {example}"
         return Fault(field, found, allowed, advice, told)
     return None
 

@@ -80,13 +80,12 @@ def _agrees(fitted: Outcome, probability: float) -> str:
     found = f"chi-square is {fitted.chi_square:.4g} for {counted(fitted.freedom, 'degree')} of freedom"
     if probability < DOUBTED:
         wider = (
-            f", and are {fitted.widening:.2g} times as wide for this reason" if fitted.widening > 1.0 else ""
+            f" They are {fitted.widening:.2g} times as wide for this reason." if fitted.widening > 1.0 else ""
         )
         return (
             f"The model does not agree with the measurement within the stated deviations: {found}, which "
             f"chance alone exceeds with a probability of {probability:.2g}. Either the deviations are too "
-            "small or the model lacks something; the intervals are valid only if the deviations are too "
-            f"small{wider}."
+            f"small or the model lacks something. The intervals are valid only in the first case.{wider}"
         )
     if probability > TOO_GOOD:
         return (
@@ -103,7 +102,8 @@ def _undetermined(estimates: Sequence[Estimate]) -> Iterator[str]:
         one = len(names) == 1
         yield (
             f"The data do not determine {listing(names)} within {'its range' if one else 'their ranges'}: "
-            "almost any value agrees as well. Measure it in another way, or at frequencies and amplitudes where it matters."
+            f"almost any value agrees as well. Measure {'it' if one else 'them'} in another way, or at "
+            f"frequencies and amplitudes where {'it matters' if one else 'they matter'}."
         )
 
 
@@ -171,7 +171,8 @@ def _rows(fitted: Fitted) -> Iterator[str]:
         )
     failed = int(np.isnan(fitted.model).sum())
     if failed:
-        yield f"The model has no response at {counted(failed, 'row')}, which are ignored."
+        ignored = "which is ignored" if failed == 1 else "which are ignored"
+        yield f"The model has no response at {counted(failed, 'row')}, {ignored}."
     with np.errstate(invalid="ignore"):
         unsure = np.flatnonzero(fitted.model_error > fitted.deviation)
     if unsure.size:
@@ -190,8 +191,9 @@ def _row(fitted: Fitted, row: int) -> str:
     measured = fitted.question.measured
     unit, length = (" Hz" if measured.in_hertz else ""), (" m" if measured.in_metres else "")
     return (
-        f"row {row + 1} at {measured.frequency[row]:.5g}{unit}, {measured.amplitude[row]:.4g}{length} against "
-        f"{fitted.model[row]:.4g}{length} ({fitted.residual[row]:+.1f} standard deviations)"
+        f"row {row + 1} at {measured.frequency[row]:.5g}{unit}, {measured.amplitude[row]:.4g}{length} "
+        f"measured and {fitted.model[row]:.4g}{length} in the model "
+        f"({fitted.residual[row]:+.1f} standard deviations)"
     )
 
 

@@ -46,7 +46,7 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     else:
         least_of_all = float(cases[best][PEAK]) == least
         by = "moves least" if least_of_all else f"moves as little as any, within {100 * SAME:.0f} %,"
-        told = f"Under {under} {cases[best]['label']} {by} against the base: {moves}"
+        told = f"Under {under} the structure with {cases[best]['label']} {by} against the base: {moves}"
         if "none" in cases:
             share = 1 - float(cases[best][PEAK]) / float(cases["none"][PEAK])
             told += f", {100 * share:.0f} % less than without damper"

@@ -114,7 +114,8 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         unit = begin[3] or "" if begin else ""
         if kind_of(unit) in ("a time", "a frequency") and usual(unit) not in TIMES:
             allowed = f"one of {listing(TIMES)}"
-            told = f"Line {place} gives the step in {printable(unit)}, which is not read; allowed are {listing(TIMES)}."
+            told = f"Line {place} gives the step in {printable(unit)}, which is not supported; "
+            told += f"allowed are {listing(TIMES)}."
             raise refused(_at(place), printable(unit), allowed, "write the step in s", told)
         announced = read_decimal(step) * TIMES.get(usual(unit), second or 1.0)
     if series:
@@ -141,7 +142,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row], list[
     """Separate a file into the lines above the samples, the samples, and remarks.
 
     `begin` is the number of the line that announces the samples, or 0 if no line announces them. Remarks are the other
-    words of the announcing line, and comments among and below the samples.
+    words of this line, and comments among and below the samples.
     """
     head: list[Line] = []
     rows: list[Row] = []

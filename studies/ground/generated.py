@@ -25,7 +25,7 @@ RECIPES: dict[str, Callable[[object], Recipe]] = {
     "random_vibration": random_vibration_of,
     "shock": shock_of,
 }
-"""Function for each method that reads a `Recipe` without generating samples."""
+"""For each method, the function that reads a `Recipe` without generating samples."""
 
 
 def _generate(way: str, document: object) -> GroundMotion:
@@ -37,7 +37,10 @@ GENERATED: dict[str, Callable[[object], GroundMotion]] = {
     "kanai_tajimi": read_kanai_tajimi,
     **{way: partial(_generate, way) for way in RECIPES},
 }
-"""Function for each method that generates a record. The field of every fault begins with the name of the method."""
+"""For each method, the function that generates a record.
+
+The field of every fault begins with the name of the method.
+"""
 SCHEMAS: dict[str, dict[str, Any]] = {
     "kanai_tajimi": kanai_tajimi_schema(),
     "sweep": sweep_schema(),

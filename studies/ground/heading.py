@@ -20,7 +20,7 @@ from damperlab.studies.written_units import (
 Line = tuple[int, str]
 """Number of a line, counted from 1, and the text of the line."""
 COLUMNS = "`time (s), acceleration (g)`"
-WRITE_STEP = "write the line `NPTS= <number>, DT= <step in s>` above one value a line"
+WRITE_STEP = "write one value on each line, below the line `NPTS= <number>, DT= <step in s>`"
 
 _UNITS_OF = re.compile(
     r"\bunits?\b\s*(?:(?:of|for)\s+)?(?:time|acc\w*)?\s*(?:of|are|is|in|[:=]|(?=[(\[]))\s*(.+)", re.IGNORECASE
@@ -29,7 +29,7 @@ _AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
 _OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",)
-"""Quantities that samples may have, and unit symbols that in a heading usually mean a direction."""
+"""Quantities that the unit of the samples may denote, and unit symbols that usually mean a direction."""
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _ACCELERATION_COLUMN = re.compile(rf"^a[xyzgh]?$|{_ACCELERATION.pattern}", re.IGNORECASE)
 _COMMA = r',(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^(\[]*[)\]])'
@@ -148,7 +148,10 @@ def read_heading(
 
 
 def _check_mentioned(lines: Sequence[Line], given: str) -> None:
-    """Refuse a given unit if a line mentions another unit, except for a peak value or next to a number."""
+    """Refuse a given unit if a line mentions another unit.
+
+    Units in a line with a peak value and units next to a number are ignored.
+    """
     for number, line in lines:
         words = ["", *re.split(r"[\s,;:=()\[\]{}'\"]+", line), ""]
         of_peak = OF_PEAK.search(line) is not None
@@ -230,7 +233,10 @@ def _stated(line: str) -> Iterator[str]:
 
 
 def _first_unit(text: str) -> str:
-    """Return the longest unit at the start of a text. The result is empty without a unit, or if a factor follows."""
+    """Return the longest unit at the start of a text.
+
+    The result is empty if the text does not start with a unit, or if a factor follows the unit.
+    """
     words = text.split(maxsplit=6)
     for count in range(min(6, len(words)), 0, -1):
         unit = " ".join(words[:count]).strip("(),.;")
@@ -272,7 +278,7 @@ def check_format(lines: Sequence[str]) -> None:
     """Refuse a file in the format of another institution, and explain how to convert the file into columns."""
     for name, begins, how in _FORMATS:
         if any(re.search(begins, line) for line in lines[:_HEADER_LINES]):
-            told = f"This is a file of {name}, which is not read."
+            told = f"This file has the format of {name}, which is not supported."
             advice = (
                 f"write two columns from it, with a heading such as `time (s), acceleration (cm/s2)`: {how}"
             )

@@ -81,8 +81,8 @@ def kanai_tajimi(
     """Generate an artificial record with the Kanai–Tajimi spectrum.
 
     A sum of cosines at equal steps of frequency, with random phases, is multiplied by a trapezoid and then filtered
-    again. The second filter removes low frequencies, with which the base would drift by metres. So the velocity and the
-    displacement of the base die out with the acceleration.
+    again. The second filter removes low frequencies, which would make the base drift by metres. So the
+    velocity and the displacement of the base die out with the acceleration.
 
     Parameters
     ----------

@@ -164,6 +164,9 @@ def doubt_of(moved_m: float) -> str:
 
 
 def refused(place: str, found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:
-    """Return the exception for one fault of a record. `place` is a field or a line, and `told` is the message."""
+    """Return the exception for one fault of a record.
+
+    `place` is a field or a line, and `told` is the text of the message.
+    """
     in_line = f"{place.capitalize()} must be {allowed}, not {found}." if place.startswith("line ") else ""
     return StudyFaults([Fault(place, found, allowed, advice, told or in_line)])

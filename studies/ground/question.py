@@ -65,7 +65,9 @@ class Earthquake:
 
 
 MOST_NAMED = 20
-"""Largest number of unknown cases in a message. The comparison of an unknown case with all known cases takes time."""
+"""Largest number of listed cases that are checked, because finding the known name nearest to an unknown one
+takes time.
+"""
 KEYS = (*QUANTITIES, *(each.name for each in fields_of(Compared)), "contact")
 
 
@@ -105,7 +107,7 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
         mass = values["particle_mass_kg"] if isnan(values["tmd_mass_kg"]) else values["tmd_mass_kg"]
         most = MOST_UNDER_BASE * values["mass_kg"]
         if mass >= most:
-            allowed = f"a mass damper below {most:g} kg for h2"
+            allowed = f"a mass below {most:g} kg for h2"
             faults.append(Fault("tmd_mass_kg", f"{mass:g} kg", allowed, "choose another `tmd_criterion`"))
     starts, seed = (
         attempt(partial(read_count, held.get(name, usual), 0, most, name), usual, faults)

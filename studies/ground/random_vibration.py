@@ -33,7 +33,7 @@ LEVELS: dict[str, Quantity] = {
     ),
     "psd_g2_per_hz": Quantity("psd_g2_per_hz", "level there [g²/Hz]", 1e-12, 1e6, "give it in g²/Hz"),
 }
-"""Keys for the levels of the table. The key that a document has determines the unit of the levels."""
+"""Keys for the levels of the table. A document uses one key, which determines the unit of the levels."""
 DURATION = Quantity("duration_s", "time at full level [s]", 0.01, 1e5, "some tens of seconds are usual")
 NUMBERS = {DURATION.name: (DURATION, None)}
 MOST_POINTS = 100

@@ -19,7 +19,7 @@ SEED_SCHEMA = {"seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED
 Numbers = Mapping[str, tuple[Quantity, float | None]]
 """Bounds and default of each number. The default is None for a required number, and `OPTIONAL` for an optional one."""
 OPTIONAL = float("nan")
-"""Value in place of the default of an optional number."""
+"""Marks an optional number, which has no default."""
 
 
 def read_numbers(

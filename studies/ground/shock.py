@@ -114,7 +114,7 @@ def shock_of(document: object) -> Shock:
     if faults:
         raise StudyFaults(faults)
     shock = Shock(str(shape), **found)
-    why = f"{SAMPLES_PER_PULSE} in the pulse, and equally close ones in the rest after it"
+    why = f"{SAMPLES_PER_PULSE} in the pulse, and the rest after it with the same time step"
     faults = too_many_samples(f"{PLACE}.rest_s", shock.samples, why, shock.shorter)
     if faults:
         raise StudyFaults(faults)

@@ -107,7 +107,8 @@ def suite_json_schema() -> dict[str, Any]:
     numbers = {name: QUANTITIES[name] for name in NUMBERS}
     return {
         "type": "object",
-        "description": "A grid of responses to ground motions, in physical units; a study that names `records` is one.",
+        "description": "A grid of responses to ground motions, in physical units. A study with `records` is "
+        "such a grid.",
         "required": ["records"],
         "additionalProperties": False,
         "properties": {
@@ -124,7 +125,7 @@ def suite_json_schema() -> dict[str, Any]:
                 "minimum": 0,
                 "maximum": MOST_STARTS,
                 "default": 0,
-                "description": "perturbed starts of each point, whose spread is stored",
+                "description": "number of perturbed starts of each point; the spread of their results is stored",
             },
             "seed": {"type": "integer", "minimum": 0, "default": 0, "description": "seed of the starts"},
             "contact": {

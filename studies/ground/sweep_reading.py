@@ -94,7 +94,7 @@ def sweep_of(document: object) -> Sweep:
 
 def sweep_schema() -> dict[str, Any]:
     """Return the JSON schema of a sweep."""
-    told = "A sine of the base whose frequency runs from `start_hz` to `stop_hz`, with one of "
+    told = "A sinusoidal base motion whose frequency runs from `start_hz` to `stop_hz`, with one of "
     return schema_of(f"{told}{listing(PACES)}, and one of {listing(AMPLITUDES)}.", NUMBERS)
 
 
@@ -112,7 +112,7 @@ def _too_short(sweep: Sweep, pace: str) -> list[Fault]:
         return []
     found, allowed = f"{sweep.duration_s:.4g} s", f"a sweep of at least {ramps:.4g} s"
     told = (
-        f"{{field}} makes a sweep of {found}, in which the amplitude takes {ramps:.4g} s to rise and fall: "
+        f"{{field}} makes a sweep of {found}, but the amplitude takes {ramps:.4g} s to rise and fall, "
         f"{sweep.ramp_cycles:g} cycles at either end."
     )
     return [Fault(f"{PLACE}.{pace}", found, allowed, "sweep slower, or over a wider band", told)]

@@ -94,7 +94,8 @@ VARIABLES: dict[str, Variable] = {
         ),
         _variable(
             "growth",
-            "Largest change of a displacement over the size of the perturbation; above 100 the response is called sensitive.",
+            "Largest change of a displacement, divided by the size of the perturbation. Above 100 the "
+            "response is called sensitive.",
             "perturbed",
         ),
     )

@@ -169,7 +169,7 @@ class LimitFields(ToleranceFields):
         needed = about.factor * (choice.start + tolerance.of(choice.start)) / unit
         why = ["the cavity is twice as long"] if about.factor == 2.0 else []
         why += (
-            [f"with its tolerance it reaches {(choice.start + tolerance.of(choice.start)) / unit:g}"]
+            [f"with its tolerance, {quantity} reaches {(choice.start + tolerance.of(choice.start)) / unit:g}"]
             if tolerance.size
             else []
         )

@@ -91,7 +91,7 @@ RECORD_MEASURES = {
 }  # fmt: skip
 """Measures under records: the largest value over records and scales. The first measure is the default."""
 MIXED_MEASURES = {name: each for name, each in MEASURES.items() if name in RECORD_MEASURES}
-"""Measures for bands and records together, which exist for both kinds of excitation."""
+"""Measures for a specification with both bands and records: those that exist for both kinds of excitation."""
 
 
 ACCELERATIONS = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
@@ -135,7 +135,10 @@ class Limit:
     per_second: bool = False
 
     def has_error(self, by_records: bool) -> bool:
-        """Return whether an error estimate exists: always for a length, and only over a band for an acceleration."""
+        """Return whether results have an error estimate.
+
+        A length always has one, and an acceleration only over a band.
+        """
         return self.unit == "m" or (not by_records and self.over_band[0] in ACCELERATIONS)
 
 

@@ -255,7 +255,10 @@ class _Reader(LimitFields):
         return str(raw)
 
     def _not_the_worst(self) -> None:
-        told = "{field} cannot be worst: for the responses from other starts only the displacement of the structure is known."
+        told = (
+            "{field} cannot be `worst` here: of the responses from other starts, only the displacement of "
+            "the structure is known."
+        )
         advice = "choose `likely`, or measure and limit the displacement of the structure alone"
         self._fault("judge", "worst", "rest or likely", advice, told)
 

@@ -130,7 +130,7 @@ class RecordFields(Fields):
             return None
         if structure is not None:
             for field, source in {field: source for field, source, _ in found}.items():
-                # the steps of the highest natural frequency within the tolerances
+                # the number of time steps is largest at the highest natural frequency within the tolerances
                 self.faults += too_long(field, source, 1.5 * structure.natural_frequency_hz, tail)
         found.sort(key=lambda one: one[1].id)
         motions = {source.id: motion for _, source, motion in found if motion is not None}

@@ -35,7 +35,9 @@ class Case:
 
 @dataclass(frozen=True)
 class RecordCases:
-    """Records with their scales: one excitation of a specification. The result is that of the worst pair.
+    """Records with their scales: one excitation of a specification.
+
+    The result is that of the worst combination of record and scale.
 
     Parameters
     ----------

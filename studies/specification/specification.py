@@ -34,7 +34,7 @@ STARTS = 12
 """Number of initial states of one damper, including rest."""
 JUDGES = {
     "rest": "the response from rest",
-    "worst": f"the largest response to {STARTS} starts",
+    "worst": f"the largest response from {STARTS} starts",
     "likely": f"the response that most of {STARTS} starts lead to",
 }
 """Options for the response that is evaluated over a band if several responses exist."""
@@ -89,7 +89,10 @@ class Structure:
         return shift, damping
 
     def per_metre(self, motion: Motion) -> float:
-        """Return the amplitude of a motion per metre of base amplitude at ω_n, or a force per static displacement."""
+        """Return the factor that converts a length to the amplitude of a motion or a force.
+
+        For a motion, the length is the base amplitude at ω_n; for a force, it is the static displacement.
+        """
         return self.stiffness_n_per_m if motion.force else float(self.angular_frequency**motion.order)
 
 
@@ -147,7 +150,7 @@ class Choice:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether the range is divided in equal ratios. The range must span two octaves or more, and exclude 0."""
+        """Whether the range is divided logarithmically: it must exclude 0 and span two octaves or more."""
         return not self.values and self.start > 0 and self.stop >= 4 * self.start
 
     def at(self, share: float) -> float:
@@ -225,7 +228,8 @@ class Specification:
         Excitations over bands, applied one at a time. The worst excitation determines the result. Empty if all
         excitations are records.
     choices : dict of Choice
-        Allowed values of every quantity in `OF_DAMPER`. With its tolerance, each keeps `damper_limits`.
+        Allowed values of every quantity in `OF_DAMPER`. Including tolerances, all values are within
+        `damper_limits`.
     limits : dict of float
         Limits on results. The keys are names of `LIMITS`, which also gives the units.
     damper_limits : dict of float

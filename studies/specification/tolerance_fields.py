@@ -109,7 +109,10 @@ class ToleranceFields(DamperFields):
         most = about.highest if at_bound else min(largest, about.highest - largest)
         size = tolerance.of(largest)
         if size > most * (1.0 + ROUNDING):
-            told = f"{{field}} = {size:g} takes `{key}`, {largest:g}, outside 0 to {about.highest:g}."
+            told = (
+                f"With {{field}} = {size:g}, `{key}` = {largest:g} would leave the range from 0 to "
+                f"{about.highest:g}."
+            )
             self._fault(field, f"{size:g}", f"at most {most:g}", "check its unit", told)
             return None
         return tolerance if size else None
@@ -120,7 +123,7 @@ class ToleranceFields(DamperFields):
         """Return a tolerance of the structure as a relative tolerance, or None if it is invalid or ineffective."""
         value = float(getattr(structure, key))
         if tolerance.relative or not tolerance.size:
-            return tolerance if value else None  # a share of 0 is 0
+            return tolerance if value else None  # a relative tolerance of a value of 0 has no effect
         if not value:
             told = f"{{field}} = {tolerance.size:g} is a tolerance of a {key} of 0, but {key} cannot be negative."
             advice = f"give the middle of the possible range as `{key}`, or leave the tolerance out: 0 is the worst case"

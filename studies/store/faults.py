@@ -106,8 +106,9 @@ def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueD
             f"{found} in the catalogue",
             "the rows as they were written",
             advice
-            or f"list the damage with `damperlab store verify {study_id}`, and repair the study with `damperlab store verify "
-            f"{study_id} --repair`; a catalogue that is beyond repair is made again by `damperlab store rebuild`",
+            or f"list the damage with `damperlab store verify {study_id}`, and repair the study with "
+            f"`damperlab store verify {study_id} --repair`; if that fails, make the catalogue again with "
+            "`damperlab store rebuild`",
             f"The catalogue is damaged: study {study_id} has {found}.",
         )
     )

@@ -17,7 +17,11 @@ def den_hartog(mass_ratio: float) -> Absorber:
 
 
 def den_hartog_table4(mass_ratio: float) -> Absorber:
-    """Return Den Hartog's tuning with ζ of Table 4 put into (13) unconverted: a dashpot too weak by a factor 1 + μ."""
+    """Return Den Hartog's tuning with the damping ratio of Table 4.
+
+    Table 4 gives ζ′ = c/(2 m ω_n). Here ζ′ is used as ζ in equation (13), so the dashpot is too weak by the
+    factor 1 + μ.
+    """
     right = den_hartog(mass_ratio)
     return Absorber(mass_ratio, right.tuning, right.damping_over_structure)
 

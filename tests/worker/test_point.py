@@ -84,7 +84,7 @@ def test_a_point_with_one_response_says_so() -> None:
     assert found.met[0].starts == 16
     assert found.met[0].from_rest
     assert not found.by_a_rounding
-    assert found.sentence == "All of 16 starts lead to one response."
+    assert found.sentence == "All 16 starts lead to one response."
 
 
 def test_without_friction_and_particle_every_start_leads_to_the_closed_form() -> None:

@@ -70,8 +70,8 @@ class Reference:
     state : tuple of float
         Final values of u, u', p, p'.
     amplification : float
-        Ratio of a change of the final state to a small change of the initial state. Rounding of the inputs can cause an
-        error of the final state of 1e-16 times this ratio.
+        Ratio of a change of the final state to a small change of the initial state. Rounding of the inputs
+        can change the final state by 1e-16 times this ratio.
     """
 
     state: State
@@ -80,7 +80,10 @@ class Reference:
 
 @cache
 def references() -> dict[str, Reference]:
-    """Read the reference of each scene from `references.json`. The entry `how` of this file documents the origin."""
+    """Read the reference of each scene from `references.json`.
+
+    The entry `how` of `references.json` explains how the references were computed.
+    """
     document = json.loads(
         (files("damperlab.worker.accuracy") / "references.json").read_text(encoding="utf-8")
     )

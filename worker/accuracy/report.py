@@ -120,8 +120,9 @@ def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
     lines += [
         "## Stability",
         "",
-        f"{passed} of {len(report['stability'])} extreme cases pass: the integration arrives, every value is finite, the "
-        "energy residual is within its limit, penetration and momentum error are at most rounding (1e-12). The column "
+        f"{passed} of {len(report['stability'])} extreme cases pass. In these cases the integration "
+        "reaches its end, and every value is finite. The energy residual is within its limit, and "
+        "penetration and momentum error are at most rounding (1e-12). The column "
         f"`paper's method` gives the outcome of that method with {STEPS} steps per cycle.",
         "",
         "| case | cycles | status | impacts | turns | attachments | energy residual | penetration | momentum error | "

@@ -181,7 +181,7 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
         other_impacts = abs(response.impacts_per_cycle - truth.impacts) > 1e-6
         if other_impacts and abs(response.amplitude_ratio - truth.amplitude) <= 1e-9 * truth.amplitude:
             # the solver ends a chatter when its remainder is negligible, so the numbers of impacts may differ by one
-            return "agrees but for an impact in a chatter", np.nan
+            return "agrees except for one impact of a chatter", np.nan
         if truth.period not in (response.period, 0.5 * response.period):
             return "another period", np.nan
         if other_impacts:

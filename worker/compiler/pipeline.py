@@ -102,7 +102,8 @@ class WholeCompiler(_Compiler):
 def _no_collection() -> Iterator[None]:
     """Pause the garbage collector.
 
-    Afterwards, freeze and unfreeze move all objects to the oldest generation, which collections of young objects skip.
+    Afterwards, `gc.freeze` and `gc.unfreeze` move all objects to the oldest generation, which the frequent
+    collections of younger generations skip.
     """
     collecting = gc.isenabled()
     gc.disable()

@@ -78,7 +78,7 @@ def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> 
         return _suite(study, coordinates)
     if isinstance(study, Study):
         return _harmonic(study, coordinates)
-    raise TypeError(f"no cost is known of a {type(study).__name__}")
+    raise TypeError(f"there is no cost model for a {type(study).__name__}")
 
 
 def family_factor(earlier: Iterable[Record]) -> float | None:

@@ -221,7 +221,7 @@ def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
     middle = end.draws.mean(axis=0)
     draws = np.clip(middle + widening * (end.draws - middle), 0.0, 1.0)
     low, high = np.quantile(draws, [tail, 1.0 - tail], axis=0)
-    # the best set may lie outside the quantiles, and because of jumps of the response, good sets outside all draws
+    # the best set may lie outside the quantiles; as the response jumps, good sets may lie outside all draws
     good = archive.places[_as_good(archive, end, widening)]
     low, high = np.minimum(low, good.min(axis=0)), np.maximum(high, good.max(axis=0))
     estimates = tuple(
@@ -257,7 +257,7 @@ def _correlation(draws: Matrix) -> Matrix:
 
 
 def _is_other(one: _End, best: _End) -> bool:
-    """Return whether a final region does not contain the best set but agrees about as well."""
+    """Return whether `one` agrees about as well as `best`, but lies outside the region of `best`."""
     return one.misfit < best.misfit + AS_GOOD and not best.surface.region.holds(one.best)
 
 

@@ -64,7 +64,7 @@ def responses_at(question: FitQuestion, values: Mapping[str, float]) -> Response
 
 
 def scenes_of(question: FitQuestion) -> list[Scene]:
-    """Return the scenes at both ends of all ranges, which a fit may need."""
+    """Return the scenes that a fit may need: those at the lower and at the upper ends of all ranges."""
     found = set()
     for conditions, rows in question.configurations:
         for share in (0.0, 1.0):

@@ -14,11 +14,17 @@ Matrix = NDArray[np.float64]
 RADIUS, EDGE = 2.5, 1.2
 """Radius of a region in standard deviations, and factor on the radius up to which the polynomials are used."""
 FULL, WIDER = 0.85, 2.0
-"""Ratio of the spreads of draws and of uniform draws above which a region grows, and the growth factor."""
+"""Limit on the standard deviation of draws, relative to that of uniform draws, and growth factor of a region.
+
+A region grows along each principal direction in which its draws exceed the limit.
+"""
 EVEN, WHOLE = 2000, 0.6
 """Number of uniform draws for comparison, and largest size of a region relative to the ranges."""
 NARROWEST = 1e-4
-"""Lower bound on the variance of draws relative to their region. Regions shrink at most to √1e-4 = 0.01."""
+"""Lower bound on the variance of draws relative to their region.
+
+One move shrinks a region at most by the factor √1e-4 = 0.01.
+"""
 
 
 @dataclass(frozen=True)

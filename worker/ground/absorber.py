@@ -49,7 +49,7 @@ def absorber_response(
     u_rate = end[W] + end[S_RATE]
     stored = 0.5 * (u_rate**2 + end[V] ** 2 + mu * ((u_rate + end[Q_RATE]) ** 2 + gamma**2 * end[Q] ** 2))
     largest = max(abs(work), loss, stored)
-    energy = structure.stiffness_n_per_m  # of 1 m², if time is in units of 1/ω
+    energy = structure.stiffness_n_per_m  # [J/m²], converts energies with time in units of 1/ω
     good = bool(np.isfinite(found.states).all())
     return GroundResponse(
         **measures,

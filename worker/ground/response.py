@@ -200,7 +200,10 @@ def run_on_record(
     budget: int,
     log: Log | None,
 ) -> Run:
-    """Integrate from the start of a record to its end, with at most `budget` events. The log is filled if given."""
+    """Integrate from the start of a record to its end, with at most `budget` events.
+
+    The time history is written to `log`, unless `log` is None.
+    """
     base = ready.base
     loaded = None if particle is None else make_loaded(base, particle, None)
     sums, counts = np.zeros(RECORD_METERS), np.zeros(COUNTS, np.int64)

@@ -92,7 +92,7 @@ class Results:
             self.end_as(stopped_as, stopped_by)
             return
         left_out, failures = self._run.reporter.left_out, self._failures
-        message = f"computed without workers that were left out: {left_out}" if left_out else None
+        message = f"computed, but these workers were left out: {left_out}" if left_out else None
         if failures:
             message = f"{len(failures)} of {record.blocks_total} blocks failed; the first: {failures[0]}"
         elif message is None and record.message and not record.points_failed:

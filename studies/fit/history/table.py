@@ -17,12 +17,14 @@ LARGEST = 1e12
 HELD, RESTING = 0.8, 0.2
 """Lower limit for a held structure, and upper limit for a structure at rest, as shares of the largest displacement."""
 BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
-"""A structure is held aside if the displacement stays above `HELD` for more than `LONGER` times the duration of the
-fall to `BEYOND`. A release within the phase `AT_ONCE_RAD` after the first row counts as a release in the first row.
+"""A structure counts as held if the displacement stays above `HELD` for more than `LONGER` times the duration
+of the fall to `BEYOND`. A release within the phase `AT_ONCE_RAD` after the first row counts as a release in
+the first row.
 """
 FALL, WINDOW = (0.8, 0.3), 5
 """The fall after a release is examined from the first to the second value of `FALL`, shares of the largest
-displacement. The position before the release is fitted to at most `WINDOW` times as many samples.
+displacement. The position before the release is fitted to at most `WINDOW` times as many samples as the
+fall has.
 """
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
@@ -30,8 +32,9 @@ DEVIATION, SHARE = "deviation_m", "deviation_share"
 OF_HISTORY = (
     "An impact changes the velocity almost instantly: an accelerometer records a pulse whose height and "
     "shape depend on the sensor and its filter",
-    "integrate it twice, with a high-pass filter well below the natural frequency and no shift in time. Give the result as "
-    "`displacement (mm)`, with the first row at rest or at the release. For the base, use `base acceleration (m/s2)`",
+    "integrate the recorded acceleration twice, with a zero-phase high-pass filter well below the natural "
+    "frequency. Give the result as `displacement (mm)`, with the first row at rest or at the release. "
+    "For the base, use `base acceleration (m/s2)`",
 )
 """The reason why an acceleration of the structure over time is not fitted, and the remedy."""
 COLUMNS = (
@@ -175,7 +178,7 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
     field = DISPLACEMENT
     if largest == 0.0:
         return [Fault(field, "0 throughout", "a structure that moves", "check the column and its unit")]
-    share = f"{100 * first / largest:.3g} % of the largest displacement in the first row"
+    share = f"a first displacement of {100 * first / largest:.3g} % of the largest"
     if release is None:
         told = "Without a base acceleration the history must begin at a release from rest, or while the structure is held."
         told += f" This history has {share}, and oscillates before the largest displacement."

@@ -201,7 +201,10 @@ class Catalogue:
             seconds = max(0.0, time.time() - float(since))
         except (OSError, ValueError):
             return "another process holds the lock"
-        return f"process {pid} on {host} has held it for {seconds:.0f} s; if it stands still, end it (kill -9 {pid})"
+        return (
+            f"process {pid} on {host} has held the lock for {seconds:.0f} s; if the process hangs, end it "
+            f"(kill -9 {pid})"
+        )
 
     def integrity(self) -> list[str]:
         """Return SQLite's messages about damage in the file; an empty list for PostgreSQL, which is not checked."""
@@ -309,7 +312,7 @@ class Catalogue:
                     "a catalogue that can be reached, read and written",
                     "make the catalogue again from the cubes with `damperlab store rebuild`"
                     if damaged
-                    else "try again in a moment: too many requests came together, or the database takes long"
+                    else "try again in a moment: too many requests came together, or the database is slow"
                     if isinstance(error, PoolTimeout)
                     else "check that its server runs and its address and password are right"
                     if not self.is_file

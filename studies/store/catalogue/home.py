@@ -272,10 +272,10 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
         raise StoreFault(
             Fault(
                 "data_dir",
-                f"{folder.address}, which {catalogue.name} does not have",
+                f"{folder.address}, which does not belong to {catalogue.name}",
                 "the data folder of this catalogue",
-                "name that folder with --data-dir; if it is lost, let the catalogue continue here with "
-                "`damperlab store rebuild`",
+                "name that folder with --data-dir; if it is lost, run `damperlab store rebuild` to use this "
+                "folder instead",
                 f"The cubes of {catalogue.name} are in a different data folder from {folder.address}.",
             )
         )

@@ -131,13 +131,15 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
 def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
     """Return the error for too few first digits of an id, or for first digits that fit several studies."""
     known = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
+    fitting = f"{printable(ref)} fits {known}"
     if len(ref) < FIRST_DIGITS:
-        allowed = f"a name, or at least the first {FIRST_DIGITS} digits of an id; these digits begin {known}"
+        allowed = f"a name, or at least the first {FIRST_DIGITS} digits of an id; {fitting}"
         told = (
-            f"No study is named {printable(ref)}, and an id needs {FIRST_DIGITS} digits; these begin {known}."
+            f"No study is named {printable(ref)}, and at least {FIRST_DIGITS} digits of an id are needed; "
+            f"{fitting}."
         )
     else:
-        allowed = f"digits that fit one study; these fit {known}"
+        allowed = f"digits that fit one study only; {fitting}"
         told = f"{printable(ref)} fits more than one study: {known}."
     return StudyNotFound(Fault("study", describe(ref), allowed, "write more digits of the id", told))
 

@@ -245,10 +245,10 @@ def _require_keys() -> None:
             "AWS_ACCESS_KEY_ID",
             "no keys for the object store",
             "AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY, or an identity that the environment names",
-            "set both; AWS_EC2_METADATA_DISABLED=false asks the cloud's metadata address for keys, and "
-            "AWS_SKIP_SIGNATURE=true sends requests unsigned",
-            "There are no keys for the object store: neither AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY is set, nor an "
-            "identity that the environment names.",
+            "set both; or set AWS_EC2_METADATA_DISABLED=false to get keys from the cloud's metadata address, "
+            "or AWS_SKIP_SIGNATURE=true to send unsigned requests",
+            "There are no keys for the object store: AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY are not "
+            "both set, and the environment names no identity.",
         )
     )
 

@@ -70,7 +70,8 @@ def test_designs_that_none_is_surely_better_than_may_belong_to_the_front(cube, w
     belong = answer.sizes["rank"] + int(answer["alike"].sum())
     assert answer.attrs["as_good"] == surely.count(False) - belong > 0
     assert (
-        f"{answer.attrs['as_good']} more designs may belong to them within the errors" in answer.attrs["note"]
+        f"{answer.attrs['as_good']} more designs may also be unbeaten within the errors"
+        in answer.attrs["note"]
     )
     assert "95% confidence for each" in answer.attrs["note"]
     ended = whole["status"].where(whole["status"] != Status.MAX_CYCLES, Status.CONVERGED)

@@ -212,7 +212,7 @@ def test_a_comment_that_contradicts_no_heading_is_a_comment(comment: str) -> Non
             "Run 4\ntime (s), displacement (mm)\n9, 1",
             "Remove the lines above line 2, or write # before them.",
         ),
-        ("Run 4\n9, 1\n10, 2", "Write # before it, and below it such a line"),
+        ("Run 4\n9, 1\n10, 2", "Write # before it, and add below it a line that names the columns"),
         ("9, 1\n10, 2", "Write such a line above it, with the units of the numbers."),
         ("r, X/Z\n1, 2, 3", "Line 2 has 3 cells, but the heading names 2 columns."),
         ("r, X/Z\n1,", "`line 2.amplitude_ratio` must be a number above 0, not an empty cell."),

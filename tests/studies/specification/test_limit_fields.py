@@ -33,7 +33,7 @@ def test_a_quantity_that_is_given_keeps_its_limit_with_its_tolerance(limit_n: fl
         assert parse_specification(document).damper_limits == {"friction_force_n": limit_n}
         return
     told = faults_of(document)["limits.friction_force_n"]
-    assert "with its tolerance it reaches 0.33" in told
+    assert "with its tolerance, friction_force_n reaches 0.33" in told
     assert "relax it to at least 0.33" in told.lower()
 
 

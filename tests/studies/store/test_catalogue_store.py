@@ -29,7 +29,8 @@ def test_a_submitted_study_is_found_by_id_prefix_and_name(store):
     assert record.provenance == {"solver_version": "7"}
     for ref in (record.id, record.id[:4], "my map"):
         assert store.find(ref) == record
-    with pytest.raises(StudyNotFound, match=f"an id needs 4 digits; these begin {record.id} \\(my map\\)"):
+    told = f'at least 4 digits of an id are needed; "{record.id[:3]}" fits {record.id} \\(my map\\)'
+    with pytest.raises(StudyNotFound, match=told):
         store.find(record.id[:3])
 
 

@@ -12,7 +12,9 @@ from damperlab.worker.fit.singular_values import principal
 REACH = 2.0
 """Distance to either side over which a response must change smoothly [standard deviations]."""
 LITTLE = 0.05
-"""Standard deviation along a principal direction, as a fraction of the ranges, below which the direction is tested."""
+"""Standard deviation from a shorter part of the history, as a fraction of the ranges, below which chi-square
+is tested along the principal direction.
+"""
 FLATTEST, STEEPEST = 0.25, 4.0
 """Bounds on the rise of chi-square relative to a linear response, outside which the response is unpredictable."""
 
@@ -73,9 +75,9 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
     Along each principal direction, chi-square must rise about as for a linear response over `REACH` standard deviations
     to either side. If chi-square rises less, the standard deviation along this direction is increased accordingly.
 
-    `before` is the uncertainty from a shorter part of the history. If its standard deviation along one of its
-    principal directions is below `LITTLE`, chi-square must rise in the same way along this direction.
-    Otherwise the best parameter set may be one of the countless minima that impacts create.
+    `before` is the uncertainty from a shorter part of the history, with its own principal directions.
+    Chi-square must rise in the same way along those directions in which the standard deviation of `before` is
+    below `LITTLE`. Otherwise the best parameter set may be one of the countless minima that impacts create.
     """
     spread = Spread.at(trials, place, rows)
     sizes = spread.sizes.copy()

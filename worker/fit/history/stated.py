@@ -14,7 +14,10 @@ from damperlab.worker.fit.history.spread import Spread
 from damperlab.worker.fit.history.trials import Matrix, Trials
 
 UNKNOWN = 0.25
-"""Standard deviation, as a fraction of a range, above which a parameter is undetermined. A uniform density has 0.29."""
+"""Standard deviation, as a fraction of a range, above which a parameter is undetermined.
+
+The standard deviation of a uniform density over the range is 0.29.
+"""
 AS_GOOD = 6.0
 """Difference of chi-square up to which two parameter sets are equally good."""
 
