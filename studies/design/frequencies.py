@@ -141,6 +141,26 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float =
     return tuple(sorted(found))
 
 
+def onsets(r: NDArray[np.float64], impacts: NDArray[np.float64]) -> tuple[float, ...]:
+    """Return further frequencies in the intervals at one end of which the particle meets no wall.
+
+    Where impacts set in, the response may jump, and on a narrow range of frequencies another response may be reached.
+
+    Parameters
+    ----------
+    r, impacts : ndarray, (n,)
+        Ascending frequencies, and the impacts per cycle at each frequency.
+
+    Returns
+    -------
+    tuple of float
+        Frequencies inside these intervals. Intervals not wider than `NARROW` are left out.
+    """
+    places = np.flatnonzero((impacts[:-1] > 0.0) != (impacts[1:] > 0.0))
+    inner = [np.linspace(r[k], r[k + 1], INNER + 2)[1:-1] for k in places if r[k + 1] - r[k] > NARROW]
+    return tuple(round(float(each), DIGITS) for part in inner for each in part)
+
+
 def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
     """Return further frequencies in the wider intervals where the response is near its largest value.
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from damperlab.studies.design.band_mean import halved
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.frequencies import SHOWN, Survey, between, brackets
+from damperlab.studies.design.frequencies import SHOWN, Survey, between, brackets, onsets
 from damperlab.studies.design.optimisers import SIZES, Effort, best_apart, descended, spread
 from damperlab.studies.design.score import Score, score, worst
 from damperlab.studies.design.space import Candidate, Space, amplitudes_of, corners_of
@@ -42,6 +42,8 @@ BETWEEN, SURE = 4, 6
 """Accuracy levels of the recommended damper. At level `BETWEEN` every interval near the largest response is divided.
 Two rounds of brackets follow, up to level `SURE`.
 """
+ONSETS = 2
+"""Number of times that the intervals in which impacts set in are divided. They are then a 64th of the survey's steps."""
 NEAR = 0.95
 """After the first round of brackets, a maximum is bracketed only if it reaches this share of the largest value. A build
 is computed further only if its worst case reaches this share of the largest worst case. Builds that exceed a limit are
@@ -243,12 +245,22 @@ class Search:
                 yield from self._look(left, 0.0)
                 continue
             yield from self.known(self.with_corners(best), CLOSE)
+            yield from self._onsets(best)
             for level in range(CLOSE + 1, SURE + 1):
                 yield from self.known(self._deciding(best, level), level)
                 self.robust[best] = self.judged(best)
             refined.add(best)
             if self.told:
                 self.book.ahead = self.space.build(self.best())
+
+    def _onsets(self, candidate: Candidate) -> Asks:
+        """Compute all builds of a candidate more finely where impacts set in, even builds with a small response."""
+        bands = [each for each in self.amplitudes if not isinstance(each, Case)]
+        for _ in range(ONSETS):
+            curves = {(b, a): self.book.curve(b, a) for b in self.with_corners(candidate) for a in bands}
+            yield from self._asked(
+                [Wanted(*at, onsets(each.r, each["impacts_per_cycle"])) for at, each in curves.items()]
+            )
 
     def best(self) -> Candidate:
         """Return the best of the candidates that were judged with their tolerances."""
@@ -305,12 +317,17 @@ class Search:
             if stage == 0 and level > 0:
                 continue  # the survey includes the coarse look
             if behind:
-                wanted = [one for build in behind for one in self._samples_of(build, stage, at)]
-                if self.book.spent + self.book.lacking(wanted) > self.cap:
-                    raise BudgetSpent
-                yield wanted
+                yield from self._asked(
+                    [one for build in behind for one in self._samples_of(build, stage, at)]
+                )
                 if not amplitudes:
                     self._level.update(dict.fromkeys(behind, stage))
+
+    def _asked(self, wanted: list[Wanted]) -> Asks:
+        """Yield the wanted points, or raise `BudgetSpent` if they exceed the cap."""
+        if self.book.spent + self.book.lacking(wanted) > self.cap:
+            raise BudgetSpent
+        yield wanted
 
     def _tell_of(self, candidates: list[Candidate]) -> None:
         here = counted(len(self.examined.keys() | set(candidates)), "damper")

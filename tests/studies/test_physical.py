@@ -306,7 +306,7 @@ def ray(left_out: str = "", **changes: Any) -> dict[str, Any]:
         (ray(constant="jerk"), "physical.constant", ""),
         (beside({"frequency_ratio": 1}, clearance_m=0.008, constant="velocity"), "physical.constant", ""),
         ({**UNDER_FORCE, "excitation": "base"}, "physical.force_n", "add `excitation: force`"),
-        (forced(base_amplitude_m=1.0), "physical.base_amplitude_m", "which determines it"),
+        (forced(base_amplitude_m=1.0), "physical.base_amplitude_m", "determine"),
         (forced(mass_kg=[150, 200]), "physical.mass_kg", "the stiffness converts"),
         (forced(natural_frequency_hz=None), "physical.natural_frequency_hz", "not nothing"),
         (forced(force_n="forty"), "physical.force_n", "plain number"),

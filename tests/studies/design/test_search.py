@@ -14,7 +14,7 @@ from tests.studies.solving import solved
 
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.frequencies import rise
+from damperlab.studies.design.frequencies import onsets, rise
 from damperlab.studies.design.optimisers import SIZES, Effort, best_apart, descended, spread
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import Search
@@ -195,3 +195,27 @@ def test_a_search_keeps_to_its_points_and_asks_for_the_same_again() -> None:
         assert search.stopped == search.ended == "budget"
         best.append((search.best(), search.robust[search.best()]))
     assert best[0] == best[1]
+
+
+def test_a_narrow_peak_where_impacts_set_in_is_found() -> None:
+    """Over 0.4 ‰ of frequency the response from rest is 1.5 times as large as at any sampled frequency."""
+    r = np.array([1.0, 1.8, 2.6, 2.600001, 3.4])
+    np.testing.assert_allclose(
+        onsets(r, np.array([0.0, 0.0, 2.0, 0.0, 0.0])), np.arange(1.9, 2.55, 0.1), rtol=1e-8
+    )
+    asked = parse_specification(
+        {
+            "name": "narrow",
+            "structure": {"mass_kg": 3.0184, "natural_frequency_hz": 2.423656, "damping_ratio": 0.0049238},
+            "excitation": {"base_amplitude_m": 0.0029701, "frequency_hz": {"start": 2.04, "stop": 2.86}},
+            "clearance_m": 0.02758076,
+            "friction_force_n": 0.7045384,
+            "particle_mass_kg": 0.3108972,
+            "restitution": 0.6408387,
+            "builds": 0,
+        }
+    )
+    search = Search(asked, Book(asked, 20_000))
+    for wanted in search.run():
+        search.book.add(map(solved, search.book.studies(wanted)))
+    assert search.robust[search.best()].value == pytest.approx(0.0373, rel=0.01)
