@@ -225,6 +225,11 @@ def delete(
         store.delete(record.id, 86_400.0 * TRASH_DAYS)
         note(f"Study {label(record)} is in the trash. Restore it with: damperlab undelete {record.id}")
         return
+    if yes and study == record.name and store.namesakes(record):
+        message = (
+            f"found {study}, the name of several studies; allowed with --yes: an id, from `damperlab studies`"
+        )
+        raise typer.BadParameter(message, param_hint="STUDY")
     if not yes:
         question = f"Delete study {label(record)} with {record.points_done} computed points for good?"
         typer.confirm(question, abort=True, err=True)

@@ -15,7 +15,6 @@ from damperlab.studies.definition import EXAMPLES, KEYS, Study, parse_study
 from damperlab.studies.faults import MAX_FAULTS, Fault, StudyFaults
 from damperlab.studies.guard import MAX_DEPTH, MAX_VALUES
 from damperlab.studies.reading import named_studies
-from damperlab.studies.schema import study_json_schema
 from damperlab.studies.variables import DIMENSIONS, STANDARD
 
 MINIMAL: dict[str, Any] = {"axes": {"clearance_ratio": 10, "frequency_ratio": 1}}
@@ -197,15 +196,6 @@ def test_a_study_cannot_be_changed_or_made_past_the_checks() -> None:
     assert study.coordinates["clearance_ratio"].tolist() == [10.0]
     with pytest.raises(ValueError, match="plain data"):
         Study(axes=study.axes)
-
-
-def test_schema_stands_alone_and_names_every_key() -> None:
-    schema = study_json_schema()
-    assert "$ref" not in json.dumps(schema)
-    assert tuple(schema["properties"]) == KEYS[""]
-    assert tuple(schema["properties"]["axes"]["properties"]) == KEYS["axes"]
-    for example in schema["examples"]:
-        parse_study(example)
 
 
 json_values = st.recursive(

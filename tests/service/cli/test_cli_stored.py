@@ -70,7 +70,11 @@ def test_a_name_of_several_studies_is_the_newest_and_a_note_says_so(tmp_path: Pa
     shown = run("show", "pump", "--data-dir", tmp_path, "--json")
     assert json.loads(shown.stdout)["id"] == ids[1]
     assert f"Using {ids[1]}, the newest study named pump; 1 other study has this name." in shown.stderr
-    assert "Taken" not in run("show", ids[0], "--data-dir", tmp_path).stderr
+    assert "Using" not in run("show", ids[0], "--data-dir", tmp_path).stderr
+    refused = run("delete", "pump", "--yes", "--data-dir", tmp_path, status=2)
+    assert "an id" in refused.stderr
+    run("delete", ids[0], "--yes", "--data-dir", tmp_path)
+    run("delete", "pump", "--yes", "--data-dir", tmp_path)  # the name of one study only
 
 
 def test_tables_of_a_study_in_units_are_in_millimetres_and_hertz(tmp_path: Path) -> None:
