@@ -131,10 +131,10 @@ def _expand_gap(
 
     If the particle has just left the wall, the `order` lowest coefficients of the gap are zero.
     """
-    for i in range(TERMS):
-        out[i] = 0.0
     for i in range(max(2 - order, 0), TERMS - order):
         out[i] = -start.wall * absolute[i + order]
+    for i in range(TERMS - order, TERMS):
+        out[i] = 0.0
     if order < 2:
         out[1 - order] = rate
     if order < 1:
