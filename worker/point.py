@@ -242,7 +242,7 @@ def _march(
         log.cursor[0] = 0
         before = (state, counts.copy(), sums.copy()) if sampled else None
         state, outcome = half_cycle(state, scene, meter, log)
-        if before is not None and log.cursor[0] > log.rows.shape[0]:  # repeat the half cycle with enough rows
+        if before is not None and log.cursor[0] > log.capacity:  # repeat the half cycle with enough rows
             log = empty_log(int(log.cursor[0]))
             state, counts[:], sums[:] = before
             state, outcome = half_cycle(state, scene, meter, log)

@@ -27,7 +27,7 @@ from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import scene_on
-from damperlab.worker.solver.segment_log import DURATION, EVENT, START, empty_log
+from damperlab.worker.solver.segment_log import Logged, empty_log, stored_rows
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.section.coordinates import coordinates, state_at
 from damperlab.worker.steady.start import at_rest
@@ -103,13 +103,13 @@ def comes_to_the_same_end(design: Design, which: int, share: float) -> None:
     march = March(design)
     before = march.on(at_rest(design.frequency_ratio, march.friction, design.particle), HALVES)
     march.through(before, 0.0, march.half)
-    rows = march.log.rows[: march.log.cursor[0]].copy()
-    assert march.log.cursor[0] <= len(march.log.rows)
-    after = np.flatnonzero((rows[:-1, EVENT] != NOTHING) & (rows[1:, DURATION] > SHORTEST)) + 1
+    logged = Logged(*stored_rows(march.log).T.copy())
+    assert march.log.cursor[0] <= march.log.capacity
+    after = np.flatnonzero((logged.event[:-1] != NOTHING) & (logged.duration[1:] > SHORTEST)) + 1
     if after.size == 0:
         reject()
-    following = rows[after[which % after.size]]
-    restart = float(following[START] + share * following[DURATION])
+    following = after[which % after.size]
+    restart = float(logged.start[following] + share * logged.duration[following])
 
     def to_restart(state: State) -> State:
         return march.through(state, 0.0, restart)

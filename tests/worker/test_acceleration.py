@@ -21,14 +21,14 @@ from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.events import BUDGET
 from damperlab.worker.solver.excitation.sine import base_rate_at_phase_zero
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATION_SQUARE, make_meter
+from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATION_SQUARE, METERS, Meter
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.closed_form import linear_response
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.response.trace import (
-    ACCELERATION_COLUMNS,
+    COLUMNS,
     HALF_ACCELERATION,
     acceleration_of_period,
     acceleration_of_run,
@@ -75,7 +75,7 @@ def test_a_linear_response_accelerates_by_its_frequency_squared(r: float, forced
     absolute = relative if forced else 1.0 + relative
     scene = make_scene(zeta, r, None, None, True, forced)
     scene.counts[BUDGET] = 10
-    meter = make_meter(True, True)
+    meter = Meter(np.zeros(METERS), True, True)
     half_cycle(
         State(relative.imag, (1j * r * relative).imag, 0.0, 1.0, 0.0, 0.0, 0.0, 0, 0), scene, meter, None
     )
@@ -199,7 +199,7 @@ def test_a_response_has_the_same_bits_without_its_acceleration(point) -> None:
 
 def test_the_mean_peak_of_a_run_is_over_the_windows_of_the_displacement() -> None:
     random = np.random.default_rng(4)
-    trace = random.random((21, ACCELERATION_COLUMNS))
+    trace = random.random((21, COLUMNS))
     trace[:, HALF_ACCELERATION] = trace[:, 0]
     peaks = np.empty((2, 10))
     cycle_peaks(trace, 20, peaks)

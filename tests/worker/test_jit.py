@@ -259,6 +259,26 @@ def test_what_a_tuple_lacks_is_dropped_wherever_it_is_handed_on(
     assert _apart(outer) == plain(outer)
 
 
+@inlined
+def _grown(outer: _Outer, number: float) -> _Outer:
+    return outer._replace(number=number, inner=_Inner(number, outer.number))
+
+
+@pytest.mark.parametrize("number", [None, 11.0])
+def test_a_named_tuple_is_replaced_field_by_field_as_in_plain_python(number: float | None) -> None:
+    """A field may change its type, as one that was absent does."""
+
+    @kernel
+    def replaced(outer: _Outer) -> tuple[_Outer, _Outer]:
+        return _grown(outer, 3.0), outer._replace()
+
+    outer = _Outer(None, _Other(7.0), number)
+    plain = getattr(replaced, "py_func", replaced)
+    assert replaced(outer) == plain(outer)
+    with pytest.raises((ValueError, numba.core.errors.TypingError)):
+        kernel(lambda outer: outer._replace(other=1.0))(outer)
+
+
 def test_one_target_for_every_machine_with_avx2() -> None:
     names = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt")
     level_3 = dict.fromkeys(names, True)

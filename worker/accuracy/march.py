@@ -7,7 +7,6 @@ from damperlab.worker.solver.events import ARRIVED, BUDGET, IDLE, IMPACTS
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.structure_alone import march_alone
 from damperlab.worker.steady.response.energy import energy_residual, stored_energy
 from damperlab.worker.steady.settle import at_rest
 
@@ -50,13 +49,7 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     outcome = ARRIVED
     largest = 0.0
     total = 0.0
-    marched = 0
-    if friction is None:
-        if particle is None:
-            if meter is None:
-                state = march_alone(state, 2 * cycles, scene.base, scene.free)
-                marched = 2 * cycles
-    for half in range(marched, 2 * cycles):
+    for half in range(2 * cycles):
         state, outcome = half_cycle(state, scene, meter, None)
         if outcome != ARRIVED:
             break

@@ -8,6 +8,7 @@ from typing import Any
 from numba.core import compiler, typed_passes, untyped_passes
 from numba.core.compiler_machinery import PassManager
 
+import damperlab.worker.compiler.replace  # noqa: F401, registers `_replace`
 from damperlab.worker.compiler.lowering import Lowering, LowerPart, LowerWhole
 from damperlab.worker.compiler.numba_read import ALONE
 from damperlab.worker.compiler.type_branches import FoldTypeTests

@@ -22,9 +22,9 @@ from damperlab.worker.solver.observe.meter import (
     ACCELERATION_SQUARE,
     FRICTION_LOSS,
     IMPACT_LOSS,
+    METERS,
     PARTICLE_LOSS,
     PEAK,
-    RECORD_METERS,
     RELATIVE_PEAK,
     RELATIVE_SQUARE,
     SPEED,
@@ -36,20 +36,7 @@ from damperlab.worker.solver.observe.meter import (
 )
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene, make_loaded
-from damperlab.worker.solver.segment_log import (
-    APPROACH,
-    COLUMNS,
-    GAP,
-    RIDING,
-    SLIDE,
-    SLIP,
-    START,
-    WALL,
-    Log,
-    V,
-    W,
-    empty_log,
-)
+from damperlab.worker.solver.segment_log import Log, Logged, empty_log, stored_rows
 from damperlab.worker.solver.sliding import direction_of, rubs
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.energy import energy_residual, stored_energy
@@ -173,7 +160,7 @@ def _integrated(
     log = empty_log(_LOGGED_PER_WINDOW * base.windows) if logged else None
     while True:
         run = run_on_record(ready, friction, particle, start or Perturbation(), budget, log)
-        if log is None or log.cursor[0] <= log.rows.shape[0]:
+        if log is None or log.cursor[0] <= log.capacity:
             break
         log = empty_log(int(log.cursor[0]))  # the run is repeated with enough rows
     response = _measures(base, scale, particle, run)
@@ -206,7 +193,7 @@ def run_on_record(
     """
     base = ready.base
     loaded = None if particle is None else make_loaded(base, particle, None)
-    sums, counts = np.zeros(RECORD_METERS), np.zeros(COUNTS, np.int64)
+    sums, counts = np.zeros(METERS), np.zeros(COUNTS, np.int64)
     counts[BUDGET] = budget
     scene = Scene(base, ready.free, loaded, friction, particle, np.empty((4, TERMS)), counts)
     begun = start_on_record(base, friction, particle, start.v, start.w, start.place)
@@ -218,7 +205,7 @@ def _measures(base: RecordBase, scale: Scale, particle: Particle | None, run: Ru
     begun, end, outcome, sums, counts = run
     time = base.windows * base.window
     if outcome != ARRIVED:
-        sums = np.full(RECORD_METERS, nan)
+        sums = np.full(METERS, nan)
         end = end._replace(v=nan, w=nan)
     stored = stored_energy(begun, 0.0, particle)
     residual = energy_residual(sums, stored, stored_energy(end, base.rate[-1], particle))
@@ -257,13 +244,9 @@ def _history(
     damping_ratio: float,
 ) -> dict[str, NDArray[np.float64]]:
     """Return the history columns at the start of every segment and at the end."""
-    rows = log.rows[: log.cursor[0]]
     time = base.windows * base.window
-    read = [START, V, W, SLIP, WALL, GAP, RIDING, APPROACH, SLIDE]
-    last = np.zeros(len(COLUMNS))
-    ends = end.v, end.w, end.slip, end.wall, end.gap, end.riding, approach_speed(end.dwell)
-    last[read] = time, *ends, direction_of(end.slide)
-    start, v, w, slip, wall, gap, riding, approach, slide = np.vstack((rows, last)).T[read]
+    last = Logged(time, 0.0, 0.0, *end[:7], approach_speed(end.dwell), direction_of(end.slide))
+    start, _, _, v, w, slip, wall, gap, _, riding, approach, slide = np.vstack((stored_rows(log), last)).T
     window = np.minimum((start / base.window + 1e-9).astype(int), base.windows - 1)
     since = start - window * base.window
     a = base.acceleration[window] + base.jerk[window] * since

@@ -53,11 +53,3 @@ def approach_speed(dwell: Dwell | None) -> float:
     if dwell is None:
         return 0.0
     return dwell.speed
-
-
-@inlined
-def is_brief(contact_time: float | None, limit: float) -> bool:
-    """Whether the contact time is at most `limit`; True for instantaneous impacts."""
-    if contact_time is None:
-        return True
-    return contact_time <= limit

@@ -1,8 +1,10 @@
-"""Kinds of events, counters of events in an integration, and outcomes of an integration."""
+"""Kinds of events, counters of events and their limits, and outcomes of an integration."""
 
-from enum import IntEnum
+import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.studies.variables import Status
+from damperlab.worker.jit import inlined
 
 # Kinds of event that end a segment.
 NOTHING = 0
@@ -26,15 +28,24 @@ BUDGET = 5
 COUNTS = 6
 
 
-class Outcome(IntEnum):
-    """Outcome of an integration, with values of `Status`."""
+# Outcomes of an integration: values of `Status`, as plain integers for kernels.
+ARRIVED = int(Status.CONVERGED)
+OUT_OF_EVENTS = int(Status.TOO_MANY_EVENTS)
+STALLED = int(Status.NO_PROGRESS)
 
-    ARRIVED = Status.CONVERGED
-    OUT_OF_EVENTS = Status.TOO_MANY_EVENTS
-    STALLED = Status.NO_PROGRESS
+_MOST_IDLE = 64  # largest number of successive events without progress in time
+_NO_TIME = 1e-15  # a segment of at most this length, relative to `scale`, makes no progress in time
 
 
-# The outcomes as plain integers, for kernels.
-ARRIVED = int(Outcome.ARRIVED)
-OUT_OF_EVENTS = int(Outcome.OUT_OF_EVENTS)
-STALLED = int(Outcome.STALLED)
+@inlined
+def spend(counts: NDArray[np.int64], time: float, scale: float) -> int:
+    """Return ARRIVED if the integration may continue after a segment of length `time`, else the reason for its end."""
+    if counts[SEGMENTS] > counts[BUDGET]:
+        return OUT_OF_EVENTS
+    if time <= _NO_TIME * scale:
+        counts[IDLE] += 1
+        if counts[IDLE] > _MOST_IDLE:
+            return STALLED
+    else:
+        counts[IDLE] = 0
+    return ARRIVED

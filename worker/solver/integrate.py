@@ -14,8 +14,7 @@ from damperlab.worker.solver.detection.bounds import motion_bounds
 from damperlab.worker.solver.detection.event_free import is_free_between, is_free_from
 from damperlab.worker.solver.detection.first_event import next_event
 from damperlab.worker.solver.dwell import dwell_on
-from damperlab.worker.solver.event_budget import spend
-from damperlab.worker.solver.events import ARRIVED, NOTHING, SEGMENTS
+from damperlab.worker.solver.events import ARRIVED, NOTHING, SEGMENTS, spend
 from damperlab.worker.solver.excitation.excitation import (
     expand_excitation,
     next_half_start,
@@ -33,12 +32,7 @@ from damperlab.worker.solver.scene import Curves, Scene, curves_of
 from damperlab.worker.solver.segment_log import Log
 from damperlab.worker.solver.sliding import acceleration_of
 from damperlab.worker.solver.state import State, advanced
-from damperlab.worker.solver.transition_log import (
-    Transitions,
-    log_on_addresses,
-    note_segment,
-    note_transition,
-)
+from damperlab.worker.solver.transition_log import Transitions, note_segment, note_transition
 
 
 @kernel
@@ -64,9 +58,9 @@ def half_cycle(
         State half a cycle later, mirrored: all signs are flipped, so that the next half cycle starts at phase 0 again.
         The state is not mirrored at the end of a record, or if the outcome is not ARRIVED.
     outcome : int
-        A value of `events.Outcome`.
+        ARRIVED, or the reason for an early end (`events`).
     """
-    return half_cycle_on_addresses(state, on_addresses(scene), on_addresses(meter), log_on_addresses(log))
+    return half_cycle_on_addresses(state, on_addresses(scene), on_addresses(meter), on_addresses(log))
 
 
 @kernel
@@ -177,7 +171,7 @@ def _to_event(
         expand_excitation(scene.base, segment.phase, curves.excitation)
     if kind != NOTHING:
         phase_end = phase_after(scene.base, segment.phase, curves.excitation, t)
-    return Segment(segment.start, end, segment.phase, phase_end, segment.regime, t, segment.bounds), kind
+    return segment._replace(end=end, phase_end=phase_end, time=t), kind
 
 
 @inlined

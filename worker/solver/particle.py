@@ -50,16 +50,6 @@ class Particle(NamedTuple):
 
 def with_floats(particle: Particle) -> Particle:
     """Convert the numbers of a particle to floats, the only type for which kernels are compiled."""
-    contact_time = None if particle.contact_time is None else float(particle.contact_time)
-    wall = (
-        None if particle.wall is None else Wall(float(particle.wall.stiffness), float(particle.wall.damping))
-    )
-    return Particle(
-        float(particle.clearance_ratio),
-        float(particle.restitution),
-        float(particle.mass_ratio),
-        contact_time,
-        wall,
-        None if particle.friction is None else float(particle.friction),
-        None if particle.gravity is None else float(particle.gravity),
-    )
+    wall = None if particle.wall is None else Wall(*map(float, particle.wall))
+    numbers = particle._replace(wall=None)
+    return Particle(*(None if number is None else float(number) for number in numbers))._replace(wall=wall)  # type: ignore[arg-type]

@@ -101,11 +101,10 @@ def make_scene(
 def scene_on(base: Any, friction: float | None, particle: Particle | None, energies: bool | None) -> Scene:
     """Make a scene under a given excitation, with all counts at 0."""
     free = make_linear_motion(base, 1.0, energies)
-    scratch = np.empty((4, TERMS))
-    counts = zero_counts(COUNTS)
-    if particle is None:
-        return Scene(base, free, None, friction, None, scratch, counts)
-    return Scene(base, free, make_loaded(base, particle, energies), friction, particle, scratch, counts)
+    loaded = None
+    if particle is not None:
+        loaded = make_loaded(base, particle, energies)
+    return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), zero_counts(COUNTS))
 
 
 @kernel

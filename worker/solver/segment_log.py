@@ -1,36 +1,47 @@
 """Log of the segments of an integration, with one row per segment."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import kernel
+from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.sliding import direction_of
 from damperlab.worker.solver.state import State
 
-COLUMNS = (
-    "start",
-    "duration",
-    "event",
-    "v",
-    "w",
-    "slip",
-    "wall",
-    "gap",
-    "p_rate",
-    "riding",
-    "approach",
-    "slide",
-)
-"""Columns of a row: start of the segment within the half cycle [1/ω_n], duration [1/ω_n], kind of the event at the end,
-and state at the start.
-"""
 
-START, DURATION, EVENT, V, W, SLIP, WALL, GAP, P_RATE, RIDING, APPROACH, SLIDE = range(len(COLUMNS))
-_WIDTH = len(COLUMNS)
+class Logged(NamedTuple):
+    """A logged segment, or the columns of a log.
+
+    Attributes
+    ----------
+    start, duration : float
+        Start of the segment within the half cycle, and its duration [1/ω_n].
+    event : float
+        Kind of the event at the end.
+    v, w, slip, wall, gap, p_rate, riding : float
+        State at the start.
+    approach, slide : float
+        `Dwell.speed` and `Slide.direction` at the start; 0 without dwell and slide.
+    """
+
+    start: Any
+    duration: Any
+    event: Any
+    v: Any
+    w: Any
+    slip: Any
+    wall: Any
+    gap: Any
+    p_rate: Any
+    riding: Any
+    approach: Any
+    slide: Any
+
+
+_WIDTH = len(Logged._fields)
 
 
 class Log(NamedTuple):
@@ -38,31 +49,29 @@ class Log(NamedTuple):
 
     rows: NDArray[np.float64]
     cursor: NDArray[np.int64]
+    capacity: int
 
 
 @kernel
 def empty_log(capacity: int) -> Log:
     """Make an empty log for at most `capacity` segments."""
-    return Log(np.empty((capacity, _WIDTH)), zero_counts(1))
+    return Log(np.empty((capacity, _WIDTH)), zero_counts(1), capacity)
 
 
-@kernel
+def stored_rows(log: Log) -> NDArray[np.float64]:
+    """Return the stored rows, shape (segments, columns), with the columns in the order of `Logged`."""
+    return log.rows[: log.cursor[0]]
+
+
+@inlined
 def append_segment(log: Log, state: State, start: float, duration: float, event: int) -> None:
-    """Append one segment."""
+    """Append one segment to a log whose arrays are addresses."""
     i = log.cursor[0]
     log.cursor[0] = i + 1
-    if i >= log.rows.shape[0]:
+    if i >= log.capacity:
         return
-    row = log.rows[i]
-    row[START] = start
-    row[DURATION] = duration
-    row[EVENT] = event
-    row[V] = state.v
-    row[W] = state.w
-    row[SLIP] = state.slip
-    row[WALL] = state.wall
-    row[GAP] = state.gap
-    row[P_RATE] = state.p_rate
-    row[RIDING] = state.riding
-    row[APPROACH] = approach_speed(state.dwell)
-    row[SLIDE] = direction_of(state.slide)
+    v, w, slip, wall, gap, p_rate, riding, _, _, dwell, slide = state
+    approach, direction = approach_speed(dwell), direction_of(slide)
+    row = (start, duration, float(event), v, w, slip, wall, gap, p_rate, riding, approach, direction)
+    for column in range(_WIDTH):
+        log.rows[i * _WIDTH + column] = row[column]

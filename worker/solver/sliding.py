@@ -19,9 +19,7 @@ def slide_at_rest(particle: Particle | None) -> Slide | None:
         return None
     if particle.friction is None:
         return None
-    if particle.gravity is None:
-        return Slide(0.0, 0, None)
-    return Slide(0.0, 0, -1.0)
+    return moving_slide(0.0, particle)
 
 
 @inlined
@@ -89,24 +87,9 @@ def with_pull(force: float, state: State, particle: Particle | None) -> float:
 def acceleration_of(state: State, particle: Particle) -> float:
     """Acceleration p'' of a sliding particle between impacts; 0 without friction and gravity."""
     if particle.friction is not None and state.slide is not None:
-        return with_fall(particle.friction * state.slide.direction, state.slide, particle)
+        rubbing = particle.friction * state.slide.direction
+        return rubbing + fall_of(state.slide, particle)
     return 0.0
-
-
-@inlined
-def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """Return an acceleration of the particle plus the acceleration of gravity, if there is gravity."""
-    if particle.gravity is not None:
-        return acceleration + fall_of(slide, particle)
-    return acceleration
-
-
-@inlined
-def without_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """Return the acceleration of the particle that friction or a wall causes, without that of gravity."""
-    if particle.gravity is not None:
-        return acceleration - fall_of(slide, particle)
-    return acceleration
 
 
 @inlined

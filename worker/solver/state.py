@@ -86,7 +86,9 @@ def advanced(
 ) -> State:
     """Return a later state in the same regime, in which the orders of w and of u' − p' are reset to 0."""
     slide = slide_on(state.slide)
-    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, gap_order, dwell, slide)
+    return state._replace(
+        v=v, w=w, gap=gap, p_rate=p_rate, slip_order=0, gap_order=gap_order, dwell=dwell, slide=slide
+    )
 
 
 @inlined
@@ -94,66 +96,19 @@ def slide_on(slide: Slide | None) -> Slide | None:
     """Return the slide with its order reset to 0."""
     if slide is None:
         return None
-    return Slide(slide.direction, 0, slide.down)
-
-
-@inlined
-def stopped(state: State, slip: float, p_rate: float, riding: float, gap_order: int) -> State:
-    """State with the mass at rest on the base: sticking if `slip` is 0, otherwise starting to slip."""
-    slip_order = 0 if slip == 0.0 else 1
-    return State(
-        state.v,
-        0.0,
-        slip,
-        state.wall,
-        state.gap,
-        p_rate,
-        riding,
-        slip_order,
-        gap_order,
-        state.dwell,
-        state.slide,
-    )
-
-
-@inlined
-def in_contact(
-    state: State,
-    w: float,
-    slip: float,
-    slip_order: int,
-    wall: float,
-    p_rate: float,
-    gap_order: int,
-    dwell: Dwell | None,
-) -> State:
-    """State with the particle in contact with a wall."""
-    return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, slip_order, gap_order, dwell, state.slide)
-
-
-@inlined
-def in_flight(
-    state: State, w: float, slip: float, wall: float, p_rate: float, gap_order: int, dwell: Dwell | None
-) -> State:
-    """State with the particle leaving a wall."""
-    return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, gap_order, dwell, state.slide)
+    return slide._replace(order=0)
 
 
 @inlined
 def mirrored(state: State) -> State:
     """State with all signs flipped, so that the next half cycle starts at phase 0 again."""
-    return State(
-        -state.v,
-        -state.w,
-        -state.slip,
-        -state.wall,
-        state.gap,
-        -state.p_rate,
-        state.riding,
-        state.slip_order,
-        state.gap_order,
-        state.dwell,
-        _mirrored(state.slide),
+    return state._replace(
+        v=-state.v,
+        w=-state.w,
+        slip=-state.slip,
+        wall=-state.wall,
+        p_rate=-state.p_rate,
+        slide=_mirrored(state.slide),
     )
 
 
@@ -161,11 +116,6 @@ def mirrored(state: State) -> State:
 def _mirrored(slide: Slide | None) -> Slide | None:
     if slide is None:
         return None
-    return Slide(-slide.direction, slide.order, _opposite(slide.down))
-
-
-@inlined
-def _opposite(down: float | None) -> float | None:
-    if down is None:
-        return None
-    return -down
+    if slide.down is None:
+        return slide._replace(direction=-slide.direction)
+    return slide._replace(direction=-slide.direction, down=-slide.down)

@@ -4,13 +4,13 @@ Between two transitions the motion is linear, and its state-transition matrix de
 without events need not be logged.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.addresses import Floats, on_addresses
+from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.excitation import Phase
@@ -18,19 +18,49 @@ from damperlab.worker.solver.segment_log import Log, append_segment
 from damperlab.worker.solver.sliding import direction_of, down_of
 from damperlab.worker.solver.state import State
 
-SPAN, EVENT, INERTIA_FORCE, BASE_RATE, FORCE, V = range(6)
-"""Columns of a row: time since the previous transition [1/ω_n], kind of the event at the end of this time, and −s'',
-s', the exciting force and v at the event.
-"""
 
-BEFORE = 6
-AFTER = 15
-"""First columns of the states just before and just after the event."""
+class Side(NamedTuple):
+    """The state on one side of a transition; `speed` is from `Dwell`, `slide` and `down` are from `Slide`."""
 
-W, SLIP, RIDING, WALL, GAP, P_RATE, SPEED, SLIDE, DOWN = range(9)
-"""Columns of a state, counted from BEFORE or AFTER; SPEED is from `Dwell`, SLIDE and DOWN are from `Slide`."""
+    w: float
+    slip: float
+    riding: float
+    wall: float
+    gap: float
+    p_rate: float
+    speed: float
+    slide: float
+    down: float
 
-WIDTH = 24
+
+class Transition(NamedTuple):
+    """A transition.
+
+    Attributes
+    ----------
+    span : float
+        Time since the previous transition [1/ω_n].
+    event : float
+        Kind of the event at the end of this time.
+    inertia_force, base_rate, force, v : float
+        −s'', s', the exciting force and v at the event.
+    before, after : Side
+        The state just before and just after the event.
+    """
+
+    span: float
+    event: float
+    inertia_force: float
+    base_rate: float
+    force: float
+    v: float
+    before: Side
+    after: Side
+
+
+_BEFORE = 6
+_AFTER = 15
+_WIDTH = 24
 
 
 class Transitions(NamedTuple):
@@ -38,7 +68,7 @@ class Transitions(NamedTuple):
 
     Attributes
     ----------
-    rows : array, shape (capacity · WIDTH,)
+    rows : array, shape (capacity · _WIDTH,)
         One row per transition, and a row of kind NOTHING at the end of a half cycle or of a span in contact with a
         compliant wall.
     cursor : int64 array, shape (1,)
@@ -54,18 +84,32 @@ class Transitions(NamedTuple):
 @kernel
 def empty_transitions(capacity: int) -> Transitions:
     """Make an empty log for at most `capacity` transitions."""
-    return Transitions(np.empty(capacity * WIDTH), zero_counts(1), capacity)
+    return Transitions(np.empty(capacity * _WIDTH), zero_counts(1), capacity)
 
 
 @inlined
-def log_on_addresses(log: Any) -> Any:
-    """Replace the arrays of `Transitions` by addresses, and return any other log unchanged.
+def transition_at(rows: Floats, i: int) -> Transition:
+    """Transition i of a log."""
+    at = i * _WIDTH
+    before, after = _side_at(rows, at + _BEFORE), _side_at(rows, at + _AFTER)
+    return Transition(
+        rows[at], rows[at + 1], rows[at + 2], rows[at + 3], rows[at + 4], rows[at + 5], before, after
+    )
 
-    The arrays must outlive the result.
-    """
-    if isinstance(log, Transitions):
-        return on_addresses(log)
-    return log
+
+@inlined
+def _side_at(rows: Floats, at: int) -> Side:
+    return Side(
+        rows[at],
+        rows[at + 1],
+        rows[at + 2],
+        rows[at + 3],
+        rows[at + 4],
+        rows[at + 5],
+        rows[at + 6],
+        rows[at + 7],
+        rows[at + 8],
+    )
 
 
 @inlined
@@ -83,35 +127,21 @@ def note_transition(
 ) -> None:
     """Append a transition if the log is `Transitions`; otherwise do nothing."""
     if isinstance(log, Transitions):
-        _append(log, span, event, before, after, phase)
+        i = log.cursor[0]
+        log.cursor[0] = i + 1
+        if i >= log.capacity:
+            return
+        at = i * _WIDTH
+        at_event = (span, float(event), phase.inertia_force, phase.rate, phase.force, before.v)
+        for column in range(_BEFORE):
+            log.rows[at + column] = at_event[column]
+        _write_side(log.rows, at + _BEFORE, before)
+        _write_side(log.rows, at + _AFTER, after)
 
 
 @inlined
-def _append(log: Transitions, span: float, event: int, before: State, after: State, phase: Phase) -> None:
-    i = log.cursor[0]
-    log.cursor[0] = i + 1
-    if i >= log.capacity:
-        return
-    at = i * WIDTH
-    rows = log.rows
-    rows[at + SPAN] = span
-    rows[at + EVENT] = event
-    rows[at + INERTIA_FORCE] = phase.inertia_force
-    rows[at + BASE_RATE] = phase.rate
-    rows[at + FORCE] = phase.force
-    rows[at + V] = before.v
-    _side(rows, at + BEFORE, before)
-    _side(rows, at + AFTER, after)
-
-
-@inlined
-def _side(rows: Floats, at: int, state: State) -> None:
-    rows[at + W] = state.w
-    rows[at + SLIP] = state.slip
-    rows[at + RIDING] = state.riding
-    rows[at + WALL] = state.wall
-    rows[at + GAP] = state.gap
-    rows[at + P_RATE] = state.p_rate
-    rows[at + SPEED] = approach_speed(state.dwell)
-    rows[at + SLIDE] = direction_of(state.slide)
-    rows[at + DOWN] = down_of(state.slide)
+def _write_side(rows: Floats, at: int, state: State) -> None:
+    speed, slide, down = approach_speed(state.dwell), direction_of(state.slide), down_of(state.slide)
+    side = (state.w, state.slip, state.riding, state.wall, state.gap, state.p_rate, speed, slide, down)
+    for column in range(_AFTER - _BEFORE):
+        rows[at + column] = side[column]

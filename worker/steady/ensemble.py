@@ -71,19 +71,10 @@ def drawn_starts(
 
 
 def attractors(responses: Sequence[Response]) -> list[list[int]]:
-    """Group starts by their responses, with the most frequent response first.
+    """Group starts by their responses, one response per start, with the most frequent response first.
 
-    Equally frequent responses are in the order of their first starts.
-
-    Parameters
-    ----------
-    responses : sequence of Response
-        One response per start. Failed responses belong to no group.
-
-    Returns
-    -------
-    list of list of int
-        Indices into `responses`, each group in increasing order.
+    Each group lists indices into `responses` in increasing order. Equally frequent responses are in the order of their
+    first starts. Failed responses belong to no group.
 
     Notes
     -----
@@ -115,17 +106,9 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
 def ensemble_values(responses: Sequence[Response]) -> dict[str, float | int]:
     """Return all variables of a design point from the responses of its starts.
 
-    Parameters
-    ----------
-    responses : sequence of Response
-        One response per start.
-
-    Returns
-    -------
-    dict
-        The most frequent response, measured from the first start that leads to it, and the variables of the ensemble.
-        `cycles` is the total over all starts. If every start failed, the response is the failed response of the first
-        start.
+    These are the variables of the most frequent response, measured from the first start that leads to it, and the variables
+    of the ensemble. `cycles` is the total over all starts. If every start failed, the response is the failed response of
+    the first start.
     """
     found = attractors(responses)
     stored = responses[found[0][0]] if found else responses[0]

@@ -4,12 +4,12 @@ from math import exp, inf, isfinite, nan, pi
 
 import numpy as np
 
-from damperlab.studies.variables import ResponseClass, Status
+from damperlab.studies.variables import Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import Stepped, step_rk4
 from damperlab.worker.solver.events import COUNTS, IMPACTS
 from damperlab.worker.solver.particle import Particle
-from damperlab.worker.steady.response.measures import Response, failed
+from damperlab.worker.steady.response.measures import Response, unmeasured
 from damperlab.worker.steady.response.standard_errors import estimate, grows
 from damperlab.worker.steady.response.trace import cycle_peaks
 from damperlab.worker.steady.stopping_rules import Settings
@@ -17,7 +17,6 @@ from damperlab.worker.steady.stopping_rules import Settings
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
 _UNBOUNDED = int(Status.UNBOUNDED)
-_UNKNOWN = int(ResponseClass.UNKNOWN)
 _CHUNK = 64  # Cycles between checks.
 _BURN_IN = 0.2  # Fraction of max_cycles that is treated as transient if the peaks do not settle.
 _FEWEST_STEPPED = 512  # Least number of cycles for which a standard error is used.
@@ -34,23 +33,8 @@ def settle_stepped(
 ) -> Response:
     """Compute the steady response of one design point by fixed time steps from rest.
 
-    Parameters
-    ----------
-    damping_ratio, frequency_ratio : float
-        ζ and r.
-    friction : float or None
-        γ_F.
-    particle : Particle or None
-        The particle, whose impacts are instantaneous.
-    steps_per_cycle : int
-        Number of time steps per excitation cycle.
-    settings : Settings
-        Rules for stopping the run.
-
-    Returns
-    -------
-    Response
-        Response from sampled peaks, in which energies, class, period and multiplier are unknown.
+    The arguments are those of `settle.settle`, with `steps_per_cycle` time steps per excitation cycle and instantaneous
+    impacts. The response comes from sampled peaks; its energies, class, period and multiplier are unknown.
 
     Notes
     -----
@@ -92,7 +76,7 @@ def settle_stepped(
         chunk = cycles
         cycles = last
         if not isfinite(halves[2 * cycles, 0]):
-            return failed(_UNBOUNDED, cycles)
+            return unmeasured(_UNBOUNDED, cycles)
         cycle_peaks(halves, 2 * cycles, peaks)
         highest = peaks[0, chunk:cycles].max()
         differ = highest - peaks[0, chunk:cycles].min()
@@ -117,31 +101,13 @@ def settle_stepped(
         impacts_before = 0
     if status == _MAX_CYCLES:
         if grows(peaks[0], first, cycles):
-            return failed(_UNBOUNDED, cycles)
+            return unmeasured(_UNBOUNDED, cycles)
         known = estimate(peaks[0], first, cycles)
         begin, error = known.first, known.error
-    return Response(
-        peaks[0, begin:cycles].mean(),
-        halves[2 * first + 1 : 2 * cycles + 1, 0].max(),
-        nan,
-        peaks[1, begin:cycles].mean(),
-        nan,
-        nan,
-        error,
-        nan,
-        _UNKNOWN,
-        0,
-        nan,
-        (counts[IMPACTS] - impacts_before) / (cycles - first),
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        nan,
-        cycles,
-        status,
+    return unmeasured(status, cycles)._replace(
+        amplitude_ratio=peaks[0, begin:cycles].mean(),
+        amplitude_ratio_max=halves[2 * first + 1 : 2 * cycles + 1, 0].max(),
+        relative_amplitude_ratio=peaks[1, begin:cycles].mean(),
+        amplitude_error=error,
+        impacts_per_cycle=(counts[IMPACTS] - impacts_before) / (cycles - first),
     )

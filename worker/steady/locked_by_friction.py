@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
-from damperlab.worker.solver.excitation.excitation import largest_forcing
+from damperlab.worker.solver.excitation.excitation import has_force, largest_forcing
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.run import begin_probe
 from damperlab.worker.steady.section.recurrence import recurrence
@@ -66,7 +67,7 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
             farthest = abs(gap - scene.particle.clearance_ratio) + scene.base.displacement
             clear = farthest <= scene.particle.clearance_ratio
         if clear:
-            return State(v, 0.0, 0.0, state.wall, gap, 0.0, 0.0, 0, 0, state.dwell, state.slide), True
+            return state._replace(v=v, w=0.0, gap=gap, slip_order=0, gap_order=0), True
     return state, False
 
 
@@ -94,9 +95,7 @@ def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) ->
         if edge >= 0.0 and state.slip == 0.0 and 0.0 < outside <= _creep(forcing, scene.base.frequency_ratio):
             v = edge if state.v > 0.0 else -edge
             gap = state.gap - state.wall * (v - state.v)
-            held = State(
-                v, 0.0, 0.0, state.wall, gap, state.p_rate, state.riding, 0, 0, state.dwell, state.slide
-            )
+            held = state._replace(v=v, w=0.0, gap=gap, slip_order=0, gap_order=0)
             begin_probe(probe, scene, 2)
             after, arrived = held, ARRIVED
             for _ in range(2):
@@ -124,15 +123,6 @@ def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.fl
 def slowing_limit(state: State, friction: float, particle: Particle, scene: Scene) -> tuple[State, float]:
     """Return the locked state to which a mass under a force tends while the particle slows down between the walls.
 
-    Parameters
-    ----------
-    state : State
-        State at phase 0.
-    friction, particle
-        γ_F, and the particle.
-    scene : Scene
-        Scene with the given friction and particle.
-
     Returns
     -------
     limit : State
@@ -143,17 +133,16 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 
     Notes
     -----
-    Let c be the largest creep speed of the walls, and s the speed of the particle. After an impact, the
-    particle is no faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle
-    only lose energy. In all impacts together, the particle transmits at most the velocity
-    W = β (s + c) (1 + e)/(1 − e) to the mass.
+    Let c be the largest creep speed of the walls, and s the speed of the particle. After an impact, the particle is no
+    faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle only lose energy. In all
+    impacts together, the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to the mass.
 
     Let τ be the time from a maximum of the forcing, |rτ| ≤ π. The forcing is below the limit of friction and spring by
     at least P (1 − cos rτ) ≥ 2P (rτ/π)². So a slip that begins with the velocity W and passes one maximum ends within
     the time 2a + W π²/(2P r² a²), for any a up to π/r; here a = W^¼. If |v| is below γ_F − P by a margin, W divided by
     this margin is also a bound on the time. The mass may also move with the velocity W during a creep slip and during a
-    contact, so the durations of both are added to the bound. A compliant wall whose largest force stays
-    within the margin does not move the mass.
+    contact, so the durations of both are added. A compliant wall whose largest force stays within the margin does not
+    move the mass.
 
     Impacts that move the mass outwards increase the creep. So the bound is computed a second time, for an outward
     displacement of twice the first bound. Two assumptions are confirmed by integrations, but not proved. First, the
@@ -175,14 +164,21 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     v = state.v
     if abs(v) > edge:
         v = edge if state.v > 0.0 else -edge
-    held = State(v, 0.0, 0.0, state.wall, state.gap, 0.0, state.riding, 0, 0, state.dwell, state.slide)
-    return held, way_left
+    return state._replace(v=v, w=0.0, p_rate=0.0, slip_order=0, gap_order=0), way_left
 
 
 @kernel
-def slows_down(friction: float, particle: Particle, scene: Scene) -> bool:
-    """Whether every motion ends with mass and particle at rest: the force stays below the friction limit, and e < 1."""
-    return _edge(friction, largest_forcing(scene.base)) >= 0.0 and particle.restitution < 1.0
+def slows_down(scene: Scene) -> bool:
+    """Whether every motion under a force ends with mass and particle at rest: friction withstands the force, and e < 1.
+
+    If so, the mean peak does not describe a steady response, even if the error of the mean is small.
+    """
+    if scene.friction is not None:
+        if scene.particle is not None and has_force(scene.base) and not rubs(scene.particle):
+            withstands = _edge(scene.friction, largest_forcing(scene.base)) >= 0.0
+            slows: bool = withstands and scene.particle.restitution < 1.0
+            return slows
+    return False
 
 
 @kernel

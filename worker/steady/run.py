@@ -6,25 +6,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.addresses import on_addresses
+from damperlab.worker.jit import kernel
 from damperlab.worker.solver.array_loops import filled, unit_matrix, zero_counts, zero_matrix
 from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS, IDLE, IMPACTS, SEGMENTS
 from damperlab.worker.solver.excitation.excitation import phase_at
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
-from damperlab.worker.solver.observe.meter import Meter, clear_meter, make_meter
+from damperlab.worker.solver.observe.meter import METERS, Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.solver.transition_log import Transitions, empty_transitions, log_on_addresses
+from damperlab.worker.solver.transition_log import Transitions, empty_transitions
 from damperlab.worker.steady.response.energy import stored_energy
 from damperlab.worker.steady.response.trace import (
-    ACCELERATION_COLUMNS,
     COLUMNS,
     IMPACTS_SO_FAR,
     STORED,
     clear_peaks,
-    make_trace,
     note_half,
 )
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
@@ -89,8 +86,7 @@ class Notes(NamedTuple):
 @kernel
 def probe_of(scene: Scene) -> Scene:
     """Return a copy of a scene with separate counts, for the search for orbits."""
-    base, free, loaded, friction, particle, _, _ = scene
-    return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), zero_counts(COUNTS))
+    return scene._replace(scratch=np.empty((4, TERMS)), counts=zero_counts(COUNTS))
 
 
 @kernel
@@ -118,27 +114,15 @@ def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None
         zero_counts(RING),
         filled(LONGEST + 1, inf),
         filled(LONGEST + 1, inf),
-        make_trace(2 * cycles + 1, acceleration),
+        np.empty((2 * cycles + 1, COLUMNS)),
         np.empty((2, cycles)),
         np.empty(cycles),
-        make_meter(energies, acceleration),
+        Meter(filled(METERS, 0.0), energies, acceleration),
         empty_transitions(_LOG_ROWS),
         unit_matrix(SECTION_SIZE),
         filled(SECTION_SIZE, 0.0),
         filled(SECTION_SIZE, 0.0),
         unit_matrix(SECTION_SIZE),
-    )
-
-
-@inlined
-def notes_on_addresses(notes: Notes) -> Notes:
-    """Replace the arrays of meter and log in the notes by addresses. The arrays must outlive the result."""
-    ring, struck, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian = (
-        notes
-    )
-    meter, log = on_addresses(meter), log_on_addresses(log)
-    return Notes(
-        ring, struck, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian
     )
 
 
@@ -155,12 +139,10 @@ def work_done(scene: Scene, half: int) -> int:
 @kernel
 def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
     """Start metering, and write row 0 of the trace."""
-    clear_meter(notes.meter)
+    for i in range(METERS):
+        notes.meter.sums[i] = 0.0
     for i in range(COLUMNS):
         notes.trace[0, i] = 0.0
-    if notes.meter.acceleration is not None:
-        for i in range(COLUMNS, ACCELERATION_COLUMNS):
-            notes.trace[0, i] = 0.0
     notes.trace[0, IMPACTS_SO_FAR] = scene.counts[IMPACTS]
     notes.trace[0, STORED] = stored_energy(state, phase_at(scene.base, 0).rate, scene.particle)
 
@@ -173,10 +155,8 @@ def advance(
 
     Parameters
     ----------
-    state : State
-        State after `half` half cycles.
-    halves : int
-        Number of half cycles to integrate.
+    half, halves : int
+        Number of half cycles until `state`, and to integrate.
     row : int
         Last written row of the trace; −1 if the half cycles are not metered.
 

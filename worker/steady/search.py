@@ -90,22 +90,9 @@ class Found(NamedTuple):
 
 @kernel
 def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Settings) -> Found:
-    """Run from a state until the steady response is known, or to the limit on cycles or events.
+    """Run from a state at phase 0 until the steady response is known, or to the limit on cycles or events.
 
-    Parameters
-    ----------
-    start : State
-        State at phase 0.
-    scene, probe : Scene
-        The scene of the run, and its copy for the search for orbits.
-    notes : Notes
-        Data that are recorded during the run.
-    settings : Settings
-        Rules for stopping the run.
-
-    Returns
-    -------
-    Found
+    `probe` is a copy of `scene` for the search for orbits; `notes` receive the data that are recorded during the run.
     """
     coordinates(start, scene.particle, notes.ring[0])
     chunk = _CHUNK if scene.base.windows <= _LONG_HALF else _SHORT_CHUNK
@@ -139,7 +126,9 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
         tends_to, farthest = _locked_limit(state, half, scene, probe, notes)
         if tends_to.period_halves > 0:
             locked, way_left = tends_to, farthest
-            if way_left <= _waited_for(locked, metered_halves, settings):
+            # the run waits for a small displacement until the metered cycles suffice for a mean
+            waits = metered_halves < 2 * FEWEST_MEASURED
+            if way_left <= (_AT_ONCE if waits else _allowed(locked, settings)):
                 return Found(state, ARRIVED, look, locked, mean, True, way_left)
         orbit = repeated_orbit(state, look, halves, scene, probe, notes, settings)
         if orbit.period_halves == 0:
@@ -157,7 +146,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
                 if locked.period_halves > 0:
                     apart = mean.error + abs(mean.mean - abs(locked.state.v))
                     return Found(state, ARRIVED, look, locked, mean, True, min(way_left, apart))
-                if not _slows_down(scene):
+                if not slows_down(scene):
                     return Found(state, ARRIVED, look, no_orbit(state), mean, True, 0.0)
             next_estimate_cycles = next_estimate(mean, settings)
     if locked.period_halves > 0:
@@ -193,28 +182,9 @@ def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: No
 
 
 @kernel
-def _waited_for(locked: Orbit, metered_halves: int, settings: Settings) -> float:
-    """Remaining displacement of a locked mass at which a run may end while the particle slows down."""
-    return _allowed(locked, settings) if metered_halves >= 2 * FEWEST_MEASURED else _AT_ONCE
-
-
-@kernel
 def _allowed(locked: Orbit, settings: Settings) -> float:
     """Distance from a locked state within which the position of the mass is considered known."""
     return settings.tolerance * max(abs(locked.state.v), _SMALL)
-
-
-@kernel
-def _slows_down(scene: Scene) -> bool:
-    """Whether the run tends to rest.
-
-    If so, the mean peak does not describe a steady response, even if the error of the mean is small.
-    """
-    if scene.friction is not None:
-        if scene.particle is not None and has_force(scene.base) and not rubs(scene.particle):
-            slows: bool = slows_down(scene.friction, scene.particle, scene)
-            return slows
-    return False
 
 
 @kernel
@@ -242,10 +212,8 @@ def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
     """Whether a moving particle has met no wall during the cycles of a mean, but will meet one later."""
     if scene.particle is not None:
-        before, after = (
-            notes.trace[2 * mean.first, IMPACTS_SO_FAR],
-            notes.trace[2 * mean.last, IMPACTS_SO_FAR],
-        )
+        before = notes.trace[2 * mean.first, IMPACTS_SO_FAR]
+        after = notes.trace[2 * mean.last, IMPACTS_SO_FAR]
         on_the_way: bool = state.p_rate != 0.0 and after == before
         return on_the_way
     return False
@@ -291,7 +259,7 @@ def _end_of_search(
     if metered_halves < 2:
         state, _, outcome = advance(state, look.half, 2, metered_halves, scene, notes)
         metered_halves += 2
-        look = SectionLook(look.half + 2, look.scale, look.size)
+        look = look._replace(half=look.half + 2)
         if outcome != ARRIVED:
             mean = Estimate(0, 0, inf, inf, inf, False)
             return Found(state, outcome, look, no_orbit(state), mean, False, 0.0)
@@ -303,6 +271,6 @@ def _end_of_search(
         is_known(mean, settings)
         and not rival
         and not _is_on_the_way(state, mean, scene, notes)
-        and not _slows_down(scene)
+        and not slows_down(scene)
     )
     return Found(state, ARRIVED, look, no_orbit(state), mean, known, 0.0)

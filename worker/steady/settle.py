@@ -17,16 +17,14 @@ from damperlab.worker.steady.orbits.newton import march_with_jacobian
 from damperlab.worker.steady.orbits.orbit import orbit_multiplier
 from damperlab.worker.steady.response.measures import (
     FEWEST_STUCK,
-    Kind,
-    Largest,
     Response,
-    failed,
     largest_of_run,
     mean_of_period,
     mean_of_run,
     measured_response,
     periodic_class,
     share_stuck,
+    unmeasured,
 )
 from damperlab.worker.steady.response.trace import (
     acceleration_of_period,
@@ -39,7 +37,6 @@ from damperlab.worker.steady.run import (
     begin_probe,
     begin_trace,
     make_notes,
-    notes_on_addresses,
     probe_of,
 )
 from damperlab.worker.steady.search import Found, search
@@ -118,10 +115,11 @@ def _settled(
 
     An address is one number, whereas numba passes an array as seven numbers and emits code for all seven.
     """
-    scene, probe, notes = on_addresses(scene), on_addresses(probe), notes_on_addresses(notes)
+    scene, probe = on_addresses(scene), on_addresses(probe)
+    notes = notes._replace(meter=on_addresses(notes.meter), log=on_addresses(notes.log))
     found = search(start, scene, probe, notes, settings)
     if found.outcome != ARRIVED:
-        return failed(found.outcome, found.look.half // 2), found.state
+        return unmeasured(found.outcome, found.look.half // 2), found.state
     if found.orbit.period_halves > 0:
         return _measured_orbit(found, scene, probe, notes, settings)
     return _measured_run(found, scene, probe, notes)
@@ -144,7 +142,7 @@ def _measured_orbit(
     begin_trace(state, probe, notes)
     state, _, outcome = advance(state, 0, halves, 0, probe, notes)
     if outcome != ARRIVED:
-        return failed(outcome, cycles), state
+        return unmeasured(outcome, cycles), state
     stretch = stretch_of(notes.trace, 0, halves)
     begin_probe(probe, scene, period_halves)
     multiplier = nan
@@ -168,9 +166,14 @@ def _measured_orbit(
         notes.meter.energies,
         probe.base.frequency_ratio,
         mean,
-        Largest(stretch.peak, stretch.speed),
         acceleration_of_period(notes.trace, period_halves, halves, notes.meter.acceleration),
-        Kind(response_class, period, multiplier, error, cycles, status),
+    )._replace(
+        amplitude_error=error,
+        response_class=response_class,
+        period=period,
+        floquet_multiplier=multiplier,
+        cycles=cycles,
+        status=status,
     )
     # if the particle still moves, a continuation starts from the state at the end of the run
     return response, state if found.way_left == 0.0 else found.state
@@ -192,21 +195,20 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
             if is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size):
                 response_class = _CHAOTIC
     peaks = mean_of_run(notes.trace, notes.cycles, notes.series, mean.first, mean.last)
+    peak, speed = largest_of_run(notes.trace, stretch, peaks)
     response = measured_response(
         stretch,
         notes.meter.energies,
         probe.base.frequency_ratio,
         peaks,
-        largest_of_run(notes.trace, stretch, peaks),
         acceleration_of_run(notes.trace, mean.first, mean.last, notes.meter.acceleration),
-        Kind(
-            response_class,
-            0,
-            nan,
-            mean.error,
-            found.look.half // 2,
-            _CONVERGED if found.known else _MAX_CYCLES,
-        ),
+    )._replace(
+        amplitude_ratio_max=peak,
+        amplitude_error=mean.error,
+        response_class=response_class,
+        impact_speed_max=speed,
+        cycles=found.look.half // 2,
+        status=_CONVERGED if found.known else _MAX_CYCLES,
     )
     return response, state
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from damperlab.studies.variables import Status
-from damperlab.worker.solver.events import ARRIVED, BUDGET, Outcome
+from damperlab.worker.solver.events import ARRIVED, BUDGET, OUT_OF_EVENTS, STALLED
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.observe.meter import METERS, Meter
 from damperlab.worker.solver.particle import Particle
@@ -30,5 +30,5 @@ def test_a_motion_has_the_same_bits_with_and_without_a_meter_and_a_log() -> None
 
 
 def test_every_outcome_is_a_status_by_its_number() -> None:
-    assert {int(outcome) for outcome in Outcome} <= {int(status) for status in Status}
-    assert [Status(outcome).name for outcome in Outcome] == ["CONVERGED", "TOO_MANY_EVENTS", "NO_PROGRESS"]
+    outcomes = (ARRIVED, OUT_OF_EVENTS, STALLED)
+    assert [Status(outcome).name for outcome in outcomes] == ["CONVERGED", "TOO_MANY_EVENTS", "NO_PROGRESS"]

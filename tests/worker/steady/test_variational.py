@@ -23,6 +23,7 @@ from damperlab.worker.solver.events import (
     FAR_WALL,
     LET_GO,
     NEAR_WALL,
+    NOTHING,
     RELEASE,
     SLIP_ONSET,
     TURN,
@@ -30,16 +31,7 @@ from damperlab.worker.solver.events import (
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.solver.transition_log import (
-    AFTER,
-    BEFORE,
-    EVENT,
-    RIDING,
-    SLIP,
-    WIDTH,
-    Transitions,
-    empty_transitions,
-)
+from damperlab.worker.solver.transition_log import Transitions, empty_transitions, transition_at
 from damperlab.worker.steady.section.coordinates import coordinates, state_at
 from damperlab.worker.steady.stability.variational import propagate
 from damperlab.worker.steady.start import at_rest
@@ -57,14 +49,17 @@ Matrix = NDArray[np.float64]
 
 def events(log: Transitions) -> list[tuple[int, bool, bool, bool, bool]]:
     """Kind of each event with what stuck and what was in contact before and after."""
-    rows = log.rows.reshape(-1, WIDTH)[: log.cursor[0]]
-    columns = (rows[:, BEFORE + SLIP] == 0.0, rows[:, AFTER + SLIP] == 0.0)
-    contacts = (rows[:, BEFORE + RIDING] > 0.0, rows[:, AFTER + RIDING] > 0.0)
-    kinds = rows[:, EVENT].astype(int)
+    logged = [transition_at(log.rows, i) for i in range(log.cursor[0])]
     return [
-        (int(kind), bool(a), bool(b), bool(c), bool(d))
-        for kind, a, b, c, d in zip(kinds, *columns, *contacts, strict=True)
-        if kind != 0
+        (
+            int(one.event),
+            one.before.slip == 0.0,
+            one.after.slip == 0.0,
+            one.before.riding > 0.0,
+            one.after.riding > 0.0,
+        )
+        for one in logged
+        if one.event != NOTHING
     ]
 
 

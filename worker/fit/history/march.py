@@ -15,7 +15,7 @@ from damperlab.worker.scenes import Scene, contact_name
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base
 from damperlab.worker.solver.linear_motion import make_linear_motion
-from damperlab.worker.solver.segment_log import START, V, empty_log
+from damperlab.worker.solver.segment_log import Logged, empty_log, stored_rows
 
 Column = NDArray[np.float64]
 
@@ -56,11 +56,11 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     start = Perturbation(given.get(RELEASE, 0.0) / scale.length_m)
     log = empty_log(budget + 1000)
     run = run_on_record(ready, friction, particle, start, budget, log)
-    filled = int(log.cursor[0])
-    if run.outcome != ARRIVED or filled > log.rows.shape[0]:
+    if run.outcome != ARRIVED or log.cursor[0] > log.capacity:
         return np.full(rows, np.nan)
     # a panel starts at every sample, and a segment at the start of every panel
-    starts, v = log.rows[:filled, START], log.rows[:filled, V]
+    logged = Logged(*stored_rows(log).T)
+    starts, v = logged.start, logged.v
     pieces = base.windows // (rows - 1)
     windows = np.arange(0, base.windows, pieces)
     at = np.searchsorted(starts, windows * base.window - 1e-9 * base.window)

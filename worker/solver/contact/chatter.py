@@ -1,7 +1,6 @@
 """Completion of a chatter, which is a sequence of ever faster impacts that ends in sustained contact."""
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.dwell import is_brief
 from damperlab.worker.solver.excitation.excitation import largest_forcing, with_force_bound
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
@@ -31,24 +30,20 @@ def is_chatter_over(
         Velocity of the mass relative to the base after the last impact.
     leaving : float
         Speed at which the particle leaves the wall.
-    u_acceleration : float
-        Acceleration of the mass.
-    closing : float
-        Acceleration with which the wall approaches the particle.
-    scene, particle : Scene, Particle
-        The scene, and its particle.
+    u_acceleration, closing : float
+        Acceleration of the mass, and acceleration with which the wall approaches the particle.
     """
     base = scene.base
     # Each flight is shorter than the previous flight by the factor e.
     # At e = 1 only friction shortens the flights, so a lower limit replaces 1 − e.
     impulse_left = 2.0 * leaving / max(1.0 - particle.restitution, _LEAST_LOSS)
-    is_over = impulse_left <= _NOTHING_LEFT * base.window * closing
+    is_over: bool = impulse_left <= _NOTHING_LEFT * base.window * closing
+    if particle.contact_time is None:
+        return is_over or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)
     # With a finite contact time, each impact holds the particle again.
     # A chatter therefore continues until its speed is within rounding.
-    is_over = is_over and is_brief(particle.contact_time, _NOTHING_LEFT * base.window)
-    if particle.contact_time is None:
-        is_over = is_over or _is_steady_end(w, leaving, impulse_left, u_acceleration, closing, scene)
-    return is_over
+    is_brief: bool = particle.contact_time <= _NOTHING_LEFT * base.window
+    return is_over and is_brief
 
 
 @inlined

@@ -6,14 +6,19 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.physics.impact import impact_loss, part, rebound
 from damperlab.worker.solver.contact.chatter import is_chatter_over
 from damperlab.worker.solver.contact.compliant.contact_phase import strike
-from damperlab.worker.solver.contact.detachment import detach
 from damperlab.worker.solver.contact.reset_map_sliding import after_event_of_rubbing
-from damperlab.worker.solver.contact.rest import acceleration_alone, slip_at, slip_from_rest
+from damperlab.worker.solver.contact.rest import (
+    SPEED_ROUNDING,
+    acceleration_alone,
+    detach,
+    meet,
+    slip_at,
+    slip_from_rest,
+)
 from damperlab.worker.solver.dwell import approach_speed, is_dwelling, no_dwell
 from damperlab.worker.solver.events import (
     ATTACHMENTS,
     FAR_WALL,
-    IMPACTS,
     LET_GO,
     NEAR_WALL,
     RELEASE,
@@ -22,12 +27,10 @@ from damperlab.worker.solver.events import (
     TURNS,
 )
 from damperlab.worker.solver.excitation.excitation import Phase
-from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
+from damperlab.worker.solver.observe.meter import IMPACT_LOSS, Meter
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import Dwell, State, in_contact, in_flight, stopped
-
-_SPEED_ROUNDING = 1e-14  # below this fraction of the velocities, an outgoing speed is a rounding error
+from damperlab.worker.solver.state import Dwell, State
 
 
 @inlined
@@ -47,7 +50,7 @@ def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Mete
                 if state.riding > 0.0:
                     inertia = 1.0 + scene.particle.mass_ratio
             slip = slip_from_rest(state.v, 0.0, inertia, True, phase, scene)
-            return stopped(state, slip, state.p_rate, state.riding, 0)
+            return state._replace(w=0.0, slip=slip, slip_order=int(slip != 0.0), gap_order=0)
     if scene.particle is not None:
         if kind == RELEASE:
             return detach(state, phase, scene)
@@ -82,7 +85,9 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene) -> State:
                 slip = slip_from_rest(state.v, 0.0, 1.0 + scene.particle.mass_ratio, False, phase, scene)
             else:
                 gap_order = 2
-    return stopped(state, slip, p_rate, riding, gap_order)
+    return state._replace(
+        w=0.0, slip=slip, p_rate=p_rate, riding=riding, slip_order=int(slip != 0.0), gap_order=gap_order
+    )
 
 
 @inlined
@@ -91,18 +96,14 @@ def _impact(
 ) -> State:
     """Return the state just after an impact on the given wall: a flight, sustained contact, or a dwell."""
     u_rate = state.w + phase.rate
-    approach = max(wall * (u_rate - state.p_rate), 0.0)
-    is_blow = approach > _SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate))
-    if is_blow:  # a touch of the wall that the particle has just left is no impact
-        scene.counts[IMPACTS] += 1
+    approach, is_impact = meet(state, wall, phase, scene, meter)
     if meter is not None:
-        meter.sums[SPEED] = max(meter.sums[SPEED], approach)
         if meter.energies is not None:
             meter.sums[IMPACT_LOSS] += impact_loss(approach, particle.restitution, particle.mass_ratio)
     before = u_rate - wall * approach
     if particle.contact_time is not None:
         # a touch within rounding starts no dwell, which would hold the particle for the contact time
-        if is_blow:
+        if is_impact:
             jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
             dwell = Dwell(particle.contact_time, approach)
             return _join(state, wall, state.w + jump, p_rate, dwell, phase, scene)
@@ -120,17 +121,8 @@ def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter:
     if scene.friction is not None:
         # a particle that leaves without relative speed remains in contact, so friction is determined again
         if leaving == 0.0 and state.w + jump == 0.0:
-            riding = in_contact(
-                state,
-                w=0.0,
-                slip=0.0,
-                slip_order=0,
-                wall=state.wall,
-                p_rate=u_rate,
-                gap_order=0,
-                dwell=no_dwell(state.dwell),
-            )
-            return _come_to_rest(riding, phase, scene)
+            joined = state._replace(gap=0.0, riding=1.0, dwell=no_dwell(state.dwell))
+            return _come_to_rest(joined, phase, scene)
     parting = Parting(state.wall, state.w + jump, u_rate + p_jump, leaving, u_rate)
     return _part(state, parting, phase, scene, particle, meter)
 
@@ -166,7 +158,7 @@ def _part(
     slip = slip_at(w, state.slip, scene)
     u_acceleration = acceleration_alone(state.v, w, slip, phase, scene)
     closing = wall * u_acceleration  # acceleration of the wall towards the particle
-    rounding = _SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
+    rounding = SPEED_ROUNDING * (abs(u_rate_before) + abs(p_rate) + abs(phase.rate))
     if leaving == 0.0 and closing == 0.0:
         # Without relative speed and acceleration, the particle attaches.
         # The next search for a detachment uses the time derivative of the acceleration.
@@ -181,7 +173,17 @@ def _part(
                 meter.sums[IMPACT_LOSS] += impact_loss(leaving, 0.0, particle.mass_ratio)
         return _join(state, wall, w + jump, p_rate, dwell, phase, scene)
     gap_order = 1 if leaving > 0.0 else 2
-    return in_flight(state, w=w, slip=slip, wall=wall, p_rate=p_rate, gap_order=gap_order, dwell=dwell)
+    return state._replace(
+        w=w,
+        slip=slip,
+        wall=wall,
+        gap=0.0,
+        p_rate=p_rate,
+        riding=0.0,
+        slip_order=0,
+        gap_order=gap_order,
+        dwell=dwell,
+    )
 
 
 @inlined
@@ -194,7 +196,15 @@ def _join(
     if scene.friction is not None and scene.particle is not None:
         if w == 0.0:
             slip = slip_from_rest(state.v, 0.0, 1.0 + scene.particle.mass_ratio, False, phase, scene)
-            slip_order = 1 if slip != 0.0 else 0
-    return in_contact(
-        state, w=w, slip=slip, slip_order=slip_order, wall=wall, p_rate=p_rate, gap_order=0, dwell=dwell
+            slip_order = int(slip != 0.0)
+    return state._replace(
+        w=w,
+        slip=slip,
+        wall=wall,
+        gap=0.0,
+        p_rate=p_rate,
+        riding=1.0,
+        slip_order=slip_order,
+        gap_order=0,
+        dwell=dwell,
     )

@@ -9,11 +9,10 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway
 from damperlab.worker.physics.impact import impact_loss, rebound
 from damperlab.worker.solver.contact.chatter import is_chatter_over
-from damperlab.worker.solver.contact.rest import slip_at, slip_from_rest
+from damperlab.worker.solver.contact.rest import SPEED_ROUNDING, STILL, meet, slip_at, slip_from_rest
 from damperlab.worker.solver.events import (
     ATTACHMENTS,
     FAR_WALL,
-    IMPACTS,
     NEAR_WALL,
     RELEASE,
     REST,
@@ -21,19 +20,12 @@ from damperlab.worker.solver.events import (
     TURN,
     TURNS,
 )
-from damperlab.worker.solver.excitation.excitation import (
-    Phase,
-    largest_forcing,
-)
-from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
+from damperlab.worker.solver.excitation.excitation import Phase, largest_forcing
+from damperlab.worker.solver.observe.meter import IMPACT_LOSS, Meter
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.sliding import direction_of, with_fall, without_fall
+from damperlab.worker.solver.sliding import direction_of, fall_of
 from damperlab.worker.solver.state import Slide, State
-
-_SPEED_ROUNDING = 1e-14  # Below this fraction of the velocities, an outgoing speed is a rounding error.
-# Fraction of the present accelerations below which the relative acceleration of a slide is a rounding error.
-_STILL = 1e-9
 
 
 @inlined
@@ -49,59 +41,41 @@ def after_event_of_rubbing(
     """Return the state just after an event for a particle with friction κ (see `reset_map.after_event`)."""
     if kind in (NEAR_WALL, FAR_WALL):
         return _impact(state, kind, phase, scene, particle, friction, meter)
-    w, p_rate, direction = state.w, state.p_rate, direction_of(state.slide)
+    w, slip, direction = state.w, state.slip, direction_of(state.slide)
     if kind == TURN:
         scene.counts[TURNS] += 1
         w = 0.0
     if kind == REST or state.riding > 0.0:
-        moved = _sliding(state, w, state.slip, w + phase.rate, 0.0)
+        moved = state._replace(w=w, p_rate=w + phase.rate)
         loose = _torn_to(moved, phase, scene, particle) if kind == RELEASE else 0.0
         return _together(moved, loose, kind == SLIP_ONSET, phase, scene, particle, friction)
-    slip = state.slip
     slip_order = 0
     if w == 0.0:
         pull = _pull(state, direction, particle, friction)
         slip = slip_from_rest(state.v + pull, 0.0, 1.0, kind == SLIP_ONSET, phase, scene)
-        slip_order = 1 if slip != 0.0 else 0
-    return _with(_sliding(state, w, slip, p_rate, direction), slip_order, 0, 0.0, _slide(state, direction, 0))
+        slip_order = int(slip != 0.0)
+    return state._replace(
+        w=w,
+        slip=slip,
+        riding=0.0,
+        slip_order=slip_order,
+        gap_order=0,
+        slide=_slide(state, direction, 0),
+    )
 
 
 @inlined
 def _slide(state: State, direction: float, order: int) -> Slide | None:
     if state.slide is None:
         return None
-    return Slide(direction, order, state.slide.down)
-
-
-@inlined
-def _sliding(state: State, w: float, slip: float, p_rate: float, direction: float) -> State:
-    """Return a state with the same positions, new velocities and a sliding particle."""
-    slide = _slide(state, direction, 0)
-    return State(state.v, w, slip, state.wall, state.gap, p_rate, 0.0, 0, 0, state.dwell, slide)
-
-
-@inlined
-def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: Slide | None) -> State:
-    """Return the state with new orders, `riding` and `slide`."""
-    return State(
-        state.v,
-        state.w,
-        state.slip,
-        state.wall,
-        state.gap,
-        state.p_rate,
-        riding,
-        slip_order,
-        gap_order,
-        state.dwell,
-        slide,
-    )
+    return state.slide._replace(direction=direction, order=order)
 
 
 @inlined
 def _pull(state: State, direction: float, particle: Particle, friction: float) -> float:
     """Force of a sliding particle on the mass, positive against u: the reaction to the particle's acceleration."""
-    return particle.mass_ratio * with_fall(friction * direction, state.slide, particle)
+    rubbing = friction * direction
+    return particle.mass_ratio * (rubbing + fall_of(state.slide, particle))
 
 
 @inlined
@@ -130,7 +104,7 @@ def _torn_to(state: State, phase: Phase, scene: Scene, particle: Particle) -> fl
     if state.gap == 0.0:
         return -state.wall
     _, acceleration = _response(state, 0.0, 1.0 + particle.mass_ratio, phase, scene)
-    return 1.0 if without_fall(acceleration, state.slide, particle) > 0.0 else -1.0
+    return 1.0 if acceleration > fall_of(state.slide, particle) else -1.0
 
 
 @inlined
@@ -155,14 +129,15 @@ def _together(
         Whether the mass, at rest on the base, certainly starts to slip.
     """
     limit = breakaway(friction, largest_forcing(scene.base))
+    fall = fall_of(state.slide, particle)
     on_wall = state.gap == 0.0
     direction = loose
     if loose == 0.0:
         _, forward = _response(state, _pull(state, 1.0, particle, friction), 1.0, phase, scene)
         _, backward = _response(state, _pull(state, -1.0, particle, friction), 1.0, phase, scene)
-        if without_fall(forward, state.slide, particle) > limit and not (on_wall and state.wall > 0.0):
+        if forward - fall > limit and not (on_wall and state.wall > 0.0):
             direction = 1.0
-        elif without_fall(backward, state.slide, particle) < -limit and not (on_wall and state.wall < 0.0):
+        elif backward - fall < -limit and not (on_wall and state.wall < 0.0):
             direction = -1.0
     carried = direction == 0.0
     inertia = 1.0 + particle.mass_ratio if carried else 1.0
@@ -170,15 +145,15 @@ def _together(
     slip, acceleration = _response(state, pull, inertia, phase, scene)
     if slips:
         slip = slip_from_rest(state.v + pull, 0.0, inertia, True, phase, scene)
-    slip_order = 1 if state.w == 0.0 and slip != 0.0 else 0
-    after = _sliding(state, state.w, slip, state.p_rate, direction)
-    if carried:
-        return _with(after, slip_order, 0, 1.0, after.slide)
-    gathers = direction * without_fall(acceleration, state.slide, particle) - friction
-    scale = largest_forcing(scene.base) + abs(state.w) + abs(state.v) + friction
-    order = 1 if gathers > _STILL * scale else 2
-    gap_order = 1 + order if on_wall else 0
-    return _with(after, slip_order, gap_order, 0.0, _slide(state, direction, order))
+    slip_order = int(state.w == 0.0 and slip != 0.0)
+    order, gap_order, riding = 0, 0, 1.0
+    if not carried:
+        gathers = direction * (acceleration - fall) - friction
+        scale = largest_forcing(scene.base) + abs(state.w) + abs(state.v) + friction
+        order = 1 if gathers > STILL * scale else 2
+        gap_order, riding = 1 + order if on_wall else 0, 0.0
+    slide = _slide(state, direction, order)
+    return state._replace(slip=slip, riding=riding, slip_order=slip_order, gap_order=gap_order, slide=slide)
 
 
 @inlined
@@ -194,16 +169,15 @@ def _impact(
     """Return the state just after an impact: a flight with sliding friction, or common motion of both bodies."""
     wall = state.wall if kind == NEAR_WALL else -state.wall
     u_rate = state.w + phase.rate
-    approach = max(wall * (u_rate - state.p_rate), 0.0)
-    if approach > _SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate)):
-        scene.counts[IMPACTS] += 1
+    approach, _ = meet(state, wall, phase, scene, meter)
     jump, p_rate = rebound(u_rate, u_rate - wall * approach, particle.restitution, particle.mass_ratio)
     leaving = particle.restitution * approach
-    after = _at_wall(state, wall, state.w + jump, p_rate, scene)
-    rounding = _SPEED_ROUNDING * (abs(u_rate) + abs(p_rate) + abs(phase.rate))
+    w = state.w + jump
+    after = state._replace(w=w, slip=slip_at(w, state.slip, scene), wall=wall, gap=0.0, p_rate=p_rate)
+    rounding = SPEED_ROUNDING * (abs(u_rate) + abs(p_rate) + abs(phase.rate))
     # while the wall approaches the particle again, friction pushes the particle away from the wall
     _, acceleration = _response(after, _pull(state, wall, particle, friction), 1.0, phase, scene)
-    closing = wall * without_fall(acceleration, state.slide, particle) - friction
+    closing = wall * (acceleration - fall_of(state.slide, particle)) - friction
     loss = impact_loss(approach, particle.restitution, particle.mass_ratio)
     joins = leaving <= rounding or (
         closing > 0.0 and is_chatter_over(after.w, leaving, acceleration, closing, scene, particle)
@@ -212,22 +186,13 @@ def _impact(
         jump, _ = rebound(after.w + phase.rate, p_rate, 0.0, particle.mass_ratio)
         loss += impact_loss(leaving, 0.0, particle.mass_ratio)
         w = after.w + jump
-        joined = _at_wall(state, wall, w, w + phase.rate, scene)
+        joined = after._replace(w=w, slip=slip_at(w, state.slip, scene), p_rate=w + phase.rate)
         after = _together(joined, 0.0, False, phase, scene, particle, friction)
         if after.riding > 0.0:
             scene.counts[ATTACHMENTS] += 1
     else:
-        after = _with(after, 0, 1, 0.0, _slide(state, -wall, 0))
+        after = after._replace(riding=0.0, slip_order=0, gap_order=1, slide=_slide(state, -wall, 0))
     if meter is not None:
-        meter.sums[SPEED] = max(meter.sums[SPEED], approach)
         if meter.energies is not None:
             meter.sums[IMPACT_LOSS] += loss
     return after
-
-
-@inlined
-def _at_wall(state: State, wall: float, w: float, p_rate: float, scene: Scene) -> State:
-    """Return the state of both bodies at a wall just after an impact."""
-    slip = slip_at(w, state.slip, scene)
-    slide = _slide(state, 0.0, 0)
-    return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, 0, state.dwell, slide)

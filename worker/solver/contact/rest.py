@@ -1,10 +1,22 @@
-"""Slip and acceleration of the primary mass at a transition, for all contact models."""
+"""Slip, acceleration, approach and detachment at a transition, for all contact models."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway, slip_direction
-from damperlab.worker.solver.excitation.excitation import Phase, force_to_hold, largest_to_hold
+from damperlab.worker.solver.events import IMPACTS
+from damperlab.worker.solver.excitation.excitation import (
+    Phase,
+    force_to_hold,
+    largest_forcing,
+    largest_to_hold,
+)
+from damperlab.worker.solver.observe.meter import SPEED, Meter
 from damperlab.worker.solver.regime import slip_regime
 from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import State
+
+SPEED_ROUNDING = 1e-14  # below this fraction of the velocities, an outgoing speed is a rounding error
+# Fraction of the present accelerations below which a relative acceleration is a rounding error.
+STILL = 1e-9
 
 
 @inlined
@@ -50,3 +62,31 @@ def acceleration_alone(v: float, w: float, slip: float, phase: Phase, scene: Sce
         return -phase.inertia_force
     resistance: float = scene.base.two_zeta * w + v + offset
     return phase.force - resistance
+
+
+@inlined
+def meet(state: State, wall: float, phase: Phase, scene: Scene, meter: Meter | None) -> tuple[float, bool]:
+    """Return the approach speed at a rigid wall, and whether this is an impact, which is counted.
+
+    A touch of the wall that the particle has just left is no impact.
+    """
+    u_rate = state.w + phase.rate
+    approach = max(wall * (u_rate - state.p_rate), 0.0)
+    is_impact = approach > SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate))
+    if is_impact:
+        scene.counts[IMPACTS] += 1
+    if meter is not None:
+        meter.sums[SPEED] = max(meter.sums[SPEED], approach)
+    return approach, is_impact
+
+
+@inlined
+def detach(state: State, phase: Phase, scene: Scene) -> State:
+    """Return the state after a wall stops pushing a particle: the particle flies on with the velocity of the wall."""
+    _, offset = slip_regime(state.slip, scene.friction)
+    opening = -state.wall * acceleration_alone(state.v, state.w, state.slip, phase, scene)
+    # At a detachment found as a root, the relative acceleration is zero within rounding.
+    # The time derivative of this acceleration then opens the gap.
+    scale = largest_forcing(scene.base) + abs(state.w) + abs(state.v) + abs(offset)
+    order = 2 if opening > STILL * scale else 3
+    return state._replace(gap=0.0, p_rate=state.w + phase.rate, riding=0.0, slip_order=0, gap_order=order)

@@ -12,23 +12,8 @@ from damperlab.worker.solver.excitation.excitation import (
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.regime import Regime, Segment
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.sliding import direction_of, largest_of, order_of, with_pull, without_fall
+from damperlab.worker.solver.sliding import direction_of, fall_of, largest_of, order_of, with_pull
 from damperlab.worker.solver.state import State
-
-
-@inlined
-def gap_rate(state: State, phase: Phase) -> float:
-    """Rate of increase of the gap between the particle and the wall last touched."""
-    return state.wall * (state.p_rate - (state.w + phase.rate))
-
-
-@inlined
-def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitation) -> float:
-    """u'', the acceleration that the wall transmits to a particle in sustained contact."""
-    if regime.sticks:
-        return -phase.inertia_force
-    resistance = base.two_zeta * state.w + state.v + regime.offset - phase.force
-    return -regime.motion.compliance * resistance
 
 
 @inlined
@@ -100,7 +85,7 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
             return stays_carried(start, start, given, given, change, particle)
         if start.gap_order + order_of(start.slide) > 0:
             return False
-        drift = gap_rate(start, segment.phase) * time
+        drift = start.wall * (start.p_rate - (start.w + segment.phase.rate)) * time
         bent = segment.bounds.u2 + largest_of(particle)
         sag = 0.5 * bent * time * time
         if start.gap + min(0.0, drift) - sag <= 0.0:
@@ -115,7 +100,11 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
 @inlined
 def given_to(state: State, phase: Phase, regime: Regime, base: Excitation, particle: Particle) -> float:
     """Acceleration that friction or a wall must give to a particle that the mass carries."""
-    return without_fall(wall_acceleration(state, phase, regime, base), state.slide, particle)
+    u_acceleration = -phase.inertia_force
+    if not regime.sticks:
+        resistance = base.two_zeta * state.w + state.v + regime.offset - phase.force
+        u_acceleration = -regime.motion.compliance * resistance
+    return u_acceleration - fall_of(state.slide, particle)
 
 
 @inlined

@@ -31,10 +31,10 @@ from damperlab.worker.solver.scene import Curves, Scene
 from damperlab.worker.solver.sliding import (
     acceleration_of,
     direction_of,
+    fall_of,
     largest_of,
     order_of,
     with_pull,
-    without_fall,
 )
 from damperlab.worker.solver.state import State
 
@@ -50,16 +50,22 @@ def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, i
     if scene.friction is not None:
         t, kind = _friction_event(segment, scene, scene.friction, curves)
     if scene.particle is not None:
-        start = segment.start
-        if scene.particle.friction is not None:
-            return _rubbing_event(segment, scene, scene.particle, scene.particle.friction, curves, t, kind)
+        start, particle = segment.start, scene.particle
         if is_dwelling(start.dwell):
             if time_left(start.dwell) <= t:
                 t, kind = time_left(start.dwell), LET_GO
-        elif start.riding > 0.0:
-            t, kind = _release_event(segment, scene, curves, t, kind)
-        else:
-            t, kind = _wall_event(segment, scene, scene.particle, curves, t, kind)
+        elif start.riding == 0.0:
+            t, kind = _wall_event(segment, scene, particle, curves, t, kind)
+            if particle.friction is not None:
+                t, kind = _rest_event(segment, scene, particle, curves, t, kind)
+        elif particle.friction is not None:
+            t, kind = _torn_loose(segment, scene, particle, particle.friction, curves, t, kind)
+        else:  # the wall may stop pushing the particle
+            acceleration_into(curves.absolute, curves.scratch)
+            curvature = u_derivative_bound(4, segment, scene.base)
+            found = first_crossing(curves.scratch, start.wall, 0.0, t, curvature)
+            if found < inf:
+                t, kind = found, RELEASE
     return t, kind
 
 
@@ -87,20 +93,6 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
 
 
 @inlined
-def _release_event(segment: Segment, scene: Scene, curves: Curves, t: float, kind: int) -> tuple[float, int]:
-    """Find the time at which the wall stops pushing a particle in sustained contact.
-
-    Return the earlier of this event and the event (t, kind).
-    """
-    acceleration_into(curves.absolute, curves.scratch)
-    curvature = u_derivative_bound(4, segment, scene.base)
-    found = first_crossing(curves.scratch, segment.start.wall, 0.0, t, curvature)
-    if found < inf:
-        t, kind = found, RELEASE
-    return t, kind
-
-
-@inlined
 def _wall_event(
     segment: Segment, scene: Scene, particle: Particle, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
@@ -114,8 +106,7 @@ def _wall_event(
     bent = segment.bounds.u2 + largest_of(particle)
     sag = 0.5 * bent * t * t
     if order > 0 or start.gap + min(0.0, rate * t) - sag <= 0.0:
-        _expand_gap(start.gap, start.wall, rate, order, curves.absolute, scratch)
-        _bend(start, particle, order, scratch)
+        _expand_gap(start.gap, rate, order, start, particle, curves.absolute, scratch)
         curvature = u_derivative_bound(2 + order, segment, scene.base)
         if order == 0:
             curvature += largest_of(particle)
@@ -123,12 +114,9 @@ def _wall_event(
         found = first_crossing(scratch, 1.0, 0.0, t, curvature)
         if found < inf:
             t, kind = found, NEAR_WALL
-    if start.gap + max(0.0, rate * t) + sag >= 2.0 * particle.clearance_ratio:
-        for i in range(2, TERMS):
-            scratch[i] = -start.wall * curves.absolute[i]
-        scratch[1] = rate
-        scratch[0] = start.gap - 2.0 * particle.clearance_ratio
-        _bend(start, particle, 0, scratch)
+    widest = 2.0 * particle.clearance_ratio
+    if start.gap + max(0.0, rate * t) + sag >= widest:
+        _expand_gap(start.gap - widest, rate, 0, start, particle, curves.absolute, scratch)
         found = first_crossing(scratch, -1.0, 0.0, t, bent)
         if found < inf:
             t, kind = found, FAR_WALL
@@ -136,47 +124,24 @@ def _wall_event(
 
 
 @inlined
-def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floats, out: Floats) -> None:
+def _expand_gap(
+    gap: float, rate: float, order: int, start: State, particle: Particle, absolute: Floats, out: Floats
+) -> None:
     """Write the coefficients of gap/t^order.
 
     If the particle has just left the wall, the `order` lowest coefficients of the gap are zero.
     """
-    for i in range(TERMS):
-        out[i] = 0.0
     for i in range(max(2 - order, 0), TERMS - order):
-        out[i] = -wall * absolute[i + order]
+        out[i] = -start.wall * absolute[i + order]
+    for i in range(TERMS - order, TERMS):
+        out[i] = 0.0
     if order < 2:
         out[1 - order] = rate
     if order < 1:
         out[0] = gap
-
-
-@inlined
-def _bend(start: State, particle: Particle, order: int, gap: Floats) -> None:
-    """Add the contribution of a sliding particle's acceleration to the coefficients of gap/t^order."""
     if particle.friction is not None:
         if order <= 2:
-            gap[2 - order] += start.wall * 0.5 * acceleration_of(start, particle)
-
-
-@inlined
-def _rubbing_event(
-    segment: Segment,
-    scene: Scene,
-    particle: Particle,
-    friction: float,
-    curves: Curves,
-    t: float,
-    kind: int,
-) -> tuple[float, int]:
-    """Find the time at which a particle with friction starts to slide, meets a wall or comes to rest.
-
-    Return the earliest of these events and the event (t, kind).
-    """
-    if segment.start.riding > 0.0:
-        return _torn_loose(segment, scene, particle, friction, curves, t, kind)
-    t, kind = _wall_event(segment, scene, particle, curves, t, kind)
-    return _rest_event(segment, scene, particle, curves, t, kind)
+            out[2 - order] += start.wall * 0.5 * acceleration_of(start, particle)
 
 
 @inlined
@@ -188,7 +153,7 @@ def _torn_loose(
     limit = breakaway(friction, largest_forcing(scene.base))
     curvature = u_derivative_bound(4, segment, scene.base)
     acceleration_into(curves.absolute, scratch)
-    scratch[0] = without_fall(scratch[0], start.slide, particle) + start.wall * limit
+    scratch[0] = (scratch[0] - fall_of(start.slide, particle)) + start.wall * limit
     found = first_crossing(scratch, start.wall, 0.0, t, curvature)
     if found < inf:
         t, kind = found, RELEASE

@@ -67,14 +67,7 @@ def make_sine(
 ) -> Sine:
     """Divide half a cycle into the fewest panels of a length h with h · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW.
 
-    Parameters
-    ----------
-    damping_ratio, frequency_ratio : float
-        ζ and r.
-    energies : True or None
-        True if the meter needs integrals (`observe.meter.Meter`), else None.
-    forced : bool
-        Whether a force on the structure replaces the shaken base.
+    The arguments are those of `scene.make_scene`.
     """
     half = pi / frequency_ratio
     count = ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW)

@@ -1,1 +1,1 @@
-"""The linear motion between events: Taylor polynomials and their integrals, first roots, extrema, compliant contact."""
+"""The linear motion between events: Taylor polynomials and their integrals, first roots, compliant contact."""

@@ -30,6 +30,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.motion.slow_subspace import (
+    BASE_FIRST,
+    BASE_SECOND,
+    CENTRE,
+    CENTRE_RATE,
+    DIM,
+    Y_RATE,
+    Y,
+)
+from damperlab.worker.solver.motion.taylor import TERMS
+
+OF_RELATIVE, OF_ABSOLUTE, OF_Y, OF_WALL_FORCE = range(4)
+"""Indices of the rows of x, x + s, y and F."""
+
 
 class CompliantForcing(NamedTuple):
     """Data of the excitation in contact, whose two coordinates are `Phase.first` and `Phase.second`.
@@ -73,7 +89,7 @@ class CompliantMotion(NamedTuple):
     weight : float
         Weight Ω of f₁ in the size of the vibration (`vibration.size_of`): √det Λ with two fast coordinates, else 1.
     rows, slow_rows : array, shape (4 · DIM · TERMS,)
-        Taylor coefficients of x, x + s, y and F for a unit initial value of each coordinate (`compliant_rows`).
+        Taylor coefficients of x, x + s, y and F for a unit initial value of each coordinate (`compliant_equations.fill_rows`).
     to_fast : array, shape (2 · DIM,)
         Matrix that maps the coordinates to f = q − Pr. A single fast coordinate takes the second row.
     from_fast : array, shape (DIM · 2,)
@@ -142,3 +158,28 @@ class Contact(NamedTuple):
     slipping_between: CompliantMotion
     held_between: CompliantMotion
     buffers: Buffers
+
+
+@inlined
+def write_coordinates(
+    x: float, w: float, first: float, second: float, y: float, y_rate: float, share: float, start: Floats
+) -> None:
+    """Write the six coordinates of a state in contact into `start`; `share` is from `CompliantMotion`."""
+    start[CENTRE] = x - share * y
+    start[CENTRE_RATE] = w - share * y_rate
+    start[BASE_FIRST] = first
+    start[BASE_SECOND] = second
+    start[Y] = y
+    start[Y_RATE] = y_rate
+
+
+@kernel
+def combine_rows(which: int, coordinates: Floats, units: int, rows: Floats, out: Floats) -> None:
+    """Write the coefficients of the quantity `which`, from its rows and the coordinates at the start."""
+    at = which * DIM * TERMS
+    for n in range(TERMS):
+        out[n] = 0.0
+    for unit in range(units):
+        factor = coordinates[unit]
+        for n in range(TERMS):
+            out[n] += factor * rows[at + unit * TERMS + n]

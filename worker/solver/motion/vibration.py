@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.addresses import Floats
-from damperlab.worker.solver.motion.compliant_motion import CompliantMotion
-from damperlab.worker.solver.motion.compliant_rows import OF_RELATIVE, OF_Y, combine_rows
+from damperlab.worker.solver.motion.compliant_motion import OF_RELATIVE, OF_Y, CompliantMotion, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
 from damperlab.worker.solver.motion.taylor import slope, value
 from damperlab.worker.solver.particle import Wall

@@ -6,9 +6,9 @@ The polynomial of x + s is computed from the forces on the mass, so x'' and s'' 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.motion.taylor import acceleration_into, value
+from damperlab.worker.solver.observe.energies import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATION_SQUARE, Meter
 from damperlab.worker.solver.observe.peaks import largest
-from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 
 
 @kernel
@@ -18,14 +18,8 @@ def measure_acceleration(
     """Add ∫u''² of a segment of length t, and raise the peak of |u''|, if u'' is measured.
 
     u'' jumps where slip stops or reverses and where the particle meets, joins or leaves a wall. At such a time, each of
-    the two adjacent segments uses its own end value, and neither includes the impulse between them.
-
-    Parameters
-    ----------
-    absolute : array, shape (TERMS,)
-        Coefficients of x + s.
-    acceleration, scratch : array, shape (TERMS,)
-        Work arrays. `acceleration` is filled with the coefficients of u''.
+    the two adjacent segments uses its own end value, and neither includes the impulse between them. The work array
+    `acceleration` receives the coefficients of u''.
     """
     if meter.acceleration is not None:
         add_square(meter, t, absolute, acceleration)

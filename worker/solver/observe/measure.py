@@ -5,17 +5,17 @@ from damperlab.worker.solver.excitation.excitation import expand_base
 from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.observe.acceleration import measure_acceleration
 from damperlab.worker.solver.observe.energies import measure_energies
-from damperlab.worker.solver.observe.measure_rubbing import measure_rubbing
 from damperlab.worker.solver.observe.measure_sine import (
     find_peaks,
     measure_part,
     measure_window,
     peaks_at_ends,
 )
-from damperlab.worker.solver.observe.meter import Meter
+from damperlab.worker.solver.observe.meter import PARTICLE_LOSS, SLIDING, WORK_IN, Meter
 from damperlab.worker.solver.observe.peaks import raise_peaks
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
+from damperlab.worker.solver.sliding import with_pull
 
 
 @inlined
@@ -28,7 +28,7 @@ def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> boo
     if meter.acceleration is not None:  # u'' is computed from polynomials
         return False
     if peaks_at_ends(meter, segment, scene):
-        measure_rubbing(meter, segment, scene)
+        _measure_rubbing(meter, segment, scene)
         measure_window(meter, segment, scene)
         return True
     return False
@@ -41,7 +41,7 @@ def measure(meter: Meter | None, segment: Segment, whole: bool, scene: Scene, cu
     The coefficients of the excitation are overwritten.
     """
     if meter is not None:
-        measure_rubbing(meter, segment, scene)
+        _measure_rubbing(meter, segment, scene)
         if isinstance(scene.base, RecordBase):
             regime, t = segment.regime, segment.time
             expand_base(scene.base, segment.phase, curves.excitation)
@@ -56,3 +56,24 @@ def measure(meter: Meter | None, segment: Segment, whole: bool, scene: Scene, cu
             if not peaks_at_ends(meter, segment, scene):
                 find_peaks(meter, segment, scene, curves)
         measure_acceleration(meter, segment.time, curves.absolute, curves.excitation, curves.scratch)
+
+
+@inlined
+def _measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
+    """Add the sliding time and the friction loss of a particle that slides in its cavity.
+
+    The work of a shaken base is integrated from the offset of the spring centre, which includes the pull of the
+    particle. The spring does not transmit this pull, so the work of the pull is added here, for a slipping and for a
+    sticking mass.
+    """
+    if scene.particle is not None:
+        if scene.particle.friction is not None:
+            start, end = segment.start, segment.end
+            if start.riding == 0.0:
+                meter.sums[SLIDING] += segment.time
+            if meter.energies is not None:
+                rubs = scene.particle.mass_ratio * scene.particle.friction
+                if start.riding == 0.0:
+                    meter.sums[PARTICLE_LOSS] += rubs * abs(end.gap - start.gap)
+                pull = with_pull(0.0, start, scene.particle)
+                meter.sums[WORK_IN] += pull * (segment.phase_end.position - segment.phase.position)

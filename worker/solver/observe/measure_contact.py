@@ -5,10 +5,14 @@ from damperlab.worker.solver.compliant_regime import AnyRegime, buffers_of
 from damperlab.worker.solver.motion.compliant_motion import Buffers
 from damperlab.worker.solver.motion.taylor import slope
 from damperlab.worker.solver.observe.acceleration import measure_acceleration
-from damperlab.worker.solver.observe.energies import measure_energies
+from damperlab.worker.solver.observe.energies import (
+    GAUSS,
+    GAUSS_NODES,
+    GAUSS_WEIGHTS,
+    measure_energies,
+)
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, STUCK, Meter
 from damperlab.worker.solver.observe.peaks import raise_peaks
-from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS_WEIGHTS
 from damperlab.worker.solver.scene import Curves, Scene
 
 

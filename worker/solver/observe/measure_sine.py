@@ -6,7 +6,6 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.excitation.excitation import has_force
-from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
 from damperlab.worker.solver.observe.meter import (
@@ -19,6 +18,7 @@ from damperlab.worker.solver.observe.meter import (
     WORK_IN,
     Meter,
 )
+from damperlab.worker.solver.observe.peaks import raised
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
 
@@ -116,14 +116,8 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
         sums[STUCK] += t
     if meter.energies is not None:
         start, end, offset = segment.start, segment.end, regime.offset
-        rate = segment.phase.rate
-        rate_end = segment.phase_end.rate
-        a, b, c, d = (
-            _LOBATTO_NODES[0] * t,
-            _LOBATTO_NODES[1] * t,
-            _LOBATTO_NODES[2] * t,
-            _LOBATTO_NODES[3] * t,
-        )
+        a, b = _LOBATTO_NODES[0] * t, _LOBATTO_NODES[1] * t
+        c, d = _LOBATTO_NODES[2] * t, _LOBATTO_NODES[3] * t
         u0 = start.v + segment.phase.position
         u1 = end.v + segment.phase_end.position
         ua, ub, uc, ud = values(curves.absolute, a, b, c, d)
@@ -148,20 +142,19 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
         sums[VISCOUS_LOSS] += two_zeta * (
             outer * (w0 * w0 + w1 * w1) + middle * (wa * wa + wd * wd) + inner * (wb * wb + wc * wc)
         )
+        if scene.friction is not None:
+            sums[FRICTION_LOSS] += scene.friction * abs(end.v - start.v)  # w keeps its sign on a segment
         if has_force(base):
             fa, fb, fc, fd = values(curves.excitation, a, b, c, d)
             ends = segment.phase.force * w0 + segment.phase_end.force * w1
             sums[WORK_IN] += outer * ends + middle * (fa * wa + fd * wd) + inner * (fb * wb + fc * wc)
-            if scene.friction is not None:
-                sums[FRICTION_LOSS] += scene.friction * abs(end.v - start.v)
             return
         sa, sb, sc, sd = slopes(curves.excitation, a, b, c, d)
+        rate, rate_end = segment.phase.rate, segment.phase_end.rate
         ends = (two_zeta * w0 + start.v + offset) * rate + (two_zeta * w1 + end.v + offset) * rate_end
         middles = (two_zeta * wa + xa) * sa + (two_zeta * wd + xd) * sd
         inners = (two_zeta * wb + xb) * sb + (two_zeta * wc + xc) * sc
         sums[WORK_IN] -= outer * ends + (middle * middles + inner * inners)
-        if scene.friction is not None:
-            sums[FRICTION_LOSS] += scene.friction * abs(end.v - start.v)  # w keeps its sign on a segment
 
 
 @inlined
@@ -226,9 +219,7 @@ def _highest(
     """
     rate = p[1]
     curve = 2.0 * p[2]
-    if (
-        abs(curve) > third_derivative * t
-    ):  # the slope is monotone: there is one extremum if the slope changes sign, else none
+    if abs(curve) > third_derivative * t:  # the slope is monotone
         if rate * rate_end >= 0.0:
             return 0.0
         # The first estimate is the root of a parabola for the slope.

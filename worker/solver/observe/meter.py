@@ -5,9 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import inlined
-from damperlab.worker.solver.array_loops import filled
-
 # Indices of the sums of a meter. Energies are over k Z², and times over 1/ω_n.
 # The first five sums and PARTICLE_LOSS are integrals.
 WORK_IN = 0
@@ -21,13 +18,10 @@ PEAK = 7  # Largest |u| since the last reset.
 RELATIVE_PEAK = 8  # Largest |v| since the last reset.
 PARTICLE_LOSS = 9  # Energy lost by the friction of the particle.
 SLIDING = 10  # Time in which the particle slides.
-METERS = 11
-
-# Additional sums of a meter under a record. Under a harmonic excitation, a meter with `acceleration` uses the last two.
-RELATIVE_SQUARE = METERS  # ∫ v² dτ.
-ACCELERATION_SQUARE = METERS + 1  # ∫ u''² dτ.
-ACCELERATION_PEAK = METERS + 2  # Largest |u''|; under a harmonic excitation since the last reset.
-RECORD_METERS = METERS + 3
+RELATIVE_SQUARE = 11  # ∫ v² dτ, only under a record.
+ACCELERATION_SQUARE = 12  # ∫ u''² dτ.
+ACCELERATION_PEAK = 13  # Largest |u''|; under a harmonic excitation since the last reset.
+METERS = 14
 
 
 class Meter(NamedTuple):
@@ -35,9 +29,8 @@ class Meter(NamedTuple):
 
     Attributes
     ----------
-    sums : array, shape (METERS,) or (RECORD_METERS,)
-        The sums, which an integration increases. The array is longer under a record and with `acceleration`. If an
-        integration ends early, the sums cover the time until then.
+    sums : array, shape (METERS,)
+        The sums, which an integration increases. If an integration ends early, the sums cover the time until then.
     energies : True or None
         If None, energies and squares are not integrated, and their entries in `sums` are meaningless.
     acceleration : True or None
@@ -47,21 +40,3 @@ class Meter(NamedTuple):
     sums: NDArray[np.float64]
     energies: bool | None = True
     acceleration: bool | None = None
-
-
-@inlined
-def make_meter(energies: bool | None, acceleration: bool | None) -> Meter:
-    """Make a meter of zeros for a harmonic excitation."""
-    if acceleration is not None:
-        return Meter(filled(RECORD_METERS, 0.0), energies, acceleration)
-    return Meter(filled(METERS, 0.0), energies, None)
-
-
-@inlined
-def clear_meter(meter: Meter) -> None:
-    """Reset all sums to zero."""
-    for i in range(METERS):
-        meter.sums[i] = 0.0
-    if meter.acceleration is not None:
-        for i in range(METERS, RECORD_METERS):
-            meter.sums[i] = 0.0

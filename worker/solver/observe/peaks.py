@@ -1,11 +1,34 @@
 """Largest |u| and |v| of a segment, from its polynomials alone."""
 
-from damperlab.worker.jit import kernel
+from math import inf
+
+from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.addresses import Floats
-from damperlab.worker.solver.motion.extrema import raised
+from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import curvature_bound, rate_into, value
 from damperlab.worker.solver.observe.meter import PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.scene import Curves, Scene
+
+_MOST_EXTREMA = 8  # largest number of extrema in one segment, which is shorter than a tenth of a period
+
+
+@inlined
+def raised(
+    peak: float, polynomial: Floats, less: float, rate: Floats, t: float, rate_curvature: float
+) -> float:
+    """Return the largest of `peak` and all extrema of |polynomial − less| inside a segment of length t.
+
+    `rate` contains the coefficients of the rate of the polynomial, and `rate_curvature` bounds its second derivative.
+    """
+    sign = 1.0 if rate[0] > 0.0 else -1.0
+    at = 0.0
+    for _ in range(_MOST_EXTREMA):
+        at = first_crossing(rate, sign, at, t, rate_curvature)
+        if at == inf:
+            break
+        peak = max(peak, abs(value(polynomial, at) - less))
+        sign = -sign
+    return peak
 
 
 @kernel

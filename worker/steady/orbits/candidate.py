@@ -14,7 +14,7 @@ from damperlab.worker.solver.addresses import on_addresses
 from damperlab.worker.solver.array_loops import copy_matrix, filled
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
-from damperlab.worker.solver.observe.meter import PEAK, make_meter
+from damperlab.worker.solver.observe.meter import METERS, PEAK, Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.orbits.newton import norm
@@ -147,7 +147,7 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
             return False
         begin_probe(probe, scene, 2)
         far = sqrt((point[0] - notes.candidate_point[0]) ** 2 + (point[1] - notes.candidate_point[1]) ** 2)
-        meter = make_meter(notes.meter.energies, notes.meter.acceleration)
+        meter = Meter(filled(METERS, 0.0), notes.meter.energies, notes.meter.acceleration)
         sums = on_addresses(meter)
         state = orbit.state
         for _ in range(2):
@@ -178,15 +178,7 @@ def closing_in(
     periods = (look.half - candidate.since) // orbit.period_halves
     at = candidate.since + periods * orbit.period_halves
     point = notes.ring[at % RING]
-    verdict = _follows(
-        point,
-        notes.candidate_point,
-        notes.candidate_departure,
-        notes.candidate_jacobian,
-        periods,
-        look.size,
-        look.scale,
-    )
+    verdict = _follows(point, periods, look, notes)
     if verdict == LEAVES:
         return nothing, False
     if verdict != APPROACHES:
@@ -206,7 +198,7 @@ def closing_in(
     struck = notes.struck[at % RING]
     if confirmed:
         confirmed = struck - candidate.struck == periods * _impacts_of(orbit, scene, probe)
-    return Candidate(orbit, candidate.met, at, share, struck), confirmed
+    return candidate._replace(since=at, share=share, struck=struck), confirmed
 
 
 @kernel
@@ -223,30 +215,13 @@ def _impacts_of(orbit: Orbit, scene: Scene, probe: Scene) -> int:
 
 
 @kernel
-def _follows(
-    ring_now: Array,
-    orbit_point: Array,
-    departure: Array,
-    monodromy: Array,
-    periods: int,
-    size: int,
-    scale: float,
-) -> int:
-    """Compare a run with the linearisation of an orbit, `periods` periods after a known departure from the orbit.
+def _follows(point: Array, periods: int, look: SectionLook, notes: Notes) -> int:
+    """Compare a run with the linearisation of the candidate, `periods` periods after the noted departure.
 
     Parameters
     ----------
-    ring_now : array, shape (SECTION_SIZE,)
-        Current section coordinates of the run.
-    orbit_point : array, shape (SECTION_SIZE,)
-        Section coordinates of the orbit.
-    departure : array, shape (SECTION_SIZE,)
-        Section coordinates of the run minus section coordinates of the orbit, `periods` periods ago.
-    monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
-        Jacobian over one period.
-    periods, size : int
-    scale : float
-        Size of the motion.
+    point : array, shape (SECTION_SIZE,)
+        Present section point of the run.
 
     Returns
     -------
@@ -255,23 +230,23 @@ def _follows(
         if an orbit has a multiplier near the unit circle, a run near the orbit may wander permanently and seem for a
         while to settle.
     """
-    predicted = departure.copy()
+    predicted = notes.candidate_departure.copy()
     for _ in range(periods):
         moved = filled(SECTION_SIZE, 0.0)
-        for i in range(size):
-            for j in range(size):
-                moved[i] += monodromy[i, j] * predicted[j]
+        for i in range(look.size):
+            for j in range(look.size):
+                moved[i] += notes.candidate_jacobian[i, j] * predicted[j]
         predicted = moved
     off = 0.0
     now = 0.0
-    for i in range(size):
-        gone = ring_now[i] - orbit_point[i]
+    for i in range(look.size):
+        gone = point[i] - notes.candidate_point[i]
         now += gone * gone
         off += (gone - predicted[i]) ** 2
     now = sqrt(now)
-    first = norm(departure, size)
+    first = norm(notes.candidate_departure, look.size)
     if now <= _NO_PREDICTION * first:
         return APPROACHES
-    if sqrt(off) > _OFF_PREDICTION * now + _ROUNDING * scale:
+    if sqrt(off) > _OFF_PREDICTION * now + _ROUNDING * look.scale:
         return LEAVES
-    return APPROACHES if now <= _NEARER * first or now <= _ROUNDING * scale else FOLLOWS
+    return APPROACHES if now <= _NEARER * first or now <= _ROUNDING * look.scale else FOLLOWS

@@ -1,31 +1,23 @@
-"""Periodic orbits by Newton's method on the section, with the exact Jacobian of the event-driven map."""
+"""The exact Jacobian of the event-driven map, and the step of Newton's method towards a periodic orbit."""
 
-from math import inf, sqrt
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.array_loops import filled, zero_counts
+from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transition_log import Transitions
-from damperlab.worker.steady.section.coordinates import (
-    SECTION_SIZE,
-    are_comparable,
-    coordinates,
-    has_contact,
-    state_at,
-)
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE, has_contact
 from damperlab.worker.steady.stability.variational import propagate
 
 Array = NDArray[np.float64]
 
-_ITERATIONS = 10
-_CLOSED = 1e-13  # Largest relative residual of an orbit that is closed within rounding.
 _SINGULAR = 1e-11  # Pivot of 1 − M below which the orbit is not isolated.
 
 
@@ -39,16 +31,7 @@ def march_with_jacobian(
 ) -> tuple[State, bool]:
     """Integrate a state through `period_halves` half cycles, and write the Jacobian of the map into `monodromy`.
 
-    Parameters
-    ----------
-    monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
-        Filled with the Jacobian of the map.
-
-    Returns
-    -------
-    state : State
-    complete : bool
-        False if the integration ended early or the log was full; the Jacobian is then invalid.
+    The second result is False if the integration ended early or the log was full; the Jacobian is then invalid.
     """
     for i in range(SECTION_SIZE):
         for j in range(SECTION_SIZE):
@@ -63,7 +46,7 @@ def march_with_jacobian(
 
 
 @kernel
-def _newton_step(
+def newton_step(
     monodromy: Array,
     residual: Array,
     state: State,
@@ -82,7 +65,7 @@ def _newton_step(
         if state.slip == 0.0:
             held[1] = 1
     if particle is not None:
-        if state.riding > 0.0 and not has_contact(state, state.dwell, particle.wall):
+        if state.riding > 0.0 and not has_contact(state, particle):
             held[2] = 1
             # friction may hold the particle anywhere in the cavity
             held[3] = 0 if particle.friction is not None and state.gap > 0.0 else 1
@@ -124,74 +107,3 @@ def norm(vector: Array, size: int) -> float:
     for i in range(size):
         total += vector[i] * vector[i]
     return sqrt(total)
-
-
-@kernel
-def find_orbit(
-    state: State,
-    period_halves: int,
-    size: int,
-    scale: float,
-    reach: float,
-    scene: Scene,
-    log: Transitions,
-    monodromy: Array,
-) -> tuple[State, float, int]:
-    """Search for a periodic orbit near a state.
-
-    Parameters
-    ----------
-    state : State
-        State on the section, close to the orbit.
-    period_halves : int
-        Period in half cycles of the mirrored map.
-    size : int
-        Number of leading section coordinates that are free.
-    scale : float
-        Reference for relative distances (`recurrence.extent`).
-    reach : float
-        Longest step of Newton's method that is accepted.
-    monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
-        Filled with the Jacobian of the resulting orbit.
-
-    Returns
-    -------
-    orbit : State
-        State on the orbit; meaningless if no orbit was found.
-    error : float
-        Estimated distance from the exact orbit; inf if no orbit was found.
-    halves : int
-        Number of half cycles integrated.
-    """
-    friction, particle = scene.friction, scene.particle
-    point = np.empty(SECTION_SIZE)
-    residual = np.empty(SECTION_SIZE)
-    step = filled(SECTION_SIZE, 0.0)
-    coordinates(state, particle, point)
-    here = state
-    halves = 0
-    previous_length = inf
-    for _ in range(_ITERATIONS):
-        there, complete = march_with_jacobian(here, period_halves, scene, log, monodromy)
-        halves += period_halves
-        if not complete or not are_comparable(there, here, particle):
-            return state, inf, halves
-        coordinates(there, particle, residual)
-        for i in range(SECTION_SIZE):
-            residual[i] -= point[i]
-        if not _newton_step(monodromy, residual, here, size, friction, particle, step):
-            return state, inf, halves
-        step_length = norm(step, size)
-        is_closed = norm(residual, size) <= _CLOSED * scale
-        if is_closed and (step_length <= _CLOSED * scale or step_length > 0.5 * previous_length):
-            return here, step_length, halves  # no further step improves the orbit
-        if not step_length <= min(reach, 2.0 * previous_length):  # most searches far from any orbit end here
-            return state, inf, halves
-        previous_length = step_length
-        for i in range(size):
-            point[i] += step[i]
-        here, possible = state_at(point, here, particle)
-        if not possible:
-            return state, inf, halves
-        coordinates(here, particle, point)  # a particle in sustained contact has moved with the mass
-    return state, inf, halves

@@ -7,16 +7,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.orbits.newton import find_orbit, march_with_jacobian
+from damperlab.worker.steady.orbits.newton import march_with_jacobian, newton_step, norm
 from damperlab.worker.steady.run import Notes, begin_probe
-from damperlab.worker.steady.section.coordinates import SECTION_SIZE, active_size, coordinates
+from damperlab.worker.steady.section.coordinates import (
+    SECTION_SIZE,
+    active_size,
+    are_comparable,
+    coordinates,
+    state_at,
+)
 from damperlab.worker.steady.section.recurrence import RING, settled_period, stays_closed
 from damperlab.worker.steady.stability.multipliers import spectral_radius
 from damperlab.worker.steady.stopping_rules import Settings
 
+_ITERATIONS = 10
+_CLOSED = 1e-13  # largest relative residual of an orbit that is closed within rounding
 _REPELS = 1e-6  # an orbit repels if its largest multiplier exceeds one by more than this value
 
 
@@ -63,12 +72,6 @@ def no_orbit(state: State) -> Orbit:
 
 
 @kernel
-def repels(monodromy: NDArray[np.float64], size: int) -> bool:
-    """Whether an orbit with this Jacobian repels nearby motions."""
-    return spectral_radius(monodromy, size) > 1.0 + _REPELS
-
-
-@kernel
 def newton_orbit(
     state: State,
     period_halves: int,
@@ -88,14 +91,43 @@ def newton_orbit(
     halves : int
         Number of half cycles integrated.
     """
-    begin_probe(probe, scene, 12 * period_halves)
-    size = look.size
-    if not rubs(scene.particle):  # without friction of the particle, the size follows from the present state
-        size = active_size(state, scene.particle, probe.counts)
-    orbit, error, halves = find_orbit(
-        state, period_halves, size, look.scale, reach, probe, notes.log, notes.monodromy
-    )
-    return Orbit(orbit, period_halves, error), error < inf, halves
+    begin_probe(probe, scene, (_ITERATIONS + 2) * period_halves)
+    friction, particle, size = scene.friction, scene.particle, look.size
+    if not rubs(particle):  # without friction of the particle, the size follows from the present state
+        size = active_size(state, particle, probe.counts)
+    nothing = Orbit(state, period_halves, inf)
+    point = np.empty(SECTION_SIZE)
+    residual = np.empty(SECTION_SIZE)
+    step = filled(SECTION_SIZE, 0.0)
+    coordinates(state, particle, point)
+    here = state
+    halves = 0
+    previous_length = inf
+    for _ in range(_ITERATIONS):
+        there, complete = march_with_jacobian(here, period_halves, probe, notes.log, notes.monodromy)
+        halves += period_halves
+        if not complete or not are_comparable(there, here, particle):
+            return nothing, False, halves
+        coordinates(there, particle, residual)
+        for i in range(SECTION_SIZE):
+            residual[i] -= point[i]
+        if not newton_step(notes.monodromy, residual, here, size, friction, particle, step):
+            return nothing, False, halves
+        step_length = norm(step, size)
+        is_closed = norm(residual, size) <= _CLOSED * look.scale
+        if is_closed and (step_length <= _CLOSED * look.scale or step_length > 0.5 * previous_length):
+            # no further step improves the orbit
+            return Orbit(here, period_halves, step_length), step_length < inf, halves
+        if not step_length <= min(reach, 2.0 * previous_length):  # most searches far from any orbit end here
+            return nothing, False, halves
+        previous_length = step_length
+        for i in range(size):
+            point[i] += step[i]
+        here, possible = state_at(point, here, particle)
+        if not possible:
+            return nothing, False, halves
+        coordinates(here, particle, point)  # a particle in sustained contact has moved with the mass
+    return nothing, False, halves
 
 
 @kernel
@@ -137,7 +169,7 @@ def repeated_orbit(
         _, complete = march_with_jacobian(state, period_halves, probe, notes.log, notes.monodromy)
         if not stays_closed(notes.ring, look.half, period_halves, tolerance * look.scale):
             return no_orbit(state)
-    if complete and repels(notes.monodromy, look.size):
+    if complete and spectral_radius(notes.monodromy, look.size) > 1.0 + _REPELS:
         return no_orbit(state)
     return orbit
 

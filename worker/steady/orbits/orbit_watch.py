@@ -102,7 +102,7 @@ def look_farther(
         if scene.counts[IMPACTS] > 0:
             period_halves = _FAR_PERIODS[metered_halves // _FAR_EVERY % len(_FAR_PERIODS)]
             rival = is_beside_stable_orbit(state, period_halves, look, scene, probe, notes)
-            return Nearby(nearby.candidate, nearby.next_try, nearby.halves_spent, rival)
+            return nearby._replace(rival=rival)
     return nearby
 
 

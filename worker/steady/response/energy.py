@@ -15,26 +15,9 @@ from damperlab.worker.solver.observe.meter import (
     VISCOUS_LOSS,
     WORK_IN,
 )
-from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.sliding import fall_of
-from damperlab.worker.solver.state import Dwell, State
-
-
-@kernel
-def _contact_energy(dwell: Dwell | None, particle: Particle) -> float:
-    """Energy recovered at the end of a dwell; 0 without a dwell."""
-    if dwell is not None:
-        if dwell.left > 0.0:
-            return kept_energy(dwell.speed, particle.restitution, particle.mass_ratio)
-    return 0.0
-
-
-@kernel
-def _wall_energy(gap: float, wall: Wall | None) -> float:
-    """Energy stored in the spring of a compliant wall."""
-    if wall is not None:
-        return spring_energy(wall.stiffness, -gap)
-    return 0.0
+from damperlab.worker.solver.state import State
 
 
 @kernel
@@ -44,19 +27,16 @@ def stored_energy(state: State, base_rate: float, particle: Particle | None) -> 
     energy = 0.5 * (u_rate * u_rate + state.v * state.v)
     if particle is not None:
         energy += 0.5 * particle.mass_ratio * state.p_rate * state.p_rate
-        energy += _contact_energy(state.dwell, particle)
-        energy += _wall_energy(state.gap, particle.wall)
-        energy += _height_energy(state, particle)
+        if particle.wall is not None:
+            energy += spring_energy(particle.wall.stiffness, -state.gap)
+        elif state.dwell is not None:
+            if state.dwell.left > 0.0:  # energy recovered at the end of the dwell
+                energy += kept_energy(state.dwell.speed, particle.restitution, particle.mass_ratio)
+        if particle.gravity is not None:  # −βG (u − p), because the spring bears the weight at u = 0
+            apart = state.wall * (particle.clearance_ratio - state.gap)
+            of_height = particle.mass_ratio * fall_of(state.slide, particle) * apart
+            energy += of_height
     return energy
-
-
-@kernel
-def _height_energy(state: State, particle: Particle) -> float:
-    """Potential energy of a particle under gravity: −βG (u − p), because the spring bears the weight at u = 0."""
-    if particle.gravity is not None:
-        apart = state.wall * (particle.clearance_ratio - state.gap)
-        return particle.mass_ratio * fall_of(state.slide, particle) * apart
-    return 0.0
 
 
 @kernel

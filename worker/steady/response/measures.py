@@ -81,38 +81,8 @@ class Response(NamedTuple):
     status: int
 
 
-# Values of the fields before `cycles` for a run that ended early.
+# Values of the fields before `cycles` without measures.
 _UNMEASURED: tuple[Any, ...] = (nan,) * 8 + (_UNKNOWN, 0) + (nan,) * 11
-
-
-class Kind(NamedTuple):
-    """Class, period and outcome of a response, and the error of its mean peak.
-
-    Attributes
-    ----------
-    response_class, period : int
-        Class, and period in excitation cycles. The period is 0 for a response that is not periodic.
-    multiplier : float
-        Largest Floquet multiplier; NaN for a response that is not periodic.
-    error : float
-        Standard error of the mean peak; for a periodic response, the distance from periodicity.
-    cycles, status : int
-        Number of cycles of the run, and status.
-    """
-
-    response_class: int
-    period: int
-    multiplier: float
-    error: float
-    cycles: int
-    status: int
-
-
-class Largest(NamedTuple):
-    """Largest |u| and largest impact speed of a response."""
-
-    peak: float
-    speed: float
 
 
 class MeanPeaks(NamedTuple):
@@ -125,8 +95,8 @@ class MeanPeaks(NamedTuple):
 
 
 @kernel
-def failed(status: int, cycles: int) -> Response:
-    """Response of a point whose run ended early."""
+def unmeasured(status: int, cycles: int) -> Response:
+    """Response without measures, for example of a point whose run ended early."""
     return Response(*_UNMEASURED, cycles, status)  # type: ignore[call-arg]
 
 
@@ -171,16 +141,7 @@ def mean_of_run(
 ) -> MeanPeaks:
     """Mean peaks over the metered cycles first … last − 1 of a run that does not repeat, and standard errors.
 
-    Parameters
-    ----------
-    trace : array
-        Trace of the run.
-    peaks : array, shape (2, ≥ last)
-        Peaks of |u| and of |v| in each cycle.
-    series : array, shape (≥ last,)
-        Work array, which is overwritten.
-    first, last : int
-        First cycle, and the cycle after the last.
+    `peaks` are the peaks of |u| and of |v| in each cycle; `series` is a work array for one number per cycle.
     """
     amplitude = 0.0
     relative = 0.0
@@ -196,8 +157,8 @@ def mean_of_run(
 
 
 @kernel
-def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks) -> Largest:
-    """Largest values in the last three quarters of the metered cycles of a run that does not repeat.
+def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks) -> tuple[float, float]:
+    """Largest |u| and largest impact speed in the last three quarters of the metered cycles of a run that does not repeat.
 
     A remaining transient may already be negligible in a mean, but not yet in a largest peak. The burn-in follows from
     the decay of the structure alone, but a mass with a particle settles more slowly. If the largest peak of these
@@ -207,7 +168,7 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
     first = stretch.first + (stretch.last - stretch.first) // 8 * 2
     peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)
     speed = largest_in(trace, first, stretch.last, HALF_SPEED)
-    return Largest(peak, speed if speed > 0.0 else stretch.speed)
+    return peak, speed if speed > 0.0 else stretch.speed
 
 
 @kernel
@@ -239,77 +200,44 @@ def measured_response(
     energies: bool | None,
     frequency_ratio: float,
     mean: MeanPeaks,
-    largest: Largest,
     acceleration: tuple[float, float] | None,
-    kind: Kind,
 ) -> Response:
-    """Compute the response from the metered sums.
+    """Compute the response from the totals of the metered half cycles, without class, period, multiplier and status.
 
-    Parameters
-    ----------
-    stretch : Stretch
-        Totals of the metered half cycles.
-    energies : True or None
-        Whether integrals were metered. If None, the measures that need integrals are NaN.
-    frequency_ratio : float
-        r.
-    mean : MeanPeaks
-        Mean peaks, and standard errors.
-    largest : Largest
-        Largest peak and impact speed.
-    acceleration : tuple or None
-        Mean peak of |u''|, and ∫u''² dτ; None if u'' was not metered. The measures of u'' are then NaN.
-    kind : Kind
-        Class, period and status.
+    The measures that need integrals are NaN if `energies` is None. `acceleration` is the mean peak of |u''| and
+    ∫u''² dτ; the measures of u'' are NaN if it is None.
     """
     cycles = 0.5 * (stretch.last - stretch.first)
     time = cycles * 2.0 * pi / frequency_ratio
-    residual = nan
-    rms = nan
-    share = nan
-    shares_error = nan
-    per_cycle = nan
+    response = unmeasured(0, 0)._replace(
+        amplitude_ratio=mean.amplitude,
+        amplitude_ratio_max=stretch.peak,
+        relative_amplitude_ratio=mean.relative,
+        impacts_per_cycle=stretch.impacts / cycles,
+        impacts_error=mean.impacts_error,
+        impact_speed_max=stretch.speed,
+        stick_fraction=min(share_stuck(stretch, frequency_ratio), 1.0),
+    )
     if energies is not None:
         losses = stretch.viscous + stretch.friction + stretch.impact + stretch.rubbing
         # a locked mass dissipates nothing, so the shares would be ratios of rounding errors
         share = 1.0 / losses if losses > 1e-12 * stretch.stored_before else 0.0
-        shares_error = mean.dissipation_error if share > 0.0 else 0.0
-        per_cycle = losses / cycles if share > 0.0 else 0.0
-        residual = unbalanced(
-            stretch.work,
-            losses,
-            stretch.stored_before,
-            stretch.stored_after,
-            max(stretch.peak, stretch.relative_peak),
+        peak = max(stretch.peak, stretch.relative_peak)
+        response = response._replace(
+            amplitude_ratio_rms=sqrt(2.0 * stretch.square / time),
+            energy_residual=unbalanced(
+                stretch.work, losses, stretch.stored_before, stretch.stored_after, peak
+            ),
+            dissipation_per_cycle=losses / cycles if share > 0.0 else 0.0,
+            dissipation_viscous=stretch.viscous * share,
+            dissipation_friction=stretch.friction * share,
+            dissipation_impact=stretch.impact * share,
+            dissipation_particle=stretch.rubbing * share,
+            dissipation_error=mean.dissipation_error if share > 0.0 else 0.0,
         )
-        rms = sqrt(2.0 * stretch.square / time)
-    acceleration_peak = nan
-    acceleration_rms = nan
     if acceleration is not None:
-        acceleration_peak = acceleration[0]
-        acceleration_rms = sqrt(2.0 * acceleration[1] / time)
-    return Response(
-        amplitude_ratio=mean.amplitude,
-        amplitude_ratio_max=largest.peak,
-        amplitude_ratio_rms=rms,
-        relative_amplitude_ratio=mean.relative,
-        acceleration_ratio=acceleration_peak,
-        acceleration_ratio_rms=acceleration_rms,
-        amplitude_error=kind.error,
-        energy_residual=residual,
-        response_class=kind.response_class,
-        period=kind.period,
-        floquet_multiplier=kind.multiplier,
-        impacts_per_cycle=stretch.impacts / cycles,
-        impacts_error=mean.impacts_error,
-        impact_speed_max=largest.speed,
-        stick_fraction=min(share_stuck(stretch, frequency_ratio), 1.0),
-        dissipation_per_cycle=per_cycle,
-        dissipation_viscous=stretch.viscous * share,
-        dissipation_friction=stretch.friction * share,
-        dissipation_impact=stretch.impact * share,
-        dissipation_particle=stretch.rubbing * share,
-        dissipation_error=shares_error,
-        cycles=kind.cycles,
-        status=kind.status,
-    )
+        response = response._replace(
+            acceleration_ratio=acceleration[0],
+            acceleration_ratio_rms=sqrt(2.0 * acceleration[1] / time),
+        )
+    return response

@@ -59,22 +59,12 @@ class Estimate(NamedTuple):
 
 @kernel
 def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple[float, float]:
-    """Mean of samples[first:last] and its standard error.
+    """Mean of samples[first:last], a stationary series of correlated samples, and its standard error.
 
-    Parameters
-    ----------
-    samples : array
-        Correlated samples of a stationary series.
-    first, last : int
-        Range of the samples that are used.
-
-    Returns
-    -------
-    mean, error : float
-        Mean and standard error. The error comes from batches of 1/61 of the range. Batches of 1/19 are used if they
-        give a significantly larger error. Batches shorter than the correlation time understate the error, but an error
-        from few batches is less certain. 1.96 times the error is the half width of a 95 % interval. For fewer than 80
-        samples, the correlation cannot be estimated, and the error is the largest sample minus the smallest.
+    The error comes from batches of 1/61 of the range. Batches of 1/19 are used if they give a significantly larger error.
+    Batches shorter than the correlation time understate the error, but an error from few batches is less certain. 1.96
+    times the error is the half width of a 95 % interval. For fewer than 80 samples, the correlation cannot be estimated,
+    and the error is the largest sample minus the smallest.
 
     Notes
     -----
@@ -111,18 +101,7 @@ def _error_by_batches(samples: NDArray[np.float64], first: int, last: int, mean:
 
 @kernel
 def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
-    """Estimate the mean of samples[first:last], without a transient at the beginning.
-
-    Parameters
-    ----------
-    samples : array
-        Correlated samples.
-    first, last : int
-        Range of the samples.
-
-    Returns
-    -------
-    Estimate
+    """Estimate the mean of samples[first:last], correlated samples, without a transient at the beginning.
 
     Notes
     -----

@@ -27,19 +27,27 @@ from damperlab.worker.solver.observe.meter import (
 HALF_PEAK = 0
 HALF_RELATIVE_PEAK = 1
 HALF_SPEED = 2
+HALF_ACCELERATION = 3
 # The next columns are totals since the start of metering, and the energy stored at the end of the half cycle.
-IMPACTS_SO_FAR = 3
-STORED = 4
-_TOTALS = 5  # first column of the totals from the meter, in the order of `_METERED`
-COLUMNS = _TOTALS + 8
+IMPACTS_SO_FAR = 4
+STORED = 5
+_TOTALS = 6  # first column of the totals from the meter, in the order of `_METERED`
+_ACCELERATION_SQUARE = _TOTALS + 8
+COLUMNS = _TOTALS + 9
 """Number of columns of a trace."""
-HALF_ACCELERATION = COLUMNS
-_ACCELERATION_SQUARE = COLUMNS + 1
-ACCELERATION_COLUMNS = COLUMNS + 2
-"""Number of columns of a trace with acceleration; the last two are the largest |u''| and the total ∫u''² dτ."""
 LOSSES = (_TOTALS + 1, _TOTALS + 2, _TOTALS + 3, _TOTALS + 6)
 """Columns of the losses: viscous, friction, impact, friction of the particle."""
-_METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK, PARTICLE_LOSS, SLIDING)
+_METERED = (
+    WORK_IN,
+    VISCOUS_LOSS,
+    FRICTION_LOSS,
+    IMPACT_LOSS,
+    SQUARE,
+    STUCK,
+    PARTICLE_LOSS,
+    SLIDING,
+    ACCELERATION_SQUARE,
+)
 
 
 class Stretch(NamedTuple):
@@ -80,23 +88,11 @@ class Stretch(NamedTuple):
     relative_peak: float
 
 
-@kernel
-def make_trace(rows: int, acceleration: bool | None) -> NDArray[np.float64]:
-    """Empty array for a trace."""
-    if acceleration is not None:
-        return np.empty((rows, ACCELERATION_COLUMNS))
-    return np.empty((rows, COLUMNS))
-
-
 @inlined
 def clear_peaks(meter: Meter) -> None:
     """Reset peaks and speeds before a half cycle."""
-    sums = meter.sums
-    sums[PEAK] = 0.0
-    sums[RELATIVE_PEAK] = 0.0
-    sums[SPEED] = 0.0
-    if meter.acceleration is not None:
-        sums[ACCELERATION_PEAK] = 0.0
+    for peak in (PEAK, RELATIVE_PEAK, SPEED, ACCELERATION_PEAK):
+        meter.sums[peak] = 0.0
 
 
 @inlined
@@ -106,13 +102,11 @@ def note_half(line: NDArray[np.float64], meter: Meter, impacts: float, stored: f
     line[HALF_PEAK] = sums[PEAK]
     line[HALF_RELATIVE_PEAK] = sums[RELATIVE_PEAK]
     line[HALF_SPEED] = sums[SPEED]
+    line[HALF_ACCELERATION] = sums[ACCELERATION_PEAK]
     line[IMPACTS_SO_FAR] = impacts
     line[STORED] = stored
-    for i in range(8):
+    for i in range(len(_METERED)):
         line[_TOTALS + i] = sums[_METERED[i]]
-    if meter.acceleration is not None:
-        line[HALF_ACCELERATION] = sums[ACCELERATION_PEAK]
-        line[_ACCELERATION_SQUARE] = sums[ACCELERATION_SQUARE]
 
 
 @kernel
@@ -151,17 +145,11 @@ def largest_in(trace: NDArray[np.float64], first: int, last: int, column: int) -
 
 @kernel
 def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64]) -> None:
-    """Compute the peaks of each cycle, such that a motion and its mirror image have equal peaks.
+    """Compute the peaks of each cycle from the metered half cycles, the rows 1 … `rows` of a trace.
 
-    Parameters
-    ----------
-    trace : array
-        Trace whose metered half cycles begin at row 1.
-    rows : int
-        Number of metered half cycles.
-    peaks : array, shape (2, ≥ rows // 2)
-        Filled, for each cycle, with the mean of the peaks of the two one-cycle intervals that begin in this cycle. The
-        last cycle has only one such interval, if no half cycle follows.
+    `peaks`, shape (2, ≥ rows // 2), receives for each cycle the mean of the peaks of the two one-cycle intervals that begin
+    in this cycle, so that a motion and its mirror image have equal peaks. The last cycle has only one such interval if no
+    half cycle follows.
     """
     for column in range(2):
         for i in range(rows // 2):

@@ -1,7 +1,6 @@
 """Section coordinates, which are the part of a state that repeats in a periodic response."""
 
 from math import ceil, inf
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +20,15 @@ SECTION_SIZE = 4
 @inlined
 def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> bool:
     """Whether the contact has its own coordinates: True in compliant contact and in a dwell on a rigid wall."""
-    if wall is not None:
-        return riding > 0.0
-    return riding > 0.0 and speed > 0.0
+    return riding > 0.0 and (wall is not None or speed > 0.0)
+
+
+@inlined
+def has_contact(state: State, particle: Particle) -> bool:
+    """Whether the last two coordinates of a state describe a contact."""
+    if state.dwell is None:
+        return False
+    return has_contact_coordinates(state.riding, state.dwell.speed, particle.wall)
 
 
 @kernel
@@ -46,23 +51,11 @@ def coordinates(state: State, particle: Particle | None, out: Array) -> None:
             return
         out[2] = position
         out[3] = state.p_rate
-        _contact_coordinates(state, state.dwell, particle.wall, out)
-
-
-@inlined
-def _contact_coordinates(state: State, dwell: Dwell | None, wall: Wall | None, out: Array) -> None:
-    if dwell is not None:
-        if has_contact_coordinates(state.riding, dwell.speed, wall):
-            out[2] = -state.wall * state.gap if wall is not None else state.wall * dwell.left
-            out[3] = state.wall * dwell.speed
-
-
-@inlined
-def has_contact(state: State, dwell: Dwell | None, wall: Wall | None) -> bool:
-    """Whether the last two coordinates describe a contact."""
-    if dwell is not None:
-        return has_contact_coordinates(state.riding, dwell.speed, wall)
-    return False
+        if state.dwell is not None:
+            if has_contact(state, particle):
+                of_wall = -state.gap if particle.wall is not None else state.dwell.left
+                out[2] = state.wall * of_wall
+                out[3] = state.wall * state.dwell.speed
 
 
 @kernel
@@ -76,78 +69,55 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
         False if the particle would lie beyond a wall, or if the mass would move against the direction of slip.
     """
     v, w = point[0], point[1]
-    gap = 0.0
-    p_rate = 0.0
-    dwell = like.dwell
+    gap, p_rate, dwell = 0.0, 0.0, like.dwell
     possible = w * like.slip >= 0.0
     if particle is not None:
+        widest = 2.0 * particle.clearance_ratio
         if particle.friction is not None:
-            return _rubbing_at(point, like, particle, possible)
-        if like.riding > 0.0:
+            p_rate = like.p_rate + (w - like.w) if like.riding > 0.0 else point[2]
+            if like.riding == 0.0 or like.gap > 0.0:
+                gap = particle.clearance_ratio - like.wall * (v - point[3])
+            possible = possible and 0.0 <= gap <= widest
+        elif like.riding > 0.0:
             p_rate = like.p_rate + (w - like.w)
-            gap, p_rate, dwell, allowed = _contact_at(
-                point,
-                like,
-                p_rate,
-                like.dwell,
-                particle.wall,
-                particle.contact_time,
-                particle.restitution,
-            )
-            possible = possible and allowed
+            if like.dwell is not None:
+                gap, p_rate, dwell, allowed = _contact_at(point, like, p_rate, like.dwell, particle)
+                possible = possible and allowed
         else:
             gap = particle.clearance_ratio - like.wall * (v - point[2])
             p_rate = point[3]
-            least_gap = 0.0
-            if like.gap < 0.0:  # the particle has detached but still penetrates a compliant wall
-                least_gap = -inf
-            possible = possible and least_gap <= gap <= 2.0 * particle.clearance_ratio
-    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell, like.slide), possible
-
-
-@inlined
-def _rubbing_at(point: Array, like: State, particle: Particle, possible: bool) -> tuple[State, bool]:
-    """`state_at` for a particle with friction."""
-    v, w = point[0], point[1]
-    p_rate = like.p_rate + (w - like.w) if like.riding > 0.0 else point[2]
-    gap = 0.0
-    if like.riding == 0.0 or like.gap > 0.0:
-        gap = particle.clearance_ratio - like.wall * (v - point[3])
-    possible = possible and 0.0 <= gap <= 2.0 * particle.clearance_ratio
-    return State(
-        v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, like.dwell, slide_on(like.slide)
-    ), possible
+            # a particle that has detached may still penetrate a compliant wall
+            least_gap = -inf if like.gap < 0.0 else 0.0
+            possible = possible and least_gap <= gap <= widest
+    slide = slide_on(like.slide)
+    moved = like._replace(
+        v=v, w=w, gap=gap, p_rate=p_rate, slip_order=0, gap_order=0, dwell=dwell, slide=slide
+    )
+    return moved, possible
 
 
 @inlined
 def _contact_at(
-    point: Array,
-    like: State,
-    p_rate: float,
-    dwell: Any,
-    wall: Wall | None,
-    contact_time: float | None,
-    restitution: float,
-) -> tuple[float, float, Any, bool]:
+    point: Array, like: State, p_rate: float, dwell: Dwell, particle: Particle
+) -> tuple[float, float, Dwell, bool]:
     """Gap, particle velocity and dwell of a contact at section coordinates, and whether such a contact is possible."""
     gap = 0.0
     allowed = True
-    if dwell is not None:
-        speed = like.wall * point[3]
-        if wall is not None:
-            gap = -like.wall * point[2]
-            p_rate -= like.wall * (speed - dwell.speed)
-            allowed = gap <= 0.0 and wall.damping * speed - wall.stiffness * gap >= 0.0
-            dwell = Dwell(0.0, speed)
-        if contact_time is not None:
-            if dwell.speed > 0.0:
-                # a time outside this contact belongs to the previous or the next contact, approximately as in a chatter
-                left = like.wall * point[2]
-                later = 1.0 - ceil(left / contact_time)
-                left += later * contact_time
-                speed *= restitution**later
-                allowed = 0.0 < left <= contact_time and 0.0 < speed < inf
-                dwell = Dwell(left, speed)
+    speed = like.wall * point[3]
+    if particle.wall is not None:
+        gap = -like.wall * point[2]
+        p_rate -= like.wall * (speed - dwell.speed)
+        allowed = gap <= 0.0 and particle.wall.damping * speed - particle.wall.stiffness * gap >= 0.0
+        dwell = Dwell(0.0, speed)
+    if particle.contact_time is not None:
+        if dwell.speed > 0.0:
+            # a time outside this contact belongs to the previous or the next contact, approximately as in a chatter
+            left = like.wall * point[2]
+            later = 1.0 - ceil(left / particle.contact_time)
+            left += later * particle.contact_time
+            speed *= particle.restitution**later
+            allowed = 0.0 < left <= particle.contact_time and 0.0 < speed < inf
+            dwell = Dwell(left, speed)
     return gap, p_rate, dwell, allowed
 
 
@@ -169,7 +139,5 @@ def are_comparable(one: State, other: State, particle: Particle | None) -> bool:
     same = same and direction_of(one.slide) == direction_of(other.slide)
     same = same and down_of(one.slide) == down_of(other.slide)
     if particle is not None:
-        same = same and has_contact(one, one.dwell, particle.wall) == has_contact(
-            other, other.dwell, particle.wall
-        )
+        same = same and has_contact(one, particle) == has_contact(other, particle)
     return same

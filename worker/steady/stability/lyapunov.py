@@ -35,13 +35,8 @@ def is_chaotic(
 ) -> bool:
     """Whether a tangent vector grows: its mean growth per cycle exceeds a limit and three standard errors.
 
-    Parameters
-    ----------
-    state : State
-        State on the attractor.
-    longest : int
-        Largest number of excitation cycles over which the growth is averaged; at least 16 cycles are used. Before the
-        average begins, the vector aligns with the direction of growth for a sixteenth of this number of cycles.
+    The growth is averaged over at most `longest` excitation cycles; at least 16 cycles are used. Before the average begins,
+    the vector aligns with the direction of growth for a sixteenth of this number of cycles.
 
     Notes
     -----

@@ -23,26 +23,7 @@ from damperlab.worker.solver.events import NEAR_WALL
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.regime import motion_of, slip_regime
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.transition_log import (
-    AFTER,
-    BASE_RATE,
-    BEFORE,
-    DOWN,
-    EVENT,
-    FORCE,
-    GAP,
-    INERTIA_FORCE,
-    P_RATE,
-    RIDING,
-    SLIDE,
-    SLIP,
-    SPAN,
-    SPEED,
-    WALL,
-    WIDTH,
-    V,
-    W,
-)
+from damperlab.worker.solver.transition_log import Side, Transition, transition_at
 
 Array = NDArray[np.float64]
 
@@ -61,49 +42,50 @@ class Field(NamedTuple):
 
 
 @inlined
-def field(rows: Array, at: int, side: int, scene: Scene) -> Field:
-    """Compute the vector field just before or just after an event."""
+def field(side: Side, event: Transition, scene: Scene) -> Field:
+    """Compute the vector field on one side of an event."""
     base, particle = scene.base, scene.particle
-    w = rows[at + side + W]
-    inertia_force = rows[at + INERTIA_FORCE]
-    riding = rows[at + side + RIDING] > 0.0
-    held, offset = slip_regime(rows[at + side + SLIP], scene.friction)
+    w = side.w
+    inertia_force = event.inertia_force
+    riding = side.riding > 0.0
+    held, offset = slip_regime(side.slip, scene.friction)
     wall_force = 0.0  # force of a compliant wall on the particle
     p_acceleration = 0.0
     if particle is not None:
         if particle.wall is not None:
             if riding:
-                wall_force = rows[at + side + WALL] * (
-                    particle.wall.damping * rows[at + side + SPEED]
-                    - particle.wall.stiffness * rows[at + side + GAP]
+                wall_force = side.wall * (
+                    particle.wall.damping * side.speed - particle.wall.stiffness * side.gap
                 )
         if particle.friction is not None:
-            p_acceleration = particle.friction * rows[at + side + SLIDE]
+            p_acceleration = particle.friction * side.slide
             if particle.gravity is not None:
-                p_acceleration += particle.gravity * rows[at + side + DOWN]
+                p_acceleration += particle.gravity * side.down
             if not riding:
                 offset += particle.mass_ratio * p_acceleration
     a = 0.0
     if not held:
-        taken = base.two_zeta * w + rows[at + V] + offset - rows[at + FORCE]
-        a = inertia_force - motion_of(rows[at + side + RIDING], scene).compliance * taken - wall_force
+        taken = base.two_zeta * w + event.v + offset - event.force
+        a = inertia_force - motion_of(side.riding, scene).compliance * taken - wall_force
     if particle is not None:
         if not riding:
-            u_rate = w + rows[at + BASE_RATE]
+            u_rate = w + event.base_rate
             bent = a - inertia_force
             if particle.friction is not None:
                 bent -= p_acceleration
-            return Field(w, a, u_rate - rows[at + side + P_RATE], bent)
+            return Field(w, a, u_rate - side.p_rate, bent)
         if particle.wall is not None:
-            rate = rows[at + side + WALL] * rows[at + side + SPEED]
+            rate = side.wall * side.speed
             return Field(w, a, rate, a - inertia_force - wall_force / particle.mass_ratio)
-        if rows[at + side + SPEED] > 0.0:  # the remaining time of a dwell decreases
-            return Field(w, a, -rows[at + side + WALL], 0.0)
+        if side.speed > 0.0:  # the remaining time of a dwell decreases
+            return Field(w, a, -side.wall, 0.0)
     return Field(w, a, 0.0, 0.0)
 
 
 @inlined
-def leaving_speed(rows: Array, at: int, to: int, count: int, scene: Scene, particle: Particle) -> float:
+def leaving_speed(
+    rows: Array, event: Transition, to: int, count: int, scene: Scene, particle: Particle
+) -> float:
     """Speed at which a particle leaves the wall at the end of its dwell.
 
     The speed is e times the approach speed. In a chatter, this speed becomes smaller than the rounding error of the
@@ -111,21 +93,20 @@ def leaving_speed(rows: Array, at: int, to: int, count: int, scene: Scene, parti
     both would make the propagation through the next impact inaccurate. For a short flight that ends on the same wall,
     the speed is therefore computed from the duration and the final impact of the flight.
     """
-    known: float = particle.restitution * rows[at + BEFORE + SPEED]
+    known: float = particle.restitution * event.before.speed
     gained = 0.0
     length = 0.0
-    here = to
-    for i in range(to // WIDTH + 1, count):
-        following = i * WIDTH
-        start = field(rows, here, AFTER, scene)
-        end = field(rows, following, BEFORE, scene)
-        span = rows[following + SPAN]
-        length += span
-        gained += 0.5 * span * (start.y_rate + end.y_rate)
-        if length > _SHORT_FLIGHT or rows[following + BEFORE + RIDING] > 0.0:
+    here = transition_at(rows, to)
+    for i in range(to + 1, count):
+        following = transition_at(rows, i)
+        start = field(here.after, here, scene)
+        end = field(following.before, following, scene)
+        length += following.span
+        gained += 0.5 * following.span * (start.y_rate + end.y_rate)
+        if length > _SHORT_FLIGHT or following.before.riding > 0.0:
             return known
-        if rows[following + EVENT] == NEAR_WALL and rows[following + AFTER + SPEED] > 0.0:
-            speed: float = rows[at + BEFORE + WALL] * gained - rows[following + AFTER + SPEED]
+        if following.event == NEAR_WALL and following.after.speed > 0.0:
+            speed: float = event.before.wall * gained - following.after.speed
             return speed
         here = following
     return known
@@ -133,8 +114,7 @@ def leaving_speed(rows: Array, at: int, to: int, count: int, scene: Scene, parti
 
 @inlined
 def pass_contact(
-    rows: Array,
-    to: int,
+    ends: Side,
     let_go: bool,
     before: Field,
     after: Field,
@@ -142,23 +122,26 @@ def pass_contact(
     z: Array,
     n: int,
 ) -> None:
-    """Propagate tangent vectors through an event at which the particle meets a wall or detaches from a wall."""
+    """Propagate tangent vectors through an event at which the particle meets a wall or detaches from a wall.
+
+    `ends` is the state just after the event.
+    """
     if particle.wall is not None:  # on a compliant wall only the field jumps
         pass_event(2, before.y, 0.0, 1.0, before, after, z, n)
         return
     share = particle.mass_ratio / (1.0 + particle.mass_ratio)
-    flies = rows[to + AFTER + RIDING] == 0.0
+    flies = ends.riding == 0.0
     if let_go:
         kept = -particle.restitution if flies else 0.0
         if not flies:
-            after = Field(after.v, after.w, 0.0, 0.0)
+            after = after._replace(y=0.0, y_rate=0.0)
         pass_event(2, before.y, -share * kept, kept, before, after, z, n)
     elif flies:
         kept = -particle.restitution
-        after = Field(after.v, after.w, kept * before.y, after.y_rate)
+        after = after._replace(y=kept * before.y)
         pass_event(2, before.y, share * (1.0 - kept), kept, before, after, z, n)
     else:  # a dwell, or the completion of a chatter
-        pass_event(2, before.y, share, 1.0 if rows[to + AFTER + SPEED] > 0.0 else 0.0, before, after, z, n)
+        pass_event(2, before.y, share, 1.0 if ends.speed > 0.0 else 0.0, before, after, z, n)
 
 
 @inlined

@@ -11,143 +11,116 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.addresses import address, on_addresses
+from damperlab.worker.solver.addresses import address
 from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, PUSHED_AGAIN, RELEASE, REST, TURN
 from damperlab.worker.solver.linear_motion import LinearMotion
+from damperlab.worker.solver.motion.compliant_motion import Contact, write_coordinates
 from damperlab.worker.solver.motion.taylor import TERMS, beyond_tangent, change, slope
+from damperlab.worker.solver.motion.vibration import contact_at, expand_over
 from damperlab.worker.solver.particle import Wall
 from damperlab.worker.solver.regime import motion_of, slip_regime
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.transition_log import (
-    AFTER,
-    BEFORE,
-    EVENT,
-    GAP,
-    RIDING,
-    SLIP,
-    SPAN,
-    SPEED,
-    WALL,
-    WIDTH,
-    Transitions,
-    log_on_addresses,
-)
+from damperlab.worker.solver.transition_log import Side, Transition, Transitions, transition_at
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, has_contact_coordinates
-from damperlab.worker.steady.stability.saltation import Field, field, leaving_speed, pass_contact, pass_event
-from damperlab.worker.steady.stability.variational_compliant import flow_in_contact
+from damperlab.worker.steady.stability.saltation import field, leaving_speed, pass_contact, pass_event
 
 Array = NDArray[np.float64]
 
 
 @inlined
 def propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
-    """Propagate tangent vectors through the transitions of one half cycle, in place, and mirror them.
+    """Propagate tangent vectors through the transitions of exactly one half cycle, in place, and mirror them.
 
-    Parameters
-    ----------
-    log : Transitions
-        Transitions of exactly one half cycle.
-    scene : Scene
-        The scene of the integration.
-    tangents : array, shape (SECTION_SIZE, n)
-        n tangent vectors, in columns, in the coordinates of `section.coordinates.coordinates`.
-
-    Notes
-    -----
-    While friction holds the mass, δw is 0. In sustained contact on a rigid wall, δy and δy' are 0. Such directions have
-    multiplier 0. The matrix of a chatter is the product of the matrices of its impacts.
+    `tangents`, shape (SECTION_SIZE, n), contains n tangent vectors, in columns, in the coordinates of
+    `section.coordinates.coordinates`. While friction holds the mass, δw is 0. In sustained contact on a rigid wall, δy and
+    δy' are 0. Such directions have multiplier 0. The matrix of a chatter is the product of the matrices of its impacts.
     """
-    _propagate(log_on_addresses(log), on_addresses(scene), tangents)
-
-
-@inlined
-def _propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
-    """`propagate` with addresses in place of the arrays of log and scene."""
     rows, particle = log.rows, scene.particle
     z = address(tangents, 0)
     n = tangents.shape[1]
     count = min(log.cursor[0], log.capacity)
     if particle is not None and count > 0:
         if particle.friction is not None:
-            _enter_rubbing(rows, scene.friction, z, n)
+            _enter_rubbing(transition_at(rows, 0).before, scene.friction, z, n)
         else:
-            _enter(rows, scene.friction, particle.wall, z, n)
+            _enter(transition_at(rows, 0).before, scene.friction, particle.wall, z, n)
     resume = 0
     for i in range(count):
         if i < resume:
             continue
-        at = i * WIDTH
-        _pass_span(rows, at, scene, z, n)
-        kind = int(rows[at + EVENT])
-        to = at
+        event = transition_at(rows, i)
+        _pass_span(event, scene, z, n)
+        kind = int(event.event)
+        to = i
         if particle is not None:
             if kind == LET_GO:
-                if rows[at + AFTER + RIDING] > 0.0 and i + 1 < count:
-                    if rows[at + WIDTH + SPAN] == 0.0 and rows[at + WIDTH + EVENT] == RELEASE:
+                if event.after.riding > 0.0 and i + 1 < count:
+                    following = transition_at(rows, i + 1)
+                    if following.span == 0.0 and following.event == RELEASE:
                         resume = i + 2  # the particle would stay in contact if the wall did not move away
-                        to = at + WIDTH
+                        to = i + 1
         if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSHED_AGAIN, REST):
-            before = field(rows, at, BEFORE, scene)
-            after = field(rows, to, AFTER, scene)
+            ends = transition_at(rows, to)
+            before = field(event.before, event, scene)
+            after = field(ends.after, ends, scene)
             if kind == TURN:
                 pass_event(1, before.w, 0.0, 1.0, before, after, z, n)
             elif kind == REST:
                 pass_event(3, before.y_rate, 0.0, 1.0, before, after, z, n)
             elif particle is not None:
                 if kind == LET_GO:
-                    speed = leaving_speed(rows, at, to, count, scene, particle)
-                    after = Field(after.v, after.w, -rows[at + BEFORE + WALL] * speed, after.y_rate)
-                pass_contact(rows, to, kind == LET_GO, before, after, particle, z, n)
+                    speed = leaving_speed(rows, event, to, count, scene, particle)
+                    after = after._replace(y=-event.before.wall * speed)
+                pass_contact(ends.after, kind == LET_GO, before, after, particle, z, n)
     if particle is not None and count > 0:
         if particle.friction is not None:
             _leave_rubbing(z, n)
         else:
-            _leave(rows, (count - 1) * WIDTH, particle.wall, z, n)
+            _leave(transition_at(rows, count - 1).after, particle.wall, z, n)
     for i in range(SECTION_SIZE * n):
         z[i] = -z[i]
 
 
 @inlined
-def _pass_span(rows: Array, at: int, scene: Scene, z: Array, n: int) -> None:
+def _pass_span(event: Transition, scene: Scene, z: Array, n: int) -> None:
     """Propagate through the span before an event."""
-    span, riding = rows[at + SPAN], rows[at + BEFORE + RIDING]
-    held, _ = slip_regime(rows[at + BEFORE + SLIP], scene.friction)
+    span, riding = event.span, event.before.riding
+    held, _ = slip_regime(event.before.slip, scene.friction)
     if scene.particle is not None and scene.particle.wall is not None:
         if riding > 0.0:
-            flow_in_contact(span, held, scene.loaded, z, n)
+            _flow_in_contact(span, held, scene.loaded, z, n)
             return
     _flow(span, held, riding == 0.0, motion_of(riding, scene), scene, z, n)
 
 
 @inlined
-def _enter(rows: Array, friction: float | None, wall: Wall | None, z: Array, n: int) -> None:
+def _enter(start: Side, friction: float | None, wall: Wall | None, z: Array, n: int) -> None:
     """Convert tangent vectors from section coordinates."""
-    riding = rows[BEFORE + RIDING]
-    contact = has_contact_coordinates(riding, rows[BEFORE + SPEED], wall)
-    held, _ = slip_regime(rows[BEFORE + SLIP], friction)
+    contact = has_contact_coordinates(start.riding, start.speed, wall)
+    held, _ = slip_regime(start.slip, friction)
     for j in range(n):
         if held:
             z[n + j] = 0.0
         if not contact:
-            z[2 * n + j] = z[j] - z[2 * n + j] if riding == 0.0 else 0.0
-            z[3 * n + j] = z[n + j] - z[3 * n + j] if riding == 0.0 else 0.0
+            z[2 * n + j] = z[j] - z[2 * n + j] if start.riding == 0.0 else 0.0
+            z[3 * n + j] = z[n + j] - z[3 * n + j] if start.riding == 0.0 else 0.0
 
 
 @inlined
-def _leave(rows: Array, last: int, wall: Wall | None, z: Array, n: int) -> None:
+def _leave(end: Side, wall: Wall | None, z: Array, n: int) -> None:
     """Convert tangent vectors to section coordinates."""
-    if not has_contact_coordinates(rows[last + AFTER + RIDING], rows[last + AFTER + SPEED], wall):
+    if not has_contact_coordinates(end.riding, end.speed, wall):
         for j in range(n):
             z[2 * n + j] = z[j] - z[2 * n + j]
             z[3 * n + j] = z[n + j] - z[3 * n + j]
 
 
 @inlined
-def _enter_rubbing(rows: Array, friction: float | None, z: Array, n: int) -> None:
+def _enter_rubbing(start: Side, friction: float | None, z: Array, n: int) -> None:
     """Convert tangent vectors from the section coordinates of a particle with friction, in which p' comes before p."""
-    carried = rows[BEFORE + RIDING] > 0.0
-    on_wall = carried and rows[BEFORE + GAP] == 0.0
-    held, _ = slip_regime(rows[BEFORE + SLIP], friction)
+    carried = start.riding > 0.0
+    on_wall = carried and start.gap == 0.0
+    held, _ = slip_regime(start.slip, friction)
     for j in range(n):
         if held:
             z[n + j] = 0.0
@@ -203,3 +176,27 @@ def _flow(span: float, held: bool, flies: bool, motion: LinearMotion, scene: Sce
                 z[3 * n + j] += later - dw
         z[j] = dv + (span * dw + bent)
         z[n + j] = later
+
+
+@inlined
+def _flow_in_contact(span: float, held: bool, contact: Contact, tangents: Array, n: int) -> None:
+    """Propagate through a span in contact, which is at most as long as a contact segment.
+
+    A span longer than `motion.step` uses polynomials for the slow motion and an exponential for the vibration.
+    """
+    motion = contact.held if held else contact.slipping
+    buffers = contact.buffers
+    start, relative, depth = buffers.start, buffers.relative, buffers.y
+    for j in range(n):
+        dx, dw = tangents[j], 0.0 if held else tangents[n + j]
+        dy, dy_rate = tangents[2 * n + j], tangents[3 * n + j]
+        write_coordinates(dx, dw, 0.0, 0.0, dy, dy_rate, motion.share, start)
+        vibration = expand_over(span, start, motion, relative, depth)
+        x, w, y, y_rate = contact_at(span, vibration, motion, relative, depth)
+        if held:
+            tangents[n + j] = 0.0
+        else:
+            tangents[j] = x
+            tangents[n + j] = w
+        tangents[2 * n + j] = y
+        tangents[3 * n + j] = y_rate

@@ -9,12 +9,13 @@ from scipy.linalg import expm
 from tests.worker.forms import EPS, FIXED, both, in_form
 
 from damperlab.worker.solver.motion.compliant_equations import compliant_equations, make_contact
-from damperlab.worker.solver.motion.compliant_motion import CompliantForcing, CompliantMotion
-from damperlab.worker.solver.motion.compliant_rows import (
+from damperlab.worker.solver.motion.compliant_motion import (
     OF_ABSOLUTE,
     OF_RELATIVE,
     OF_WALL_FORCE,
     OF_Y,
+    CompliantForcing,
+    CompliantMotion,
     combine_rows,
 )
 from damperlab.worker.solver.motion.slow_subspace import (

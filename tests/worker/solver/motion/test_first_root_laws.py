@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import TERMS, curvature_bound, rate_into, value
+from damperlab.worker.solver.observe.peaks import raised
 
 gaps = st.lists(st.floats(0.1, 0.4), min_size=1, max_size=3)
 

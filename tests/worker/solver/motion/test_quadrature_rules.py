@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from damperlab.worker.solver.motion.quadratic_forms import NODES, WEIGHTS
-from damperlab.worker.solver.observe.quadrature import GAUSS_NODES, GAUSS_WEIGHTS
+from damperlab.worker.solver.observe.energies import GAUSS_NODES, GAUSS_WEIGHTS
 
 
 @pytest.mark.parametrize(("nodes", "weights"), [(GAUSS_NODES, GAUSS_WEIGHTS), (NODES, WEIGHTS)])

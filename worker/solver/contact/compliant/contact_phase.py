@@ -20,13 +20,15 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.solver.compliant_regime import buffers_of, compliant_regime_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import expand, to_event
-from damperlab.worker.solver.contact.compliant.long_step import after_long_step, coordinates_into
-from damperlab.worker.solver.contact.compliant.long_step_bounds import FEWEST_STEPS, longest_step
+from damperlab.worker.solver.contact.compliant.long_step import (
+    FEWEST_STEPS,
+    after_long_step,
+    coordinates_into,
+    longest_step,
+)
 from damperlab.worker.solver.contact.compliant.separation import separate
-from damperlab.worker.solver.contact.detachment import detach
-from damperlab.worker.solver.contact.rest import slip_from_rest
+from damperlab.worker.solver.contact.rest import detach, slip_from_rest
 from damperlab.worker.solver.dwell import approach_speed
-from damperlab.worker.solver.event_budget import spend
 from damperlab.worker.solver.events import (
     ARRIVED,
     CLEARANCE,
@@ -38,6 +40,7 @@ from damperlab.worker.solver.events import (
     SLIP_ONSET,
     TURN,
     TURNS,
+    spend,
 )
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
@@ -51,7 +54,7 @@ from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
 from damperlab.worker.solver.regime import Span
 from damperlab.worker.solver.scene import Scene, curves_of
 from damperlab.worker.solver.segment_log import Log
-from damperlab.worker.solver.state import Dwell, State, in_contact
+from damperlab.worker.solver.state import Dwell, State
 from damperlab.worker.solver.transition_log import Transitions, note_segment, note_transition
 
 _SPEED_ROUNDING = 1e-13  # below this fraction of the velocities, a leaving speed is a rounding error
@@ -77,15 +80,14 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
     if scene.friction is not None:
         if slip == 0.0:
             slip = slip_from_rest(state.v, side * wall.damping * approach, 1.0, False, phase, scene)
-            slip_order = 1 if slip != 0.0 else 0
-    p_rate = u_rate - side * approach
-    return in_contact(
-        state,
-        w=state.w,
+            slip_order = int(slip != 0.0)
+    return state._replace(
         slip=slip,
-        slip_order=slip_order,
         wall=side,
-        p_rate=p_rate,
+        gap=0.0,
+        p_rate=u_rate - side * approach,
+        riding=1.0,
+        slip_order=slip_order,
         gap_order=order,
         dwell=Dwell(0.0, approach),
     )
@@ -97,12 +99,7 @@ def while_in_contact(
 ) -> tuple[State, Span, int]:
     """Integrate a contact with a compliant wall until the particle is clear of the wall or the panel ends.
 
-    Parameters
-    ----------
-    state : State
-        State at a time within panel k.
-    span : Span
-        The rest of panel k from that time on.
+    `state` is a state within panel k, and `span` the rest of the panel from that time on.
 
     Returns
     -------
@@ -110,7 +107,7 @@ def while_in_contact(
     span : Span
         The rest of panel k from the returned state on; `remaining` is 0 if the contact reaches the end of the panel.
     outcome : int
-        A value of `events.Outcome`.
+        ARRIVED, or the reason for an early end (`events`).
     """
     base, counts, excitation = scene.base, scene.counts, curves_of(scene).excitation
     opening = phase_at(base, k)
@@ -198,7 +195,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
                 scene.counts[TURNS] += 1
             slip = slip_from_rest(state.v, wall_force, 1.0, kind == SLIP_ONSET, phase, scene)
             w = 0.0
-            slip_order = 1 if slip != 0.0 else 0
+            slip_order = int(slip != 0.0)
     if kind == RELEASE:
         riding = 0.0
         leaving = -pen_rate
@@ -225,16 +222,6 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
             riding = 1.0
             dwell = Dwell(0.0, gap * wall.stiffness / wall.damping)
             order = 1
-    return State(
-        v=state.v,
-        w=w,
-        slip=slip,
-        wall=state.wall,
-        gap=gap,
-        p_rate=state.p_rate,
-        riding=riding,
-        slip_order=slip_order,
-        gap_order=order,
-        dwell=dwell,
-        slide=state.slide,
+    return state._replace(
+        w=w, slip=slip, gap=gap, riding=riding, slip_order=slip_order, gap_order=order, dwell=dwell
     )

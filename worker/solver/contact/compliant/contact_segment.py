@@ -19,7 +19,7 @@ from damperlab.worker.solver.excitation.excitation import (
     largest_forcing,
 )
 from damperlab.worker.solver.expansion import mass_at
-from damperlab.worker.solver.motion.compliant_rows import (
+from damperlab.worker.solver.motion.compliant_motion import (
     OF_ABSOLUTE,
     OF_RELATIVE,
     OF_WALL_FORCE,
