@@ -30,7 +30,6 @@ SCENES = (
     "rk4-linear",
     "rk4-particle-instant",
     "steady-friction",
-    "steady-friction-particle-falling",
     "steady-friction-particle-instant",
     "steady-friction-particle-rubbing",
     "steady-particle-instant",

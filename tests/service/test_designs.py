@@ -66,7 +66,7 @@ def test_a_dry_run_keeps_nothing(client: httpx.Client, helpers: Any) -> None:
     asked = helpers.SPECIFICATION | {"clearance_m": 0.0051}
     before = client.get(DESIGNS).json()
     found = client.post(DESIGNS, json=asked, params={"dry_run": True}).raise_for_status().json()
-    assert (found["budget_points"], found["chosen"]) == (500, ["friction_force_n"])
+    assert (found["budget_points"], found["chosen"]) == (200, ["friction_force_n"])
     assert found["understood"] == []
     millimetres = client.post(DESIGNS, json=asked | {"clearance_m": 500.0}, params={"dry_run": True})
     assert any("`clearance_m`" in each for each in millimetres.json()["understood"])

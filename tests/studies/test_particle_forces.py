@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.studies.documents import fields_of
 from tests.studies.solving import solved
+from tests.worker.forms import night
 
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.resonance_map import resonance_map
@@ -83,10 +84,13 @@ def test_what_does_not_go_together_is_refused_by_its_field(given: dict[str, Any]
     assert field in fields_of(parse_harmonic, document)
 
 
-def test_without_friction_and_gravity_the_values_are_those_of_a_study_that_says_nothing_of_them() -> None:
+@pytest.mark.parametrize("gravity", [0, night([0, 1])])
+def test_without_friction_and_gravity_the_values_are_those_of_a_study_that_says_nothing_of_them(
+    gravity: int | list[int],
+) -> None:
     plain = solved(parse_harmonic({"axes": AXES}))
     both = solved(
-        parse_harmonic({"axes": AXES, "particle_friction_ratio": [0, 0.3], "gravity_ratio": [0, 1]})
+        parse_harmonic({"axes": AXES, "particle_friction_ratio": [0, 0.3], "gravity_ratio": gravity})
     )
     none = both.isel(particle_friction_ratio=0, gravity_ratio=0)
     for name in plain.data_vars:

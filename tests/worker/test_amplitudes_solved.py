@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.worker.forms import night
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, make_plan
@@ -44,7 +45,8 @@ RAY = {
         (None, 0, {}),
         ("velocity", 1, {}),
         ("acceleration", 2, {}),
-        ("acceleration", 2, {"particle_friction_coefficient": 0.02, "tilt_deg": 5}),
+        ("acceleration", 2, {"particle_friction_coefficient": 0.02}),
+        night("acceleration", 2, {"particle_friction_coefficient": 0.02, "tilt_deg": 5}),
     ],
 )
 def test_each_point_has_the_bits_of_the_point_alone(

@@ -64,7 +64,7 @@ def test_a_march_ends_where_another_integrator_does(point: tuple[float, ...]) ->
     assert found.metrics["energy_residual"] < 1e-12
 
 
-@pytest.mark.parametrize(("friction", "gravity"), [(100.0, 0.0), (0.0, 500.0)])
+@pytest.mark.parametrize(("friction", "gravity"), [(100.0, 0.0), night(0.0, 500.0)])
 def test_a_particle_that_rubs_or_weighs_enough_is_dead_mass(friction: float, gravity: float) -> None:
     zeta, r, mass = 0.05, 0.8, 0.2
     design = design_of(zeta, r, NEXT_TO_NOTHING, 2.0, 0.5, mass, friction, gravity)
@@ -114,7 +114,7 @@ def test_every_extreme_scene_has_a_status_and_balances_its_energy(least: float) 
     "point",
     [
         (0.0038, 1.0, 0.4, 5.0, 0.47, 0.1, 3.0),
-        (0.074, 1.018, 0.551, 3.909, 0.458, 0.258, 0.964, 0.278),
+        night((0.074, 1.018, 0.551, 3.909, 0.458, 0.258, 0.964, 0.278)),
     ],
 )
 def test_the_multiplier_of_an_orbit_is_that_of_differences(point: tuple[float, ...]) -> None:

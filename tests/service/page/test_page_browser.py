@@ -494,7 +494,7 @@ EVERY_VIEW = {
 @pytest.mark.parametrize(
     ("width", "schemes", "views"),
     [
-        (390, ("dark",), ("list", "form", "map")),
+        (390, ("dark",), ("form", "map")),
         pytest.param(390, ("dark",), EVERY_VIEW, marks=pytest.mark.night),
         pytest.param(1440, ("light", "dark"), EVERY_VIEW, marks=pytest.mark.night),
     ],
