@@ -17,7 +17,7 @@ RECOMPUTED = ("figures 10 and 9", "table 4", "the paper compared with itself")
 """Sections that take seconds: a test computes them anew and compares every number."""
 INTRODUCTION = (
     "`damperlab check paper -o DIR` writes this report, and draws the figures next to it. The report compares "
-    "every number with the paper's, for every reading of the paper's open choices. The last section "
+    "every number with the paper's, for every interpretation of the paper's open choices. The last section "
     "lists contradictions within the paper."
 )
 

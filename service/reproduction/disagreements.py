@@ -25,9 +25,9 @@ def disagreements(solve: Solve, quick: bool) -> Section:
             for k in (1, 2, 3)
         ),
         *(
-            Row(f"base amplitude Z of d = {value[f'clearance_{k}_mm']:g} mm, mm", None,
+            Row(f"base amplitude Z [mm] for d = {value[f'clearance_{k}_mm']:g} mm", None,
                 value[f"clearance_{k}_mm"] / value[f"clearance_ratio_{k}"],
-                f"from its label d/Z = {value[f'clearance_ratio_{k}']:g}: three clearances, three amplitudes")
+                f"from its label d/Z = {value[f'clearance_ratio_{k}']:g}; the three labels imply different amplitudes")
             for k in (1, 2, 3)
         ),
         Row("third clearance, mm", known["clearance_3_text_mm"], value["clearance_3_mm"],
@@ -35,7 +35,8 @@ def disagreements(solve: Solve, quick: bool) -> Section:
         Row("clearance best for the particle alone, mm", known["clearance_3_mm"],
             value[f"clearance_{1 + particle.index(min(particle))}_mm"],
             "lowest of Table 3; the text of Figure 7 has another value"),
-        Row("contact time of foam over the period", None, value["contact_time_soft_s"] * value["natural_frequency_hz"],
+        Row("contact time of the foam divided by the period", None,
+            value["contact_time_soft_s"] * value["natural_frequency_hz"],
             "from Tables 1 and 2: longer than a whole cycle, and two impacts a cycle are common"),
         Row("the same, if read off slow motion", None,
             value["contact_time_soft_s"] * value["natural_frequency_hz"] / SLOW_MOTION,
@@ -47,10 +48,12 @@ def disagreements(solve: Solve, quick: bool) -> Section:
             1 - value["earthquake_peak_hybrid_m"] / value["earthquake_peak_tmd_m"], "from Table A1: agrees"),
     ]  # fmt: skip
     section.verdict = (
-        "Some numbers of the paper contradict each other, including three clearances and contact times."
+        "Some numbers of the paper contradict each other, among them the clearances and the contact time of "
+        "the foam."
     )
     section.words = [
-        "Here both columns come from the paper: the printed number, and what follows from its other numbers.",
+        "In this section *Paper* is a printed number, and *This run* is what follows from other printed "
+        "numbers.",
         "The text also contradicts itself. The text says that (12) is infinite at resonance \"with any magnitude "
         "of the friction "
         "force\". The text also says that 0.6 is \"quite close to the theoretical limit of π/4\"; beyond that "

@@ -61,16 +61,16 @@ def table_a1(solve: Solve, quick: bool) -> Section:
             less("fd"), "least peak over all forces tried"),
     ]  # fmt: skip
     section.verdict = (
-        "The paper states neither clearance, friction force nor scale of that run, and its record may not "
-        "be redistributed; another record of the same earthquake replaces it."
+        "The paper states neither clearance, friction force nor scale of the record. Its record may not be "
+        "redistributed; another record of the same earthquake replaces it."
     )
     section.words = [
         SOURCE_NOTE,
-        f"Here the record is {motion.name}, multiplied by {factor:.4g}, which gives the structure without a "
-        "damper the paper's peak against its base. Every cavity of the prototype was tried. Several base amplitudes "
-        "agree with the paper's labels; for each, the friction force that gives X/Z = 16.22 was tried. Amplitudes are "
-        "relative to the base. If starts that differ in the seventh digit diverge, the row also gives the range of the "
-        f"peak over {STARTS} such starts.",
+        f"Here the record is {motion.name}, multiplied by {factor:.4g}. With this factor, the peak without a "
+        "damper equals the paper's. All amplitudes are relative to the base. Every cavity of the prototype "
+        "was tried. The paper's labels d/Z imply several base amplitudes Z; for each, the friction force "
+        "that gives X/Z = 16.22 was tried. If a change of the start by at most 0.0001 mm makes the response "
+        f"diverge, the row also gives the range of the peak over {STARTS} such starts.",
     ]
     return section
 
@@ -92,11 +92,15 @@ def figure_a2(solve: Solve, quick: bool) -> Section:
         )  # fmt: skip
     section.figures["figure-a2.png"] = draw_earthquake(asked)
     cavity, force = 1e3 * values["clearance_m"], values["friction_force_n"]
-    section.verdict = "As Table A1: one damper of each kind, under the other record."
+    section.verdict = (
+        "The figure shows one damper of each kind. As in Table A1, another record of the same earthquake "
+        "replaces the paper's."
+    )
     section.words = [
         "The paper draws the displacement over time; our peaks are compared with its Table A1. The figure "
-        f"shows one damper of each kind, d = {cavity:g} mm and F_f = {force:g} N, against the base. Table A1 "
-        "above has every cavity and friction force that the paper may have meant.",
+        "shows the displacement relative to the base for one damper of each kind, with "
+        f"d = {cavity:g} mm and F_f = {force:g} N. Table A1 above has every cavity and friction force that "
+        "the paper may have meant.",
     ]
     return section
 
@@ -109,7 +113,7 @@ def _tried(motion: GroundMotion, factor: float, starts: int) -> Iterator[tuple[s
         z: friction_force_n(z, structure.stiffness_n_per_m, structure.damping_ratio)
         for z in BASE_AMPLITUDES_M
     }
-    none = f"the record times {factor:.4g}, so that this peak is the paper's"
+    none = f"the record multiplied by {factor:.4g}, so that the peak without a damper is the paper's"
     yield "none", none, ground_response(structure, Damper(), motion, factor)
     yield "tmd", "den_hartog, mass ratio 0.1", absorber_response(structure, den_hartog(0.1), motion, factor)
     tried = [("pid", f"d = {1e3 * d:g} mm", Damper(0.0, mass, d)) for d in CLEARANCES_M]
@@ -127,7 +131,7 @@ def _tried(motion: GroundMotion, factor: float, starts: int) -> Iterator[tuple[s
             over = spread(structure, damper, motion, found, factor, starts=starts)
             if over["sensitive"]:
                 low, high = (over["peak_relative_displacement_m"][end] for end in ("lowest", "highest"))
-                assumption += f"; nearby starts diverge: peak over them {low:.4g} to {high:.4g} m"
+                assumption += f"; nearby starts diverge, with peaks from {low:.4g} to {high:.4g} m"
         yield case, assumption, found
 
 

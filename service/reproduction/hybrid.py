@@ -59,8 +59,8 @@ def figure_11(solve: Solve, quick: bool) -> Section:
     known = paper_numbers()
     labelled = known["clearance_ratio_1"].value
     judged = {
-        "figure-11.png": (resonance, "at r = 1"),
-        "figure-11-band.png": (band, "worst over r = 0.8 to 1.25"),
+        "figure-11.png": (resonance, "X/Z at r = 1"),
+        "figure-11-band.png": (band, "largest X/Z over r = 0.8 to 1.25"),
     }
     for name, (cube, where) in judged.items():
         answer = resonance_map(cube, "clearance_ratio", "friction_ratio")
@@ -69,7 +69,7 @@ def figure_11(solve: Solve, quick: bool) -> Section:
         below = optimal_designs(
             cube, Judging(exclude_locked=True, ranges={"friction_ratio": (0.0, math.pi / 4)}), top=1
         )
-        for found, what in ((best, "best"), (below, "best with γ_F below π/4")):
+        for found, what in ((best, "best design"), (below, "best design with γ_F below π/4")):
             design = found.isel(rank=0)
             section.rows.append(
                 Row(f"{what}, {where}", None, float(design["value"]),
@@ -80,18 +80,20 @@ def figure_11(solve: Solve, quick: bool) -> Section:
         column = line["amplitude_ratio"].where(line["friction_ratio"] < math.pi / 4)
         place = int(np.nanargmin(column.values))
         section.rows.append(
-            Row(f"best at d/Z = {float(line['clearance_ratio']):g} with γ_F below π/4, {where}", known["hybrid_1"],
-                float(column[place]), f"at γ_F = {float(column['friction_ratio'][place]):.4g}; the paper's value is measured",
+            Row(f"best design at d/Z = {float(line['clearance_ratio']):g} with γ_F below π/4, {where}",
+                known["hybrid_1"], float(column[place]),
+                f"at γ_F = {float(column['friction_ratio'][place]):.4g}; the paper's value is measured",
                 float(line["amplitude_error"][place]), INSTANT)
         )  # fmt: skip
     section.verdict = (
-        "The paper draws its contours at r = 1 and prints none of their values. The best designs over the "
-        "band differ from those at r = 1."
+        "The paper draws its contours at r = 1 and prints none of their values. The best designs over "
+        "r = 0.8 to 1.25 differ from those at r = 1."
     )
     section.words = [
         "The paper draws its contours only at resonance and prints none of their values; our values are "
-        "compared with the lowest value of Table 3. Designs that look superb at r = 1 are poor over the band: "
-        "a particle that stays at its wall moves the resonance to about r = 0.953. Compare the two maps.",
+        "compared with the lowest value of Table 3. Designs that look superb at r = 1 are poor over "
+        "r = 0.8 to 1.25: a particle that stays at its wall moves the resonance to about r = 0.953. Compare "
+        "the two maps.",
     ]
     return section
 
@@ -187,7 +189,7 @@ def table_3(solve: Solve, quick: bool) -> Section:
         == (LABELS, INSTANT, CHOSEN_FRICTION, next(iter(MEASURES)))
     )
     friction = at(alone, "amplitude_ratio", friction_ratio=CHOSEN_FRICTION)
-    for which, reading in (("default reading", default), ("closest reading", readings[0])):
+    for which, reading in (("default interpretation", default), ("closest interpretation", readings[0])):
         assumed = f"{which}: {reading.base_amplitude}, γ_F = {reading.friction_ratio:g}, {reading.measure}"
         section.rows += [
             Row("relative reduction of X/Z, best hybrid against friction alone", known["less_than_friction"],
@@ -197,7 +199,7 @@ def table_3(solve: Solve, quick: bool) -> Section:
         ]  # fmt: skip
     head = (
         "Base amplitude assumed", "Contact model", "γ_F", "Definition of X/Z", "X/Z of the particle alone",
-        "X/Z of the hybrid", "Typical factor from the paper's values",
+        "X/Z of the hybrid", "Factor between our values and the paper's",
     )  # fmt: skip
     shown = [*readings[:SHOWN_READINGS], *([] if default in readings[:SHOWN_READINGS] else [default])]
     section.tables = [(head, [_cells(reading) for reading in shown])]
@@ -207,20 +209,19 @@ def table_3(solve: Solve, quick: bool) -> Section:
     }
     ahead = readings.index(default) + 1
     section.verdict = (
-        f"Without friction of the particle no reading explains the table: the nearest of {len(readings)} readings is off by a "
-        f"factor of {readings[0].factor:.3g}."
+        f"Without friction of the particle, none of {len(readings)} interpretations explains the table; the "
+        f"nearest is off by a factor of {readings[0].factor:.3g}."
     )
     section.words = [
         "The paper leaves open the contact, the friction ratio of the 4 mm compression, and the base amplitude Z. The labels "
         "d/Z = 5, 10 and 15 for d = 7.5, 22.5 and 37.5 mm imply three different amplitudes Z. The paper also leaves open "
         "whether \"at resonance\" means r = 1 or the peak of the curve. If a response does not repeat, \"amplitude\" may mean "
         "its usual or its largest peak.",
-        f"All {len(readings)} combinations were computed. The table lists the {SHOWN_READINGS} nearest to "
-        "the paper's six "
-        f"numbers with a particle (alone: {printed['particle']}; hybrid: {printed['hybrid']}). The table also "
-        "lists the default "
-        f"({LABELS}, instant, γ_F = {CHOSEN_FRICTION:g}, r = 1, mean), which comes {ahead}th. A factor is exp of the "
-        "root mean square of ln(our value / the paper's value). The nearest combination has the factor "
+        f"All {len(readings)} combinations were computed. The second table lists the {SHOWN_READINGS} "
+        f"nearest to the paper's six numbers with a particle (alone: {printed['particle']}; hybrid: "
+        f"{printed['hybrid']}). It also lists the default ({LABELS}, instant, γ_F = {CHOSEN_FRICTION:g}, "
+        f"r = 1, mean), which comes {ahead}th. The factor in the last column is exp of the root mean square "
+        "of ln(our value / the paper's value). The nearest combination has the factor "
         f"{readings[0].factor:.3g}. The paper's numbers are measured on a prototype.",
     ]  # fmt: skip
     return section

@@ -61,8 +61,8 @@ def figure_7(solve: Solve, quick: bool) -> Section:
     bare = float(without_absorber(1.0, damping))
     section.figures["figure-7.png"] = draw_responses(panels)
     section.verdict = (
-        "The labels d/Z do not explain the measured peaks: without a contact time the best clearance is "
-        f"{best[INSTANT]:g} mm; the paper's text names 37.5 mm, its Table 3 22.5 mm."
+        "The labels d/Z do not explain the measured peaks. Without a contact time the best clearance is "
+        f"{best[INSTANT]:g} mm; in the paper it is 37.5 mm by the text and 22.5 mm by Table 3."
     )
     section.words = [
         contacts_in_words(),
@@ -115,8 +115,8 @@ def figure_8(solve: Solve, quick: bool) -> Section:
     }
     section.figures["figure-8.png"] = draw_histories(histories)
     section.verdict = (
-        f"The paper says that a harder wall is worse; in {worse} of {counted(3 * len(SOFT), 'pair')} of "
-        "clearance and contact it is."
+        f"The paper says that a harder wall is worse; this holds in {worse} of "
+        f"{counted(3 * len(SOFT), 'pair')} of clearance and contact model."
     )
     section.words = [
         "The paper says that a higher restitution degrades the damper; it prints no number. In "

@@ -103,7 +103,11 @@ def in_markdown(report: dict[str, Any]) -> str:
     for section in report["sections"]:
         met, printed = section["met"]
         lines.append(_line((section["title"], f"{met} of {printed}" if printed else "", section["verdict"])))
-    lines += ["", f"A number is met if some reading comes within {MET:.0%} of it.", ""]
+    lines += [
+        "",
+        f"A number is met if at least one interpretation of the paper comes within {MET:.0%} of it.",
+        "",
+    ]
     for section in report["sections"]:
         lines += [f"## {section['title']}", ""]
         for name in section["figures"]:

@@ -141,7 +141,8 @@ def _figures(section: Section, solve: Solve, best: Prototype, peaks: dict[str, f
         *shortest.values(),
         *(
             Row(
-                f"particle alone, d = {length:g} mm, peak at e = {hard.restitution:g} over that at {best.restitution:g}",
+                f"particle alone, d = {length:g} mm, ratio of the peak at e = {hard.restitution:g} to "
+                f"that at e = {best.restitution:g}",
                 None,
                 harder[f"particle_{k}"] / peaks[f"particle_{k}"],
                 "Figure 8; the paper says that the harder wall is worse",
@@ -157,7 +158,7 @@ def _figures(section: Section, solve: Solve, best: Prototype, peaks: dict[str, f
             "Figure 10; each force from its measured peak, (1 − 4γ_F/π)/(2ζ)",
         ),
         Row(
-            f"peak of the hybrid over the tuned mass damper's, d = {lengths[1]:g} mm",
+            f"ratio of the hybrid's peak to the tuned mass damper's, d = {lengths[1]:g} mm",
             None,
             beside["ratio"],
             f"Figure 14, r = {BAND['start']:g} to {BAND['stop']:g}, (13) with the ζ of Table 4; the hybrid is lower at "
@@ -190,9 +191,9 @@ def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[flo
         "The paper lists μ_i, internal friction, among its symbols, and its particle slides on a rail. Here the numbers of "
         "Table 3 are read as peaks of the curves, at one base amplitude Z for all cavities. The restitution "
         "e is the measured one, and γ_F is chosen so that friction alone has the printed peak "
-        f"({known['friction_alone'].value:g}). Z, ζ and μ_i are fitted to the "
-        f"six numbers with a particle, within Z of {factor * ranges['base_amplitude_m'][0]:g} to "
-        f"{factor * ranges['base_amplitude_m'][1]:g} mm, ζ of {ranges['damping_ratio'][0]:g} to "
+        f"({known['friction_alone'].value:g}). Z, ζ and μ_i are fitted to the six numbers with a particle. "
+        f"The search covers Z from {factor * ranges['base_amplitude_m'][0]:g} to "
+        f"{factor * ranges['base_amplitude_m'][1]:g} mm, ζ from {ranges['damping_ratio'][0]:g} to "
         f"{ranges['damping_ratio'][1]:g} and μ_i up to {ranges['particle_friction'][1]:g}. The deviation is "
         "the root mean square of ln(our value / the paper's value).",
         f"The {CONFIDENCE:.0%} intervals of the fit with friction of the particle are {factor * z[0]:.3g} to "

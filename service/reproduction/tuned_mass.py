@@ -31,7 +31,8 @@ def table_4(solve: Solve, quick: bool) -> Section:
     section.rows = [
         Row("γ_opt", known["absorber_tuning"], right.tuning, "(14), 1/(1 + μ)"),
         Row("ζ_opt", printed, right.damping_ratio, "(15) as printed, ζ = c/(2√(m k₁)) as (13) defines it"),
-        Row("ζ_opt", printed, right.damping_over_structure, "the same dashpot over the structure's frequency, c/(2 m ω_n)"),
+        Row("ζ_opt", printed, right.damping_over_structure,
+            "the same dashpot, relative to the structure's frequency, c/(2 m ω_n)"),
         Row("peak of (13)", None, highest(right).value, f"ζ = {right.damping_ratio:.6g}, γ = {right.tuning:.6g}"),
         Row("peak of (13)", None, highest(mixed).value,
             f"the printed ζ put into (13) unconverted, γ from (14): a dashpot too weak by a factor of {1 + mass:g}"),
@@ -50,10 +51,10 @@ def table_4(solve: Solve, quick: bool) -> Section:
         f"it is {right.damping_ratio:.4g}."
     )
     section.words = [
-        "Table 4's 0.1679 differs from (15). The printed number is √(3μ/(8(1+μ)³)), the same optimum as c/(2 m ω_n): "
-        "with the structure's natural frequency in place of the absorber's own. Both numbers describe the same "
-        "dashpot. But the ζ of (13) refers to the absorber's own frequency, so the number of Table 4, put "
-        "into (13), makes the dashpot too weak.",
+        "Table 4's 0.1679 differs from (15). The printed number is √(3μ/(8(1+μ)³)). It is the same optimum, "
+        "written as c/(2 m ω_n), with the structure's natural frequency in place of the absorber's own. Both "
+        "numbers describe the same dashpot. But the ζ of (13) refers to the absorber's own frequency, so the "
+        "number of Table 4, put into (13), makes the dashpot too weak.",
     ]
     return section
 
