@@ -21,7 +21,10 @@ import { WORDS } from "./words.js";
 const MOST = 240;
 const TOP = 10;
 
-/** Texts for suites and, below, for studies over base amplitudes. `met` names the dimension that no designer chooses. */
+/**
+ * Texts for suites and, below, for studies over base amplitudes. `met` names the dimension that no designer
+ * chooses.
+ */
 const SUITE = {
   axes: WORDS.suite_axes,
   damper: WORDS.damper,

@@ -150,7 +150,10 @@ export class Shown {
     return { note: "", verdict: [], doubts: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
   }
 
-  /** The name of a quantity in a request: its name in SI units if the page shows units. @param {string} name */
+  /**
+   * The name of a quantity in a request: its name in SI units if the page shows units.
+   * @param {string} name
+   */
   nameInSi(name) {
     return this.has(name) ? WORDS.names_in_si[name] : name;
   }

@@ -80,8 +80,9 @@ def compared_response(
         # a study with particle friction or gravity may be compared with a study that has neither
         if name not in BEFORE and not np.array_equal(ours, theirs):
             advice = f"name a study with the same {name}, or subtract their maps with `minus`"
-            told = f"{{field}} names a study with {spanned(theirs)} of {name}, but the first study has {spanned(ours)}."
-            raise refused("with", f"{spanned(theirs)} of {name}", f"{spanned(ours)} of {name}", advice, told)
+            had, found = spans_apart(ours, theirs)
+            told = f"{{field}} names a study with {found} of {name}, but the first study has {had}."
+            raise refused("with", f"{found} of {name}", f"{had} of {name}", advice, told)
     errors = _errors(cube, metric, selection) + _errors(other, metric, selection)
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)
@@ -140,7 +141,17 @@ def compared_response(
     return answer
 
 
-def spanned(values: NDArray[Any]) -> str:
+def spans_apart(ours: NDArray[Any], theirs: NDArray[Any]) -> tuple[str, str]:
+    """Describe the different values of a dimension in two studies, each by its ends; if these are equal, by one value too."""
+    spans = _spanned(ours), _spanned(theirs)
+    if spans[0] != spans[1] or ours.size != theirs.size:
+        return spans
+    most = int(np.abs(ours - theirs).argmax())
+    place = f"{spans[0]} (value {most + 1} is"
+    return f"{place} {ours.flat[most]:.16g})", f"{place} {theirs.flat[most]:.16g})"
+
+
+def _spanned(values: NDArray[Any]) -> str:
     """Describe the values of a dimension: the only value, the ends, or the names of records."""
     values = np.atleast_1d(values)
     if values.dtype.kind != "f":

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.alike import alike, beside
-from damperlab.studies.answers.compared_response import ERRORS, ROUNDING, spanned
+from damperlab.studies.answers.compared_response import ERRORS, ROUNDING, spans_apart
 from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.nearness import same
@@ -126,9 +126,10 @@ def _check_axis(name: str, ours: xr.DataArray, theirs: xr.DataArray) -> None:
         equal = mine.size == its.size and bool(np.allclose(mine, its, rtol=1e-9, atol=0.0))
     if equal:
         return
-    told = f"The first study has {spanned(mine)} of {name}, the second {spanned(its)}, so their maps cannot be subtracted."
+    had, found = spans_apart(mine, its)
+    told = f"The first study has {had} of {name}, the second {found}, so their maps cannot be subtracted."
     advice = f"name a study with the same {name}, or a point or a range that both have"
-    raise refused(FIELD, f"{spanned(its)} of {name}", spanned(mine), advice, told)
+    raise refused(FIELD, f"{found} of {name}", had, advice, told)
 
 
 def where_apart(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:

@@ -1,7 +1,7 @@
 """Array operations for kernels, written as loops over the elements.
 
-NumPy's functions would add shape checks and error messages to every kernel. Copying a single array with NumPy would
-compile a hundred functions.
+NumPy's functions would add shape checks and error messages to every kernel. To copy a single array with
+NumPy, numba would compile a hundred functions.
 """
 
 import numpy as np

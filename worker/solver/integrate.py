@@ -77,7 +77,9 @@ def half_cycle_on_addresses(
         span = window_at(base, k)
         while True:
             if scene.particle is not None and scene.particle.wall is not None:
-                if state.riding > 0.0 or state.gap < 0.0:  # a transition began the contact, so `since` is 0
+                if (
+                    state.riding > 0.0 or state.gap < 0.0
+                ):  # the contact began with a transition, so `since` is 0
                     state, span, outcome = while_in_contact(state, span, k, scene, meter, log)
                     if outcome != ARRIVED:
                         return state, outcome
@@ -165,7 +167,7 @@ def _to_event(
         t, kind = next_event(segment, scene, curves)
     end, phase_end = segment.end, segment.phase_end
     if kind != NOTHING or not whole:
-        # a complete panel always ends by its matrix, so that observables do not change the bits
+        # the end of a complete panel always comes from its matrix, whether or not observables are measured
         end = _advance(segment, t, scene, curves)
     if kind != NOTHING or (meter is not None and meter.energies is not None and not whole):
         expand_excitation(scene.base, segment.phase, curves.excitation)

@@ -115,4 +115,4 @@ def motion_of(riding: float, scene: Scene) -> LinearMotion:
 
 @inlined
 def _choose(free: LinearMotion, loaded: LinearMotion, riding: float) -> LinearMotion:
-    return free if riding < 1.0 else loaded  # in the usual case, only the values of `free` are then loaded
+    return free if riding < 1.0 else loaded  # usually the first branch, which reads only the fields of `free`

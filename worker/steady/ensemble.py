@@ -71,7 +71,7 @@ def drawn_starts(
 
 
 def attractors(responses: Sequence[Response]) -> list[list[int]]:
-    """Group starts by their responses, one response per start, with the most frequent response first.
+    """Group the starts by their responses; the group of the most frequent response comes first.
 
     Each group lists indices into `responses` in increasing order. Equally frequent responses are in the order of their
     first starts. Failed responses belong to no group.

@@ -44,9 +44,9 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
 
     Let P be the largest forcing: r² for a shaken base, 1 for a force. For γ_F ≥ P every rest position
     |v| ≤ γ_F − P is locked permanently. From a distance x outside this range, the mass slips inwards by about
-    4.5 x²/(P r²) in each cycle. So x falls only as 1/N over N cycles, and the limit replaces an integration.
-    A particle, if there is one, must be at rest and must not be hit by a wall. Its position then does not
-    change.
+    4.5 x²/(P r²) in each cycle. So x falls only as 1/N over N cycles. Therefore the limit is computed
+    directly, not by integration. A particle, if there is one, must be at rest and must not be hit by a wall.
+    Its position then does not change.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -144,10 +144,11 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     contact, so the durations of both are added. A compliant wall whose largest force stays within the margin does not
     move the mass.
 
-    Impacts that move the mass outwards increase the creep. So the bound is computed a second time, for an outward
-    displacement of twice the first bound. Two assumptions are confirmed by integrations, but not proved. First, the
-    impacts during the creep, at most one per cycle, move the mass no farther than the bound allows. Second, twice the
-    first bound is itself a bound if the second bound exceeds this value.
+    Impacts that move the mass outwards increase the creep. So the bound is computed a second time, for an
+    outward displacement of twice the first bound. Two assumptions are confirmed by integrations, but not
+    proved. First, the impacts during the creep, at most one per cycle, move the mass no farther than the
+    bound allows. Second, if the second bound exceeds twice the first bound, twice the first bound still holds
+    as a bound.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -183,7 +184,7 @@ def slows_down(scene: Scene) -> bool:
 
 @kernel
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
-    """Bound on the displacement of a locked mass by all impacts, from a position farther outwards by `moved`."""
+    """Bound on the displacement of a locked mass by all impacts, from a position `moved` farther outwards."""
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
     restitution = _restitution_of_a_held_wall(particle)
@@ -214,10 +215,11 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
 
 @inlined
 def _restitution_of_a_held_wall(particle: Particle) -> float:
-    """Largest restitution at a wall that friction holds at rest.
+    """Largest restitution at a wall while friction holds the mass at rest.
 
-    At a compliant wall at rest, the mass β of the particle replaces the reduced mass β/(1 + β), so the damping ratio is
-    smaller by the factor √(1 + β). So the restitution is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
+    An impact on a held mass involves the mass β of the particle instead of the reduced mass β/(1 + β). At a
+    compliant wall, the damping ratio is then smaller by the factor √(1 + β). So the restitution is at most eᵃ
+    with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
     """
     if particle.wall is not None:
         return 1.0 - (1.0 - particle.restitution) / sqrt(1.0 + particle.mass_ratio)

@@ -130,7 +130,7 @@ def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None
 def work_done(scene: Scene, half: int) -> int:
     """Computational work of a run so far, in events.
 
-    Work is counted, not timed, so that a study has the same bits on every machine.
+    Work is counted, not timed, so that the speed of the machine does not affect the results.
     """
     done: int = scene.counts[SEGMENTS] + half * scene.base.windows // _WINDOWS_PER_EVENT
     return done

@@ -50,8 +50,8 @@ _SPARE_EVENTS = 20_000
 _NOT_METERED = -1
 _LOCKED_LAG = 2  # Period of a locked mass [half cycles], which is the period of the excitation.
 # Limits for a mass under a force while the particle slows down, relative to F₀/k.
-# Before the metered cycles suffice for a mean, the run may end if the remaining displacement is below `_AT_ONCE`.
-# Afterwards, `tolerance` refers to the amplitude, but at least to `_SMALL`.
+# Until enough cycles are metered for a mean, the remaining displacement must be below `_AT_ONCE`.
+# Afterwards, the limit is `tolerance` times the larger of `_SMALL` and the displacement in the locked state.
 _AT_ONCE = 1e-6
 _SMALL = 1e-2
 
@@ -126,7 +126,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
         tends_to, farthest = _locked_limit(state, half, scene, probe, notes)
         if tends_to.period_halves > 0:
             locked, way_left = tends_to, farthest
-            # the run waits for a small displacement until the metered cycles suffice for a mean
+            # the limit is `_AT_ONCE` until enough cycles are metered for a mean
             waits = metered_halves < 2 * FEWEST_MEASURED
             if way_left <= (_AT_ONCE if waits else _allowed(locked, settings)):
                 return Found(state, ARRIVED, look, locked, mean, True, way_left)
@@ -210,7 +210,7 @@ def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
 
 @kernel
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
-    """Whether a moving particle has met no wall during the cycles of a mean, but will meet one later."""
+    """Whether the particle moves but met no wall in the cycles of a mean, so that an impact is to come."""
     if scene.particle is not None:
         before = notes.trace[2 * mean.first, IMPACTS_SO_FAR]
         after = notes.trace[2 * mean.last, IMPACTS_SO_FAR]
@@ -221,7 +221,7 @@ def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> 
 
 @kernel
 def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
-    """Whether the peaks of the metered cycles grow, with no sign of an end.
+    """Whether the peaks of the metered cycles grow without a visible bound.
 
     At resonance without viscous damping and without impacts, a cycle of amplitude A gains the energy π A and loses 4
     γ_F A to friction. So growth never ends if γ_F < π/4. In all other cases the trend of the peaks decides.
@@ -249,9 +249,10 @@ def _end_of_search(
     notes: Notes,
     settings: Settings,
 ) -> Found:
-    """Result of a run at the limit on cycles or events: the mean over the metered cycles, or over one further cycle.
+    """Result of a run that has reached its limit on cycles or events: the mean over the metered cycles.
 
-    If the peaks grow to the end of the run, the outcome is UNBOUNDED.
+    If no complete cycle is metered, one further cycle is integrated. If the peaks grow to the end of the run,
+    the outcome is UNBOUNDED.
     """
     if metered_halves == _NOT_METERED:  # the limit was reached during the burn-in
         metered_halves = 0

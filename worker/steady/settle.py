@@ -217,7 +217,8 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
 def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, notes: Notes) -> int:
     """Shortest part of the period after which the state already repeats within the error of the orbit.
 
-    No other orbit is searched, because just beyond a period doubling a shorter, repelling orbit is very near.
+    There is no search for another orbit, because just beyond a period doubling a shorter, repelling orbit is
+    very near.
     """
     period_halves = found.orbit.period_halves
     known = _CLOSED * found.look.scale + 100.0 * found.orbit.error

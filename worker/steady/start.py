@@ -43,7 +43,7 @@ def at_rest(
 
 
 def carried(state: State, r_before: float, r: float, shrinks: float = 1.0, forced: bool = False) -> State:
-    """Return the state for a new excitation frequency, such that the change causes no slip and no impact.
+    """Return the state for a new excitation frequency; the change of frequency causes no slip and no impact.
 
     The structure keeps its motion relative to the base, and so does a particle on its wall. A particle in flight or at
     rest keeps its absolute velocity.

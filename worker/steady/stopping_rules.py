@@ -20,7 +20,7 @@ _SLOW = 0.37
 _CORRELATIONS = 100.0  # Least number of correlation times in the measured cycles.
 # Smallest and largest ratio of the numbers of cycles at two successive checks.
 # An error estimate is uncertain by a tenth, so the required number of cycles is uncertain by a fifth.
-# A larger ratio could exceed the required number by more than this.
+# With a larger ratio, a run could exceed the required number by more than this uncertainty.
 _SOONEST_LOOK = 1.05
 _LATEST_LOOK = 1.25
 

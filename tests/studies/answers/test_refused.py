@@ -59,6 +59,13 @@ def beside(change: Ask, **asked: Any) -> Ask:
     return lambda cube: compared_response(cube, change(cube), Selection(**asked))  # type: ignore[arg-type]
 
 
+def moved(cube: xr.Dataset, name: str) -> xr.Dataset:
+    """Give the same study with another second value between equal ends."""
+    values = cube[name].values.copy()
+    values[1] = (values[0] + 3.0 * values[2]) / 4.0
+    return cube.assign_coords({name: values})
+
+
 def study_of(cube: xr.Dataset) -> Study:
     study = parse_study(json.loads(cube.attrs["study"]))
     assert isinstance(study, Study)
@@ -119,6 +126,8 @@ REFUSED: list[tuple[str, str, Ask]] = [
     ("frequency_ratio", "the curve runs along it. Leave it out", compared({"frequency_ratio": 1.0})),
     ("mass_ratio", "name the mass", lambda cube: tmd_comparison(cube.assign_coords(mass_ratio=[0.0]))),
     ("minus", "second 3 values from 1 to 5", less(lambda cube: cube.isel(clearance_ratio=slice(3)))),
+    ("minus", r"\(value 2 is", less(lambda cube: moved(cube, "clearance_ratio"))),
+    ("with", r"\(value 2 is", beside(lambda cube: moved(cube, "frequency_ratio"))),
     ("minus", "of frequency_ratio", less(lambda cube: cube.isel(frequency_ratio=slice(2, None)))),
     ("minus", "amplitude_ratio", less(lambda cube: cube.drop_vars("amplitude_ratio"))),
     ("minus", "no axes in common", less(lambda cube: cube.rename(restitution="wall"))),

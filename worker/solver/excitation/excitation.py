@@ -1,8 +1,9 @@
 """The excitation of the structure: a base shaken by a sine or by a record, or a sinusoidal force on the structure.
 
-The integrator accesses the excitation only through the functions of this module. The compiler keeps only the branch for
-a record or for a sine. A `Sine` is a shaken base or a force, depending on its amplitudes. Products with 1 and sums with
-0 are exact, so the absent force does not change the bits of the motion on a shaken base.
+The integrator accesses the excitation only through the functions of this module. The compiler keeps only the
+branch for a record or for a sine. A `Sine` is a shaken base or a force, depending on its amplitudes. Products
+with 1 and sums with 0 are exact, so the zero force does not change even the last bit of the motion on a
+shaken base.
 """
 
 from typing import NamedTuple

@@ -1,9 +1,10 @@
 """First zero crossing of a smooth function, located by bounds on its curvature instead of by samples.
 
-An interval is dismissed only if a bound on the curvature proves that the function stays positive in this interval.
-Newton's method is used only if the same bound proves that the function is monotone in the interval. Every other
-interval is halved. Two close roots (a grazing impact) are found if the function between them is below zero by more than
-rounding. Of three or more roots within rounding, a later root may be returned.
+An interval is dismissed only if a bound on the curvature proves that the function stays positive in this
+interval. Newton's method is used only if the same bound proves that the function is monotone in the interval.
+Every other interval is halved. Two close roots (a grazing impact) are found if the function between them is
+below zero by more than rounding. If three or more roots coincide within rounding, a later root may be
+returned.
 """
 
 from math import inf, sqrt

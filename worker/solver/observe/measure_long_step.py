@@ -226,9 +226,9 @@ def _raise_acceleration(
 ) -> None:
     """Raise the peak to the largest |u''| of a long step, for slow motion and vibration together.
 
-    The length of the step does not depend on u'', so that a point has the same bits whether u'' is measured or not. The
-    step is divided into spans in which a polynomial represents the vibration. The division ends when slow motion and
-    envelope of the vibration exclude a higher value.
+    The length of the step does not depend on u'', so that measuring u'' does not change the motion. The step
+    is divided into spans in which a polynomial represents the vibration. The division ends when slow motion
+    and envelope of the vibration exclude a higher value.
     """
     sums, motion, buffers = meter.sums, regime.motion, buffers_of(scene)
     slow, both, scratch = buffers.rate, buffers.start, buffers.scratch

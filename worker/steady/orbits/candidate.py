@@ -30,8 +30,8 @@ Array = NDArray[np.float64]
 _TRIAL_PERIODS = 4  # Newton's method is started only if at least this number of periods may be integrated.
 # Largest multiplier of an orbit that attracts; the margin covers the rounding of a multiplier of one.
 _ATTRACTS = 1.0 - 1e-9
-_REACH = 0.1  # Largest relative distance of an orbit that the run is assumed to approach.
-_FAR_REACH = 0.5  # Largest relative distance of an orbit that is considered near the run.
+_REACH = 0.1  # Largest relative distance from the run at which a stable orbit becomes a candidate.
+_FAR_REACH = 0.5  # Longest relative Newton step in the search for a more distant orbit.
 # A candidate is confirmed when the run's distance from the orbit has fallen to `_CLOSED_IN` times the first distance.
 # `_CLOSED_IN_SLOWLY` is sufficient if the run has followed the linearisation for `_LONG` half cycles.
 # Within this time, a run that only passes the orbit would have left the orbit.
@@ -216,7 +216,7 @@ def _impacts_of(orbit: Orbit, scene: Scene, probe: Scene) -> int:
 
 @kernel
 def _follows(point: Array, periods: int, look: SectionLook, notes: Notes) -> int:
-    """Compare a run with the linearisation of the candidate, `periods` periods after the noted departure.
+    """Compare the run with the linearisation, `periods` periods after its departure from the orbit was noted.
 
     Parameters
     ----------

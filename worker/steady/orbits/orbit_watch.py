@@ -108,5 +108,5 @@ def look_farther(
 
 @kernel
 def _halves_to_spare(half: int, burn_in: int) -> float:
-    """Largest total number of half cycles for searches, until half cycle `half` of the run."""
+    """Largest number of half cycles that all searches together may use until half cycle `half` of the run."""
     return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)

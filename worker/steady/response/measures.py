@@ -81,7 +81,7 @@ class Response(NamedTuple):
     status: int
 
 
-# Values of the fields before `cycles` without measures.
+# Values of the fields before `cycles` in a response without measures.
 _UNMEASURED: tuple[Any, ...] = (nan,) * 8 + (_UNKNOWN, 0) + (nan,) * 11
 
 
@@ -160,10 +160,10 @@ def mean_of_run(
 def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks) -> tuple[float, float]:
     """Largest |u| and largest impact speed in the last three quarters of the metered cycles of a run that does not repeat.
 
-    A remaining transient may already be negligible in a mean, but not yet in a largest peak. The burn-in follows from
-    the decay of the structure alone, but a mass with a particle settles more slowly. If the largest peak of these
-    cycles is below the mean peak, the mean peak is used. If these cycles have no impact, the largest impact speed of
-    all metered cycles is used.
+    A remaining transient may be negligible in a mean but determine the largest peak. The burn-in follows from
+    the decay of the structure alone, but a mass with a particle settles more slowly. If the largest peak of
+    these cycles is below the mean peak, the mean peak is used. If these cycles have no impact, the largest
+    impact speed of all metered cycles is used.
     """
     first = stretch.first + (stretch.last - stretch.first) // 8 * 2
     peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)
@@ -173,7 +173,7 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
 
 @kernel
 def _error_of_shares(trace: NDArray[np.float64], series: NDArray[np.float64], first: int, last: int) -> float:
-    """Largest standard error of a share of dissipation. Each share, a ratio of means, is linearised."""
+    """Largest standard error of a share of dissipation, from the linearised ratio of two means."""
     total = 0.0
     for loss in LOSSES:
         total += trace[2 * last, loss] - trace[2 * first, loss]

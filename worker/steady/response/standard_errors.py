@@ -11,7 +11,8 @@ from damperlab.worker.jit import kernel
 FEWEST = 80
 """Least number of samples for an estimate of the correlation."""
 
-# Numbers of adjacent batches. Batches of whole periods have equal means, so the numbers have no common factor.
+# Numbers of adjacent batches. Batches of whole periods have equal means and so understate the error.
+# The two numbers have no common factor, so that both rarely give batches of whole periods.
 _BATCHES = (61, 19)
 # Ratio of the 97.5 % quantile of Student's t to 1.96.
 # Overlapping batches have one and a half times the degrees of freedom of adjacent batches.
@@ -21,15 +22,16 @@ _LONGER = 1.15
 
 _GROUP = 16  # Number of samples in a group; MSER is more reliable for groups than for single samples.
 _DIFFERENT = 3.0  # Least difference of the means, in standard errors, at which the initial part is dropped.
-# Least ratio of the later to the earlier increase between thirds of a series, for growth without a visible end.
+# The mean increases twice over the three thirds of a series. If the second increase is at least this fraction
+# of the first increase, the growth has no visible end.
 _STEADY_TREND = 0.9
 _TREND_BATCHES = 19
 _ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
-_GROWN = 0.1  # Least relative excess of the last third over the first third in an unbounded series.
+_GROWN = 0.1  # Least relative increase of the mean from the first to the last third of an unbounded series.
 # Relative error of the mean up to which a series is considered constant.
 # Differences between samples are then rounding errors, without a meaningful correlation or trend.
 _ROUNDING = 1e-12
-# Largest difference of rising and falling pairs, among the 171 pairs of 19 batches, that is considered chance.
+# 19 batches form 171 pairs. Up to this difference, the numbers of rising and falling pairs differ only by chance.
 # Without a trend, the difference exceeds this value three times in 1,000.
 _TREND = 86
 
@@ -101,7 +103,7 @@ def _error_by_batches(samples: NDArray[np.float64], first: int, last: int, mean:
 
 @kernel
 def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
-    """Estimate the mean of samples[first:last], correlated samples, without a transient at the beginning.
+    """Estimate the mean of the correlated samples[first:last] without their initial transient.
 
     Notes
     -----
@@ -165,7 +167,7 @@ def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
 
 @kernel
 def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -> float:
-    """Estimated distance from the mean of a series with a trend to the limit of the series."""
+    """Estimate how far the mean of a series with a trend is from the limit of the series."""
     one, two, three = _means_of_thirds(samples, first, last)
     step = three - two
     before = two - one

@@ -94,7 +94,7 @@ def settled_period(
 
 @kernel
 def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> bool:
-    """Whether the run has stayed within a distance of itself one and more periods ago, for `LONGEST` half cycles."""
+    """Whether the last `LONGEST` section points lie within `distance` of the points whole periods earlier."""
     if now < RING:
         return False
     for i in range(LONGEST):
@@ -108,9 +108,10 @@ def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> 
 def near_period(apart: Array, longest: int, scale: float) -> int:
     """Shortest period [half cycles] with which the run almost repeats, or 0.
 
-    A multiple of the period is returned if the run repeats far better with the multiple. Near a period doubling, the
-    shorter orbit lies close to the run but is unstable. With a higher multiple, the run must repeat better: a run that
-    spirals into an orbit turns around the orbit, and may have made almost a whole number of turns by chance.
+    A multiple of the period is returned if the run repeats far better with the multiple. Near a period
+    doubling, the shorter orbit lies close to the run but is unstable. The higher the multiple, the better the
+    run must repeat: a run that spirals into an orbit turns around the orbit, and may have made almost a whole
+    number of turns by chance.
     """
     found = 0
     nearest = _NEAR * scale

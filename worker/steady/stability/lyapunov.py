@@ -16,7 +16,7 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 from damperlab.worker.steady.stability.variational import propagate
 
 _BATCHES = 16
-# Pairs of a number of cycles and the least growth of a tangent vector per cycle that counts as chaos.
+# Each pair is a number of cycles and the least mean growth per cycle over this number that counts as chaos.
 # Most chaos is detected after few cycles.
 # The limits are chosen, not derived. They require a growth by at least e^6, or by e^3 after 320 cycles.
 _RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
@@ -40,8 +40,9 @@ def is_chaotic(
 
     Notes
     -----
-    The exponent is the mean increase of ln |δz| per cycle (Benettin et al. 1980). A quasi-periodic response has
-    exponent 0. The measured mean is then zero within its error or, for slow beats over 320 cycles, below 0.01.
+    The exponent is the mean increase of ln |δz| per cycle (Benettin et al. 1980). A quasi-periodic response
+    has exponent 0. Its computed mean is zero within the standard error or, for slow beats, below 0.01 over
+    320 cycles.
     """
     tangent = zero_matrix(SECTION_SIZE, 1)
     tangent[0, 0] = 1.0

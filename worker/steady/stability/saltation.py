@@ -126,7 +126,7 @@ def pass_contact(
 
     `ends` is the state just after the event.
     """
-    if particle.wall is not None:  # on a compliant wall only the field jumps
+    if particle.wall is not None:  # at a compliant wall, only the vector field jumps, not the velocities
         pass_event(2, before.y, 0.0, 1.0, before, after, z, n)
         return
     share = particle.mass_ratio / (1.0 + particle.mass_ratio)

@@ -57,7 +57,7 @@ def propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
                 if event.after.riding > 0.0 and i + 1 < count:
                     following = transition_at(rows, i + 1)
                     if following.span == 0.0 and following.event == RELEASE:
-                        resume = i + 2  # the particle would stay in contact if the wall did not move away
+                        resume = i + 2  # the particle stays on the wall, but the wall at once moves away
                         to = i + 1
         if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSHED_AGAIN, REST):
             ends = transition_at(rows, to)

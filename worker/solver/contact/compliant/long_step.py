@@ -90,7 +90,7 @@ def longest_step(
             else:
                 clear = clear and _lower_bound(scratch, state.slip, t) > w_most
         if meter is not None and clear:
-            # This limit also applies without energies, so that a point has the same bits with and without energies.
+            # This limit also applies without energies, so that the last bit does not depend on energies.
             clear = abs(motion.rates[0] + motion.rates[3]) * t >= LEAST_DECAY
             if isinstance(base, RecordBase):
                 if not regime.sticks:
