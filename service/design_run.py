@@ -242,8 +242,7 @@ class _Search:
                 look,
                 self.stop,
                 only_from=("queued",),
-                stopped_as="queued",
-                outage_as="queued",
+                continues=True,
                 here_seconds=math.inf,
             )
         self.stop.computing = self.stop.withdrawn = False

@@ -334,8 +334,7 @@ class Dispatcher:
                 stop,
                 only_from=("queued", "running"),
                 # a cancelled study keeps its state in the catalogue; any other stopped study is queued again
-                stopped_as="queued",
-                outage_as="queued",
+                continues=True,
                 wait_seconds=WAIT_SECONDS,
             )
             _log.info(

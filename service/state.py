@@ -20,7 +20,7 @@ from damperlab.service.work.processes import Work
 from damperlab.service.work.shared import Shared
 from damperlab.studies.design.kept import Kept
 from damperlab.studies.design.shelf import DesignNotFound
-from damperlab.studies.faults import Fault, describe, printable
+from damperlab.studies.faults import describe, printable
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
@@ -116,7 +116,7 @@ def _exact_study(
         # Only routes that read accept a name or the beginning of an id. A typing error must not delete another study.
         advice = f"write {record.id} if you mean {record.name}"
         told = f"To change a study, its complete id is required, and {printable(study_id)} is not one."
-        raise StudyNotFound(Fault("study", describe(study_id), "a whole id", advice, told))
+        raise StudyNotFound("study", describe(study_id), "a whole id", advice, told)
     require_own(caller, record)
     return record
 
@@ -150,7 +150,7 @@ def _exact_design(
     if kept.id != design_id:
         advice = f"write {kept.id} if you mean {kept.name}"
         told = f"To change a design, its complete id is required, and {printable(design_id)} is not one."
-        raise DesignNotFound(Fault("design", describe(design_id), "a whole id", advice, told))
+        raise DesignNotFound("design", describe(design_id), "a whole id", advice, told)
     require_owner(caller, kept.owner, "design")
     return kept
 

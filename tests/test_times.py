@@ -13,7 +13,7 @@ from damperlab.studies.store.files import bucket
 from damperlab.studies.store.life_cycle import claims
 from damperlab.worker.cluster import batch
 from damperlab.worker.run import lease, runner
-from damperlab.worker.worker_process import self_check
+from damperlab.worker.worker_process import examination
 
 ROOT = Path(__file__).parent.parent
 
@@ -57,4 +57,4 @@ def test_a_client_waits_longer_than_the_service_is_silent() -> None:
 
 def test_a_job_has_time_to_start_to_work_and_to_leave() -> None:
     assert batch.MARGIN_SECONDS + batch.LEAVE_SECONDS < batch.SHORTEST_SECONDS < batch.IDLE_SECONDS
-    assert self_check.EVERY_SECONDS < batch.LEAVE_SECONDS
+    assert examination.EVERY_SECONDS < batch.LEAVE_SECONDS

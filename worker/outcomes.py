@@ -45,17 +45,11 @@ def asking_the_cluster(client: "Client") -> Iterator[None]:
 
 
 class ClusterUnusable(RuntimeError):
-    """Raised if the cluster in the settings cannot be used.
+    """Raised if the cluster in the settings cannot be used. The parameters are those of `Fault`."""
 
-    Parameters
-    ----------
-    fault : Fault
-        Fault with the setting, the value found, the allowed values and the advice.
-    """
-
-    def __init__(self, fault: Fault) -> None:
-        super().__init__(str(fault))
-        self.fault = fault
+    def __init__(self, field: str, found: str, allowed: str, advice: str, message: str = "") -> None:
+        self.fault = Fault(field, found, allowed, advice, message)
+        super().__init__(str(self.fault))
 
 
 class Crashed(RuntimeError):

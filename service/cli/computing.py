@@ -1,6 +1,7 @@
 """Options that say where to compute, and the class that computes studies for commands."""
 
 import inspect
+import math
 import shlex
 import signal
 import threading
@@ -183,7 +184,7 @@ class Computer(ExitStack):
 
         if self._stopped:
             return record
-        budget = None if limits.budget_hours is None else limits.budget_hours * SECONDS_PER_HOUR
+        budget = math.inf if limits.budget_hours is None else limits.budget_hours * SECONDS_PER_HOUR
         self._now = record.id
         with (
             _stop_on_signals() as stop,

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from damperlab.studies.design.kept import Kept, Round, now
-from damperlab.studies.faults import Fault, StudyFaults, describe, printable
+from damperlab.studies.faults import StudyFaults, describe, printable
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.catalogue.rows import FIRST_DIGITS
@@ -79,9 +79,7 @@ class Shelf:
         if design_id in self._in_trash():
             return self.undelete(design_id), False
         others = ids | self._in_trash()
-        full = self._quota.reached("design", [self._owner(each) for each in others])
-        if full is not None:
-            raise DesignsFull(full)
+        self._quota.require("design", [self._owner(each) for each in others], DesignsFull)
         # remove files of an interrupted deletion, or of a design whose time in the trash has ended
         self.remove(design_id)
         folder = self._folder.at(design_id)
@@ -130,12 +128,10 @@ class Shelf:
         if reference in self._in_trash():
             return self.get(reference)  # raises an error that mentions the trash
         raise DesignNotFound(
-            Fault(
-                "design",
-                many if found else describe(reference),
-                "the id of one design",
-                WHERE,
-            )
+            "design",
+            many if found else describe(reference),
+            "the id of one design",
+            WHERE,
         )
 
     def get(self, design_id: str) -> Kept:
@@ -154,9 +150,7 @@ class Shelf:
         when = f"in the trash until {utc(until):%Y-%m-%d %H:%M:%S} UTC"
         advice = f"restore it with `damperlab designs undelete {design_id}`"
         told = f"Design {design_id} is {when}."
-        raise DesignNotFound(
-            Fault("design", f"{design_id}, {when}", "a design that is not deleted", advice, told)
-        )
+        raise DesignNotFound("design", f"{design_id}, {when}", "a design that is not deleted", advice, told)
 
     def _kept(self, design_id: str) -> Kept:
         try:
@@ -305,7 +299,7 @@ class Shelf:
         if not kept.ended:
             found = f"{kept.id}, which is {kept.state}"
             told = f"Design {kept.id} is {kept.state}, so it is not possible to delete it now."
-            raise DesignBusy(Fault("design", found, "a design that has ended", "cancel it first", told))
+            raise DesignBusy("design", found, "a design that has ended", "cancel it first", told)
         if trash:
             self._folder.at(kept.id).put(TRASH, b"")  # the age of this file is the time in the trash
         else:
@@ -320,7 +314,7 @@ class Shelf:
             "`damperlab designs list --trash` lists them",
         )
         told = f"Design {printable(design_id)} is not in the trash."
-        raise DesignNotFound(Fault("design", describe(design_id), allowed, advice, told))
+        raise DesignNotFound("design", describe(design_id), allowed, advice, told)
 
     def undelete(self, design_id: str) -> Kept:
         """Restore a design from the trash.
@@ -429,10 +423,10 @@ class DesignsFull(StoreFault):
 
 
 def _unknown(design_id: str) -> DesignNotFound:
-    return DesignNotFound(Fault("design", describe(design_id), "the whole id of a design", WHERE))
+    return DesignNotFound("design", describe(design_id), "the whole id of a design", WHERE)
 
 
 def damaged(design_id: str, why: str) -> DesignDamaged:
     """Return an error which says that the files of a design are damaged, and why."""
     advice = "delete it and submit its specification again: its studies are in the store, so nothing is computed twice"
-    return DesignDamaged(lost_files("design", design_id, why, advice))
+    return lost_files(DesignDamaged, "design", design_id, why, advice)

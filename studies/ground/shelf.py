@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from damperlab.studies.faults import Fault, describe, listing, nearest
+from damperlab.studies.faults import describe, listing, nearest
 from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record, whole_id
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.store.faults import StoreFault, lost_files
@@ -135,7 +135,7 @@ class Shelf:
             advice = "only uploaded records can be removed"
             told = f"Record {record_id} is built in and cannot be removed."
             found = f"{record_id}, which is built in"
-            raise RecordKept(Fault("record", found, "an uploaded record", advice, told))
+            raise RecordKept("record", found, "an uploaded record", advice, told)
         self._require_uploaded(record_id)
         # the summary is removed first: a record without a summary does not exist
         for suffix in (".json", ".npy"):
@@ -145,9 +145,7 @@ class Shelf:
     def _require_uploaded(self, record_id: str) -> None:
         if record_id not in set(self._uploaded()):
             advice = "`GET /api/v1/records` lists them"
-            raise RecordNotFound(
-                Fault("record", describe(record_id), "the whole id of an uploaded record", advice)
-            )
+            raise RecordNotFound("record", describe(record_id), "the whole id of an uploaded record", advice)
 
     def _uploaded(self) -> Iterator[str]:
         return (path.stem for path in sorted(self.folder.glob("u-*.json")))
@@ -168,7 +166,7 @@ class Shelf:
         near = nearest(record_id, (*FIRST_COMPONENTS, *self.ids()))
         advice = f"did you mean {near}?" if near else "list the records, or upload this one"
         allowed = f"one of {listing(FIRST_COMPONENTS)}, a component of these, or the id of an uploaded record"
-        raise RecordNotFound(Fault("record", describe(record_id), allowed, advice))
+        raise RecordNotFound("record", describe(record_id), allowed, advice)
 
     def _motion(self, record_id: str) -> GroundMotion:
         """Read an uploaded record. Raise `RecordDamaged` if the samples do not match the id."""
@@ -209,9 +207,7 @@ class Shelf:
                 self._motion(record_id)
                 return record_id, False
         else:
-            full = self._quota.reached("record", [self._owner_or_nobody(each) for each in kept])
-            if full is not None:
-                raise ShelfFull(full)
+            self._quota.require("record", [self._owner_or_nobody(each) for each in kept], ShelfFull)
         self.folder.mkdir(parents=True, exist_ok=True)
         sync_path(self.folder.parent)
         samples = io.BytesIO()
@@ -231,4 +227,4 @@ class Shelf:
 
 def _damaged(record_id: str, why: str) -> RecordDamaged:
     advice = "upload it again, which replaces its files; or remove them from the folder `records`"
-    return RecordDamaged(lost_files("record", record_id, why, advice))
+    return lost_files(RecordDamaged, "record", record_id, why, advice)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import Row
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.catalogue.home import cube_name, disk_gone
 from damperlab.studies.store.catalogue.quota import Quota, Usage, usage_of
@@ -106,13 +105,11 @@ class Cubes:
             shelf = self.cube_shelf(study_id, row.number)
             if revision is not None and not row.taken_back <= revision <= row.revision:
                 raise RevisionGone(
-                    Fault(
-                        "revision",
-                        str(revision),
-                        f"{row.taken_back} to {row.revision}",
-                        "open the study again",
-                        f"Revision {revision} is no longer available: some blocks of the study were computed again since.",
-                    )
+                    "revision",
+                    str(revision),
+                    f"{row.taken_back} to {row.revision}",
+                    "open the study again",
+                    f"Revision {revision} is no longer available: some blocks of the study were computed again since.",
                 )
             if revision is not None and revision != row.revision:
                 return row, shelf, marks_of(connection, row, upto=revision)

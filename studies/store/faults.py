@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TypeVar
 
 from damperlab.studies.faults import Fault, sentence
 from damperlab.studies.store.files.shelf import Shelf, ShelfAway
@@ -9,21 +10,19 @@ from damperlab.studies.user_error import UserError
 
 
 class StoreFault(UserError):
-    """An error whose message tells the user how to correct the problem.
+    """An error whose message tells the user how to correct the problem. The parameters are those of `Fault`."""
 
-    Parameters
-    ----------
-    fault : Fault
-        The field, the value found, the allowed values, and the advice.
-    """
+    def __init__(self, field: str, found: str, allowed: str, advice: str, message: str = "") -> None:
+        # the arguments, and not the message, are given to Exception, so that a worker process can send the error
+        super().__init__(field, found, allowed, advice, message)
+        self.fault = Fault(field, found, allowed, advice, message)
 
-    def __init__(self, fault: Fault) -> None:
-        super().__init__(str(fault))
-        self.fault = fault
+    def __str__(self) -> str:
+        """Describe the error, the allowed values, and the remedy."""
+        return str(self.fault)
 
-    def __reduce__(self) -> tuple[type["StoreFault"], tuple[Fault]]:
-        """Pickle only the fault, so that a worker process can send the error."""
-        return type(self), (self.fault,)
+
+Kind = TypeVar("Kind", bound=StoreFault)
 
 
 class StudyNotFound(StoreFault):
@@ -75,17 +74,15 @@ def cannot_use(place: str, error: OSError) -> StoreFault:
     """Return the `StoreFault` for an OSError that occurred while files of the store were read or written."""
     away = isinstance(error, (ShelfAway, PermissionError))
     return (StoreAway if away else StoreFault)(
-        Fault(
-            place,
-            str(error),
-            "a cube that can be read and written",
-            "check the server and the AWS_… variables; stored data are not affected, and studies continue "
-            "once it answers"
-            if place.startswith("s3://")
-            else "check the disk's free space and the folder's permissions; a cube that is lost can be "
-            "computed again after `damperlab delete`",
-            f"{place} cannot be read or written: {error}.",
-        )
+        place,
+        str(error),
+        "a cube that can be read and written",
+        "check the server and the AWS_… variables; stored data are not affected, and studies continue "
+        "once it answers"
+        if place.startswith("s3://")
+        else "check the disk's free space and the folder's permissions; a cube that is lost can be "
+        "computed again after `damperlab delete`",
+        f"{place} cannot be read or written: {error}.",
     )
 
 
@@ -101,16 +98,14 @@ def using(place: str) -> Iterator[None]:
 def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueDamaged:
     """Return the error for a study whose rows in the catalogue are damaged."""
     return CatalogueDamaged(
-        Fault(
-            f"study {study_id}",
-            f"{found} in the catalogue",
-            "the rows as they were written",
-            advice
-            or f"list the damage with `damperlab store verify {study_id}`, and repair the study with "
-            f"`damperlab store verify {study_id} --repair`; if that fails, make the catalogue again with "
-            "`damperlab store rebuild`",
-            f"The catalogue is damaged: study {study_id} has {found}.",
-        )
+        f"study {study_id}",
+        f"{found} in the catalogue",
+        "the rows as they were written",
+        advice
+        or f"list the damage with `damperlab store verify {study_id}`, and repair the study with "
+        f"`damperlab store verify {study_id} --repair`; if that fails, make the catalogue again with "
+        "`damperlab store rebuild`",
+        f"The catalogue is damaged: study {study_id} has {found}.",
     )
 
 
@@ -119,14 +114,12 @@ def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDama
     study_id = shelf.name.removesuffix(".zarr").rpartition("-")[0]
     where = f"{'' if index is None else f'block {index} of '}study {study_id}"
     return BlockDamaged(
-        Fault(
-            where,
-            f"{what}: {found}",
-            "what was written",
-            f"list all damage with `damperlab store verify {study_id}`, and repair the study with `damperlab store verify "
-            f"--repair {study_id}`: descriptions are written again, lost blocks are computed again",
-            sentence(f"{where} cannot be read: {what}: {found}"),
-        )
+        where,
+        f"{what}: {found}",
+        "what was written",
+        f"list all damage with `damperlab store verify {study_id}`, and repair the study with `damperlab store verify "
+        f"--repair {study_id}`: descriptions are written again, lost blocks are computed again",
+        sentence(f"{where} cannot be read: {what}: {found}"),
     )
 
 
@@ -153,8 +146,8 @@ def reporting_damage(
         raise damaged(shelf, index, what, str(error)) from error
 
 
-def lost_files(noun: str, name: str, why: str, advice: str) -> Fault:
-    """Return the fault for a design or a ground-motion record whose files are lost or damaged."""
+def lost_files(kind: type[Kind], noun: str, name: str, why: str, advice: str) -> Kind:
+    """Return the error for a design or a ground-motion record whose files are lost or damaged."""
     found = f"{name}, whose files are lost or damaged ({why})"
     told = f"The files of {noun} {name} are lost or damaged: {why.rstrip('.')}."
-    return Fault(noun, found, f"a {noun} whose files are complete", advice, told)
+    return kind(noun, found, f"a {noun} whose files are complete", advice, told)

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from damperlab.studies.faults import Fault, counted
+from damperlab.studies.faults import counted
+from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.provenance import submitter
 
 
@@ -22,8 +23,8 @@ class KeptQuota:
     together: int | None = 1000
     of_owner: int | None = None
 
-    def reached(self, what: str, owners: Sequence[str | None]) -> Fault | None:
-        """Return the reason why the submitter may not store another item; None if another item is allowed.
+    def require(self, what: str, owners: Sequence[str | None], full: type[StoreFault]) -> None:
+        """Raise the error `full` if the submitter may not store another item.
 
         Parameters
         ----------
@@ -31,6 +32,8 @@ class KeptQuota:
             Kind of the items: `design` or `record`.
         owners : sequence of str or None
             Owner of each stored item.
+        full : type
+            Class of the error.
         """
         owner = submitter.get()
         for setting, count, most in (
@@ -41,8 +44,7 @@ class KeptQuota:
                 found = counted(count, what)
                 advice = f"remove some with DELETE /api/v1/{what}s/{{id}}"
                 told = f"{{field}} is reached: {found} of at most {most:,} are stored."
-                return Fault(setting, found, f"at most {most:,}", advice, told)
-        return None
+                raise full(setting, found, f"at most {most:,}", advice, told)
 
 
 USUAL = KeptQuota()

@@ -18,7 +18,6 @@ from tests.worker.run_here import linear_study, submit
 
 from damperlab.service.cluster import SharedCluster
 from damperlab.service.dispatch import Dispatcher
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.life_cycle.claims import Waiting
 from damperlab.studies.store.provenance import submitter
@@ -179,7 +178,7 @@ def test_a_run_that_ends_oddly_leaves_no_study_waiting_for_ever(
     store: Store, monkeypatch: pytest.MonkeyPatch, error: BaseException
 ) -> None:
     monkeypatch.setattr("damperlab.service.dispatch.AGAIN_SECONDS", 0.1)
-    locked = [StoreFault(Fault("catalogue", "database is locked", "allowed", "advice"))]
+    locked = [StoreFault("catalogue", "database is locked", "allowed", "advice")]
     set_state = store.set_state
 
     def set_state_at_last(study_id: str, state: str, *rest: Any, **named: Any) -> Record:

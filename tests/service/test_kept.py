@@ -11,7 +11,6 @@ from anyio.to_thread import run_sync
 
 from damperlab.service.work.kept import READS, Kept
 from damperlab.service.work.shared import Shared
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreAway, StudyNotFound
 
 URL = "/api/v1/studies/one/resonance-map"
@@ -71,9 +70,9 @@ class _Service:
         if name in self.others:
             return SimpleNamespace(**self.others[name])
         if name == self.away:
-            raise StoreAway(Fault("catalogue", "no answer", "one that answers", "try again"))
+            raise StoreAway("catalogue", "no answer", "one that answers", "try again")
         if name != "one":
-            raise StudyNotFound(Fault("study", name, "one that is there", "name another"))
+            raise StudyNotFound("study", name, "one that is there", "name another")
         return SimpleNamespace(id=name, created=0, revision=self.revision, state="running")
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:

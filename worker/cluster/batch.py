@@ -8,7 +8,6 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.vocabulary import BatchSystem
 from damperlab.worker.outcomes import ClusterUnusable
 
@@ -206,12 +205,10 @@ def _call(system: BatchSystem, command: tuple[str, ...], text: str) -> str:
 
 def _refused(system: BatchSystem, command: str, reason: str) -> ClusterUnusable:
     return ClusterUnusable(
-        Fault(
-            "cluster",
-            f"{system!r}, whose command {command} failed ({reason})",
-            f"a machine where {command} takes jobs",
-            "start this on a login node, and set options that your batch system requires in "
-            "DAMPERLAB_JOB_OPTIONS",
-            f"The batch system {system} cannot be used: {command} failed ({reason}).",
-        )
+        "cluster",
+        f"{system!r}, whose command {command} failed ({reason})",
+        f"a machine where {command} takes jobs",
+        "start this on a login node, and set options that your batch system requires in "
+        "DAMPERLAB_JOB_OPTIONS",
+        f"The batch system {system} cannot be used: {command} failed ({reason}).",
     )

@@ -8,7 +8,6 @@ from pathlib import Path
 from distributed import Security
 from distributed.comm import CommClosedError
 
-from damperlab.studies.faults import Fault
 from damperlab.worker.outcomes import ClusterUnusable
 
 CA, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
@@ -41,13 +40,11 @@ def security(folder: Path | None = None, address: str = "") -> Security:
             shown = Security()
             if address.startswith("tls:") and not _encrypts(shown):
                 raise ClusterUnusable(
-                    Fault(
-                        "tls",
-                        f"no certificates for {address!r}",
-                        "certificates that the scheduler accepts",
-                        f"name their folder in {VARIABLE}, or with --tls if the command has this option",
-                        f"There are no certificates to show to {address}.",
-                    )
+                    "tls",
+                    f"no certificates for {address!r}",
+                    "certificates that the scheduler accepts",
+                    f"name their folder in {VARIABLE}, or with --tls if the command has this option",
+                    f"There are no certificates to show to {address}.",
                 )
             return shown
         folder = Path(named)
@@ -55,13 +52,11 @@ def security(folder: Path | None = None, address: str = "") -> Security:
     for file in files:
         if not os.access(file, os.R_OK):
             raise ClusterUnusable(
-                Fault(
-                    "tls",
-                    f"{str(folder)!r} without a readable {file.name}",
-                    f"a folder with {CA}, {CERTIFICATE} and {KEY}",
-                    "make one with `damperlab admin certificates DIR` and copy it to every machine of the cluster",
-                    f"The folder {folder} holds no {file.name} that can be read; it must hold {CA}, {CERTIFICATE} and {KEY}.",
-                )
+                "tls",
+                f"{str(folder)!r} without a readable {file.name}",
+                f"a folder with {CA}, {CERTIFICATE} and {KEY}",
+                "make one with `damperlab admin certificates DIR` and copy it to every machine of the cluster",
+                f"The folder {folder} holds no {file.name} that can be read; it must hold {CA}, {CERTIFICATE} and {KEY}.",
             )
     for file in files[:2]:
         _require_valid(file)
@@ -88,13 +83,11 @@ def _require_valid(file: Path) -> None:
         found = x509.load_pem_x509_certificates(file.read_bytes())
     except ValueError as error:
         raise ClusterUnusable(
-            Fault(
-                "tls",
-                f"{str(file)!r}, which is not a certificate ({error})",
-                "a certificate in PEM",
-                advice,
-                f"The file {file} holds no certificate.",
-            )
+            "tls",
+            f"{str(file)!r}, which is not a certificate ({error})",
+            "a certificate in PEM",
+            advice,
+            f"The file {file} holds no certificate.",
         ) from error
     for one in found:
         begins, ends = one.not_valid_before_utc, one.not_valid_after_utc
@@ -106,13 +99,11 @@ def _require_valid(file: Path) -> None:
             )
             here = f"it is {now:%Y-%m-%d %H:%M} by the clock of this machine"
             raise ClusterUnusable(
-                Fault(
-                    "tls",
-                    f"{str(file)!r}, whose certificate {ended} UTC",
-                    "certificates that are valid now",
-                    advice,
-                    f"The certificate {file} {ended} UTC; {here}.",
-                )
+                "tls",
+                f"{str(file)!r}, whose certificate {ended} UTC",
+                "certificates that are valid now",
+                advice,
+                f"The certificate {file} {ended} UTC; {here}.",
             )
 
 

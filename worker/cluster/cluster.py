@@ -11,7 +11,6 @@ from distributed import Client, Nanny, Security, SpecCluster, rpc
 from distributed.core import Status
 from distributed.system import MEMORY_LIMIT
 
-from damperlab.studies.faults import Fault
 from damperlab.worker.cluster.certificates import refusal, security
 from damperlab.worker.cluster.scheduler import SchedulerProcess
 from damperlab.worker.cores import core_count
@@ -81,19 +80,17 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
     if scheduler is not None:
         if workers is not None:
             raise ClusterUnusable(
-                Fault(
-                    "workers",
-                    f"{workers}, together with scheduler {scheduler!r}",
-                    "one of the two",
-                    "leave `workers` out: the scheduler's own workers are used",
-                    "`workers` and `scheduler` cannot be combined.",
-                )
+                "workers",
+                f"{workers}, together with scheduler {scheduler!r}",
+                "one of the two",
+                "leave `workers` out: the scheduler's own workers are used",
+                "`workers` and `scheduler` cannot be combined.",
             )
         opened = _remote(scheduler)
     else:
         count = core_count() if workers is None else workers
         if count < 1:
-            raise ClusterUnusable(Fault("workers", str(count), "1 or more", "leave it out to use every core"))
+            raise ClusterUnusable("workers", str(count), "1 or more", "leave it out to use every core")
         opened = _local(count)
     with opened as client:
         yield client
@@ -189,14 +186,12 @@ def _remote(address: str) -> Iterator[Client]:
     except Exception as error:
         why = refusal(error) or str(error) or f"no answer within {SCHEDULER_TIMEOUT_SECONDS:g} s"
         raise ClusterUnusable(
-            Fault(
-                "scheduler",
-                f"{address!r} ({why})",
-                allowed,
-                "start one with `dask scheduler`; set DAMPERLAB_CLUSTER_TLS if it requires certificates; or "
-                "leave `scheduler` out to compute on this machine",
-                f"No Dask scheduler can be used at {address}: {why}.",
-            )
+            "scheduler",
+            f"{address!r} ({why})",
+            allowed,
+            "start one with `dask scheduler`; set DAMPERLAB_CLUSTER_TLS if it requires certificates; or "
+            "leave `scheduler` out to compute on this machine",
+            f"No Dask scheduler can be used at {address}: {why}.",
         ) from error
     # Dask would log a traceback for a lost connection, although an exception reports the loss
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
@@ -214,13 +209,11 @@ def _remote(address: str) -> Iterator[Client]:
 
 def _lost(error: Exception) -> ClusterUnusable:
     return ClusterUnusable(
-        Fault(
-            "scheduler",
-            f"one that was lost during the request ({error})",
-            "a running Dask scheduler",
-            "wait if it is about to come back; otherwise start one with `dask scheduler`",
-            f"The scheduler was lost during the request ({error}).",
-        )
+        "scheduler",
+        f"one that was lost during the request ({error})",
+        "a running Dask scheduler",
+        "wait if it is about to come back; otherwise start one with `dask scheduler`",
+        f"The scheduler was lost during the request ({error}).",
     )
 
 

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from distributed import Client, SpecCluster
 
-from damperlab.studies.faults import Fault
 from damperlab.worker.cluster.batch import SHORTEST_SECONDS, Jobs, Place, cancel, script, submit, worker_name
 from damperlab.worker.cluster.certificates import make_certificates, security
 from damperlab.worker.cluster.cluster import SCHEDULER_CONFIG, closed_where_lost
@@ -179,28 +178,22 @@ def _keep(client: Client, hired: Hired, wanted: Callable[[], int], stop: threadi
 def _check(jobs: Jobs, folder: Path) -> None:
     if jobs.wall_seconds < SHORTEST_SECONDS:
         raise ClusterUnusable(
-            Fault(
-                "job_seconds",
-                f"{jobs.wall_seconds:g}",
-                f"{SHORTEST_SECONDS:g} or more",
-                "give jobs time to start, to compute and to leave",
-            )
+            "job_seconds",
+            f"{jobs.wall_seconds:g}",
+            f"{SHORTEST_SECONDS:g} or more",
+            "give jobs time to start, to compute and to leave",
         )
     if jobs.fewest > jobs.most:
         raise ClusterUnusable(
-            Fault(
-                "workers_min",
-                f"{jobs.fewest}, with at most {jobs.most} workers",
-                f"at most {jobs.most}",
-                "raise `workers`, or lower `workers_min`",
-            )
+            "workers_min",
+            f"{jobs.fewest}, with at most {jobs.most} workers",
+            f"at most {jobs.most}",
+            "raise `workers`, or lower `workers_min`",
         )
     if any(sign.isspace() for sign in str(folder)):
         raise ClusterUnusable(
-            Fault(
-                "data_dir",
-                repr(str(folder)),
-                "a path without blanks",
-                "move the data folder: batch systems accept no blank in the path of a job's output",
-            )
+            "data_dir",
+            repr(str(folder)),
+            "a path without blanks",
+            "move the data folder: batch systems accept no blank in the path of a job's output",
         )

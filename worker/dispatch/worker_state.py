@@ -131,6 +131,7 @@ class Standings:
     def __init__(self) -> None:
         self.states: dict[str, WorkerState] = {}
         self.news: list[str] = []
+        """Unreported messages about events, such as the exclusion of a worker. They end without a full stop."""
         self._threads = 0
 
     @property
@@ -212,11 +213,6 @@ class Standings:
         """Return the number of workers of each reported standing."""
         found: list[str] = ["usable" if worker.usable else worker.standing for worker in self.states.values()]
         return tuple((standing, found.count(standing)) for standing in STANDINGS)
-
-    def take_news(self) -> list[str]:
-        """Return messages about events since the last call. Each message is a sentence without a full stop."""
-        news, self.news = self.news, []
-        return news
 
     def left_out(self) -> list[WorkerState]:
         """Return the excluded workers."""

@@ -3,20 +3,22 @@
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.plan import Block, Plan
+from damperlab.studies.plan import Block
 from damperlab.studies.store.cube.description import stored_variables
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.worker.provenance import code_hash, one_identity, require_begun_alike
-from damperlab.worker.run.lease import Lease
 from damperlab.worker.worker_process.examination import canary_of, examine, stored_bits
 from damperlab.worker.worker_process.tasks import run_block
+
+if TYPE_CHECKING:
+    from damperlab.worker.run.runner import Run
 
 
 class Calls:
@@ -24,19 +26,17 @@ class Calls:
 
     Parameters
     ----------
-    lease : Lease
-        This run's claim on the study.
-    plan : Plan
-        Division of the study into blocks.
+    run : Run
+        The run, whose plan must be set.
     record : Record
         The study in its present state.
     """
 
-    def __init__(self, lease: Lease, plan: Plan, record: Record) -> None:
-        self._lease = lease
-        self._plan = plan
+    def __init__(self, run: "Run", record: Record) -> None:
+        self._lease = run.lease
+        self._plan = run.plan
+        self._cube_path = run.cube_path
         self._record = record
-        self._cube_path = lease.store.cube_path(lease.study_id)
 
     @property
     def begun(self) -> str:

@@ -9,7 +9,6 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
@@ -106,13 +105,11 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
     lease = Lease(store, study_id)
     if not store.claim(study_id, lease.owner) and not _take_over(lease):
         raise StudyBusy(
-            Fault(
-                "id",
-                f"study {study_id}, which another process is running",
-                "a study that no other process runs",
-                "wait for it, or cancel it there; the claim of a process that died expires by itself",
-                f"Study {study_id} is run by another process.",
-            )
+            "id",
+            f"study {study_id}, which another process is running",
+            "a study that no other process runs",
+            "wait for it, or cancel it there; the claim of a process that died expires by itself",
+            f"Study {study_id} is run by another process.",
         )
     with renewed(lease.owner, lease.renewing, lambda: store.release(study_id, lease.owner)):
         yield lease

@@ -64,7 +64,7 @@ def compute_on_cluster(run: "Run") -> None:
 
 def _compute_at(run: "Run", client: Client, pending: NDArray[np.int64]) -> None:
     record = run.lease.store.find(run.lease.study_id)
-    calls = Calls(run.lease, run.plan, record)
+    calls = Calls(run, record)
     window = Window(
         client,
         calls.of_block,

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import BlockOutcome, Record
@@ -197,10 +197,10 @@ class Reporter:
         self._waits_for, self._gives_up_at = "", self._window.gives_up_at
         study_id = self._lease.study_id
         incidents, workers.incidents = workers.incidents, []
-        for sentence in incidents:
+        news, workers.news = workers.news, []
+        for sentence in (*incidents, *news):
             _log.warning("study %s: %s", study_id, sentence)
-        for sentence in workers.take_news():
-            _log.warning("study %s: %s", study_id, sentence)
+        for sentence in news:
             self._lease.store.note(study_id, sentence)
         out = workers.reasons()
         if stranded is not None:
@@ -232,23 +232,17 @@ class Reporter:
         if self._meter is None or not (at_once or now - self._reported >= REPORT_SECONDS):
             return
         self._reported = now
-        progress = self._meter.progress()
         phase, done, total = self._phase
+        known: dict[str, Any] = {"retries": self._earlier_retries}
         if phase is not None:
-            progress = replace(progress, phase=phase, phase_done=done, phase_total=total)
+            known |= {"phase": phase, "phase_done": done, "phase_total": total}
         if phase in ("starting", "waiting"):
             # it is unknown when the study will continue, so the time left is unknown too
-            progress = replace(progress, seconds_left=None)
+            known["seconds_left"] = None
         if phase == "waiting":
-            left = max(0.0, self._gives_up_at - now)
-            progress = replace(progress, waits_for=self._waits_for, gives_up_in=left)
-        progress = replace(progress, retries=self._earlier_retries)
+            known |= {"waits_for": self._waits_for, "gives_up_in": max(0.0, self._gives_up_at - now)}
         if self._window is not None:
             workers = self._window.workers
-            progress = replace(
-                progress,
-                workers=workers.standings(),
-                blocks_in_flight=workers.in_flight,
-                retries=self._earlier_retries + workers.retries,
-            )
-        self._on_progress(progress)
+            known |= {"workers": workers.standings(), "blocks_in_flight": workers.in_flight}
+            known["retries"] += workers.retries
+        self._on_progress(replace(self._meter.progress(), **known))

@@ -57,12 +57,11 @@ def run_study(
     stop: Event,
     *,
     only_from: tuple[str, ...] = STATES,
-    stopped_as: str = "cancelled",
-    outage_as: str = "failed",
+    continues: bool = False,
     here_seconds: float = 0.0,
     wait_seconds: float = 120.0,
     return_seconds: float = 0.0,
-    budget_seconds: float | None = None,
+    budget_seconds: float = math.inf,
 ) -> Record:
     """Compute the missing blocks of a study.
 
@@ -87,18 +86,16 @@ def run_study(
         within `GRACE_SECONDS`.
     only_from : tuple of str
         States from which the study may start. In any other state, nothing is computed.
-    stopped_as : str
-        Final state after `stop`, for example "queued" if another process will continue the study. A state that another
-        process has set meanwhile is kept.
-    outage_as : str
-        Final state after a temporary failure, for example an absent cluster or a full disk.
+    continues : bool
+        Whether the caller continues the study later. After `stop` and after a temporary failure, such as an absent
+        cluster or a full disk, the study is then queued again. A state that another process has set meanwhile is kept.
     here_seconds : float
         If the missing blocks are expected to take at most this time [s], this process computes them without a cluster.
     wait_seconds : float
         Longest wait while no worker of the cluster can compute [s].
     return_seconds : float
         Longest wait for a lost scheduler, or for a store that does not answer [s].
-    budget_seconds : float, optional
+    budget_seconds : float
         Kernel time after which no further block starts [s]. The study then ends as if it had been stopped, and the
         message says that the budget is spent.
 
@@ -114,12 +111,12 @@ def run_study(
     StudyBusy
         If another process runs the study. Nothing is changed in this case.
     ClusterUnusable
-        If no cluster can be reached. The study gets the state `outage_as` and can be run again.
+        If no cluster can be reached. The study can be run again.
     """
     store.find(study_id)
+    stopped_as, outage_as = ("queued", "queued") if continues else ("cancelled", "failed")
+    limits = Limits(here_seconds, wait_seconds, return_seconds, budget_seconds)
     with hold(store, study_id) as lease:
-        budget = math.inf if budget_seconds is None else budget_seconds
-        limits = Limits(here_seconds, wait_seconds, return_seconds, budget)
         run = Run(lease, Reporter(lease, on_progress), client_factory, stop, limits)
         if run.begin(only_from):
             try:
@@ -287,7 +284,7 @@ class Run:
             self._record = self._store.forget(self._study_id, lost, "their files are lost", owner=owner)
 
     def _compute_here(self, pending: NDArray[np.int64], work_left: float) -> None:
-        calls = Calls(self.lease, self.plan, self._record)
+        calls = Calls(self, self._record)
         calls.agree({"this process": computing()})
         self.reporter.watch(None)
         self._compile_here(missing(scenes(self.plan.study)))

@@ -1,22 +1,39 @@
-"""Test of a worker before its first block. The test compares the code, reads the data and computes a few points."""
+"""Tests of a worker. Before its first block, it reads the study and computes a few points. Later, it checks itself."""
 
+import asyncio
 import hashlib
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block, Plan
 from damperlab.studies.variables import Status
+from damperlab.worker.block import solve_block
 from damperlab.worker.provenance import computing, require_code
 from damperlab.worker.worker_process.tasks import solve_stored
 
 POINTS = 3
 """Number of points in the test of a worker. In a continuation study, the test has one row of points instead."""
 _MEASURED = ("run_time",)
+
+EVERY_SECONDS = 10.0
+"""Interval between self-checks [s]. Each self-check takes milliseconds."""
+
+_DAMPING_RATIO = 0.0038
+KNOWN = {
+    # without friction, the ratio at r = 1 is 1/(2ζ)
+    0.0: 1.0 / (2.0 * _DAMPING_RATIO),
+    # eight digits of Den Hartog's exact solution for slip without stops
+    0.6: 31.059792,
+}
+"""Known ratio of the relative amplitude to the base amplitude at r = 1 and ζ = 0.0038, by friction ratio."""
+_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -113,3 +130,34 @@ def majority(answers: Mapping[str, str]) -> str | None:
         return None
     answer, count = Counter(answers.values()).most_common(1)[0]
     return answer if 2 * count > len(answers) else None
+
+
+def wrong_answers(solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block) -> str:
+    """Compute the points of the self-check, and describe the wrong values; empty if all values are right."""
+    axes = {"friction_ratio": list(KNOWN), "frequency_ratio": 1.0}
+    study = parse_study({"particle": False, "damping_ratio": _DAMPING_RATIO, "axes": axes})
+    assert isinstance(study, Study)
+    values = solve(study, Block.whole(study.shape))["relative_amplitude_ratio"].ravel()
+    wrong = [
+        f"{value:.9g} in place of {truth:.9g} at friction ratio {friction:g}"
+        for value, (friction, truth) in zip(values, KNOWN.items(), strict=True)
+        if not abs(value - truth) <= _TOLERANCE * truth
+    ]
+    return ", ".join(wrong)
+
+
+async def show_alive(
+    file: Path,
+    give_up: Callable[[str], None],
+    solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block,
+) -> None:
+    """Repeat the self-check, and touch a file after each success. After a failure, call `give_up` and stop."""
+    loop = asyncio.get_running_loop()
+    while True:
+        # a thread computes, so that this worker can answer requests in the meantime
+        wrong = await loop.run_in_executor(None, wrong_answers, solve)
+        if wrong:
+            give_up(f"it computes wrong values for known points: {wrong}")
+            return
+        file.touch()
+        await asyncio.sleep(EVERY_SECONDS)

@@ -16,7 +16,7 @@ from distributed.core import Status
 
 from damperlab.worker.cluster.cluster import ONE_THREAD
 from damperlab.worker.worker_process.connecting import connected, say
-from damperlab.worker.worker_process.self_check import show_alive
+from damperlab.worker.worker_process.examination import show_alive
 
 LOOK_SECONDS = 0.2
 """Interval between checks for a reason to leave, and between checks of the remaining work [s]."""

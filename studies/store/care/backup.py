@@ -13,7 +13,6 @@ from sqlalchemy import Row, delete, insert, select
 
 from damperlab.studies.design.shelf import DESIGNS, REQUEST
 from damperlab.studies.design.shelf import Shelf as Designs
-from damperlab.studies.faults import Fault
 from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.store.catalogue.home import (
     BACKUP_OF,
@@ -160,23 +159,19 @@ def _require_target(source: Store, target: Store, mine: str) -> None:
         if given == held:
             told = f"{target.data_dir} holds these studies already."
             raise StoreFault(
-                Fault(
-                    "data_dir",
-                    f"{target.data_dir}, which holds these studies already",
-                    "a data directory without studies",
-                    "use this folder as it is, or name another folder",
-                    told,
-                )
+                "data_dir",
+                f"{target.data_dir}, which holds these studies already",
+                "a data directory without studies",
+                "use this folder as it is, or name another folder",
+                told,
             )
         raise StoreFault(
-            Fault(
-                "data_dir",
-                f"{target.data_dir}, which holds other studies",
-                "a data directory without studies, or an earlier backup of the same data directory",
-                "name another folder",
-                f"{target.data_dir} holds other studies; a backup goes into a folder without studies, or into an earlier "
-                "backup of the same data directory.",
-            )
+            "data_dir",
+            f"{target.data_dir}, which holds other studies",
+            "a data directory without studies, or an earlier backup of the same data directory",
+            "name another folder",
+            f"{target.data_dir} holds other studies; a backup goes into a folder without studies, or into an earlier "
+            "backup of the same data directory.",
         )
 
 
@@ -192,15 +187,13 @@ def _require_nothing_lost(source: Store, target: Store) -> None:
         place = f"{target.shelf.address}/{lost[0]}"
         more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
         raise StoreFault(
-            Fault(
-                "data_dir",
-                f"{place}{more}, which {source.data_dir} has lost: it has neither the study nor a record of "
-                "its deletion",
-                "a backup whose studies all exist in the source or were deleted there",
-                f"copy the folder into {source.shelf.address} and run `damperlab store rebuild` to have the study again; else "
-                "back up into a new folder",
-                f"The backup holds {place}{more}, which {source.data_dir} has lost; it would be removed from the backup.",
-            )
+            "data_dir",
+            f"{place}{more}, which {source.data_dir} has lost: it has neither the study nor a record of "
+            "its deletion",
+            "a backup whose studies all exist in the source or were deleted there",
+            f"copy the folder into {source.shelf.address} and run `damperlab store rebuild` to have the study again; else "
+            "back up into a new folder",
+            f"The backup holds {place}{more}, which {source.data_dir} has lost; it would be removed from the backup.",
         )
 
 

@@ -17,7 +17,6 @@ from typing import Any
 from sqlalchemy import Connection, delete, func, insert, or_, select
 
 from damperlab.studies.digest import family_digest
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue, open_catalogue
 from damperlab.studies.store.catalogue.home import (
     CUBES,
@@ -184,13 +183,11 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     owner = owner_of(place)
     if owner is not None and used and known not in (None, owner):
         raise StoreFault(
-            Fault(
-                "catalogue",
-                f"{catalogue.name}, which holds studies whose cubes are not those in {place.address}",
-                "the catalogue of these cubes, an empty catalogue, or no catalogue",
-                "move the catalogue away, or name an empty database, and run `damperlab store rebuild` again",
-                f"{catalogue.name} holds studies whose cubes are not those in {place.address}.",
-            )
+            "catalogue",
+            f"{catalogue.name}, which holds studies whose cubes are not those in {place.address}",
+            "the catalogue of these cubes, an empty catalogue, or no catalogue",
+            "move the catalogue away, or name an empty database, and run `damperlab store rebuild` again",
+            f"{catalogue.name} holds studies whose cubes are not those in {place.address}.",
         )
     mine = owner or catalogue_id(catalogue)
     with catalogue.writing() as connection:

@@ -11,7 +11,7 @@ from typing import Any, cast
 
 from sqlalchemy import Row, insert, select, update
 
-from damperlab.studies.faults import NOTHING, Fault, describe, listing, printable
+from damperlab.studies.faults import NOTHING, describe, listing, printable
 from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import access_keys
@@ -117,12 +117,12 @@ class AccessKeys:
         """
         if not _OWNER.fullmatch(owner):
             raise KeyFault(
-                Fault("owner", describe(owner), "a line of 1 to 100 characters", "name a person or a program")
+                "owner", describe(owner), "a line of 1 to 100 characters", "name a person or a program"
             )
         strange = [scope for scope in scopes if scope not in SCOPES]
         if strange or not scopes:
             found = describe(strange[0]) if strange else NOTHING
-            raise KeyFault(Fault("scope", found, f"one of {listing(SCOPES)}", "choose one of these"))
+            raise KeyFault("scope", found, f"one of {listing(SCOPES)}", "choose one of these")
         highest = max(SCOPES.index(scope) for scope in scopes)
         key_id, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
         now = time.time()
@@ -168,13 +168,11 @@ class AccessKeys:
         found = self.find(key_id)
         if found is None:
             raise KeyFault(
-                Fault(
-                    "key",
-                    describe(key_id),
-                    "the id of a key",
-                    "`damperlab admin keys list` shows the keys and their ids",
-                    f"There is no key with the id {printable(key_id)}.",
-                )
+                "key",
+                describe(key_id),
+                "the id of a key",
+                "`damperlab admin keys list` shows the keys and their ids",
+                f"There is no key with the id {printable(key_id)}.",
             )
         return found
 

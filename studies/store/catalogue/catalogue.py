@@ -31,7 +31,6 @@ from sqlalchemy.exc import (
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from sqlalchemy.pool import NullPool
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.rowsum import forget_touched, seal_rows, watch
 from damperlab.studies.store.catalogue.tables import create_tables, facts
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
@@ -160,13 +159,11 @@ class Catalogue:
         """Open a transaction that excludes other writers. An exception in the context rolls the transaction back."""
         if self.read_only:
             raise StoreFault(
-                Fault(
-                    self.name,
-                    "a data folder that is not writable, opened for reading only",
-                    "a writable data folder, for any change",
-                    "copy the folder elsewhere, or change its permissions or how its disk is mounted",
-                    f"{self.name} was opened for reading only, because its folder is not writable; nothing can be changed.",
-                )
+                self.name,
+                "a data folder that is not writable, opened for reading only",
+                "a writable data folder, for any change",
+                "copy the folder elsewhere, or change its permissions or how its disk is mounted",
+                f"{self.name} was opened for reading only, because its folder is not writable; nothing can be changed.",
             )
         give_up = time.monotonic() + self._wait_seconds
         with self._faults(), self._in_turn(), self._engine.connect() as connection:
@@ -266,12 +263,12 @@ class Catalogue:
                 f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this "
                 f"version supports {REVISION}."
             )
-        return kind(Fault(self.name, f"catalogue revision {found}", f"revision {REVISION}", advice, told))
+        return kind(self.name, f"catalogue revision {found}", f"revision {REVISION}", advice, told)
 
     def _damaged(self, found: str) -> CatalogueDamaged:
         advice = "make it again from the cubes with `damperlab store rebuild`"
         told = f"{self.name} is damaged: {found}."
-        return CatalogueDamaged(Fault(self.name, found, f"revision {REVISION}", advice, told))
+        return CatalogueDamaged(self.name, found, f"revision {REVISION}", advice, told)
 
     def _switch_to_wal(self) -> None:
         # repeat the switch to WAL while another process opens the folder, because the switch ignores the busy timeout
@@ -306,30 +303,26 @@ class Catalogue:
             if "database is locked" in found or "lock timeout" in found:
                 raise self._busy(found) from error
             raise (CatalogueDamaged if damaged else StoreFault)(
-                Fault(
-                    self.name,
-                    found,
-                    "a catalogue that can be reached, read and written",
-                    "make the catalogue again from the cubes with `damperlab store rebuild`"
-                    if damaged
-                    else "try again in a moment: too many requests came together, or the database is slow"
-                    if isinstance(error, PoolTimeout)
-                    else "check that its server runs and its address and password are right"
-                    if not self.is_file
-                    else "check the folder's permissions and free space, and that the catalogue is damperlab's",
-                    f"{self.name} cannot be read or written: {found.splitlines()[0].rstrip('.')}.",
-                )
+                self.name,
+                found,
+                "a catalogue that can be reached, read and written",
+                "make the catalogue again from the cubes with `damperlab store rebuild`"
+                if damaged
+                else "try again in a moment: too many requests came together, or the database is slow"
+                if isinstance(error, PoolTimeout)
+                else "check that its server runs and its address and password are right"
+                if not self.is_file
+                else "check the folder's permissions and free space, and that the catalogue is damperlab's",
+                f"{self.name} cannot be read or written: {found.splitlines()[0].rstrip('.')}.",
             ) from error
 
     def _busy(self, found: str) -> StoreFault:
         return StoreFault(
-            Fault(
-                self.name,
-                found,
-                f"the write lock of the catalogue within {self._wait_seconds:g} s",
-                f"{self._lock_holder()}. Try again in a moment; nothing was lost",
-                f"The write lock of {self.name} could not be acquired within {self._wait_seconds:g} s ({found}).",
-            )
+            self.name,
+            found,
+            f"the write lock of the catalogue within {self._wait_seconds:g} s",
+            f"{self._lock_holder()}. Try again in a moment; nothing was lost",
+            f"The write lock of {self.name} could not be acquired within {self._wait_seconds:g} s ({found}).",
         )
 
 
@@ -407,7 +400,7 @@ def open_catalogue(
     StoreFault
         If the folder cannot be created or written, or the catalogue cannot be used; see `Catalogue`.
     """
-    fault = Fault(
+    unusable = StoreFault(
         "data_dir",
         str(data_dir),
         "a folder that can be made and written",
@@ -424,9 +417,9 @@ def open_catalogue(
             for name in (SQLITE_FILE, f"{SQLITE_FILE}{_WRITER}"):
                 (data_dir / name).touch(mode=0o600)
     except OSError as error:
-        raise StoreFault(fault) from error
+        raise unusable from error
     if not os.access(data_dir, os.W_OK | os.X_OK):
-        raise StoreFault(fault)
+        raise unusable
     if address is None:
         return Catalogue(URL.create("sqlite", database=str(data_dir / SQLITE_FILE)), wait_seconds)
     return Catalogue(_postgresql_url(address), wait_seconds)
@@ -449,4 +442,4 @@ def _postgresql_url(address: str) -> URL:
         advice = "install damperlab[postgresql]"
     # the address may contain a password, so the message does not repeat it
     told = f"The catalogue's address must be of the form postgresql://…, and this is {found}."
-    raise StoreFault(Fault("catalogue", found, "postgresql://…", advice, told))
+    raise StoreFault("catalogue", found, "postgresql://…", advice, told)

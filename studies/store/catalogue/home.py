@@ -12,7 +12,6 @@ from pathlib import Path
 
 from sqlalchemy import Connection, delete, insert, select
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue
 from damperlab.studies.store.catalogue.rows import ALIVE, last_number
 from damperlab.studies.store.catalogue.tables import facts, studies
@@ -67,22 +66,18 @@ def require_catalogue(data_dir: Path) -> None:
         return  # the error of opening the catalogue has a better message
     if not holds:
         raise StoreFault(
-            Fault(
-                "catalogue",
-                f"no {SQLITE_FILE} in {data_dir}, which belongs to a catalogue that is elsewhere",
-                "the catalogue that the folder belongs to",
-                f"set DAMPERLAB_CATALOGUE to the address of the PostgreSQL database; if the database is lost, {_REBUILD}",
-                f"The data folder {data_dir} belongs to a catalogue that is not in it.",
-            )
+            "catalogue",
+            f"no {SQLITE_FILE} in {data_dir}, which belongs to a catalogue that is elsewhere",
+            "the catalogue that the folder belongs to",
+            f"set DAMPERLAB_CATALOGUE to the address of the PostgreSQL database; if the database is lost, {_REBUILD}",
+            f"The data folder {data_dir} belongs to a catalogue that is not in it.",
         )
     raise StoreFault(
-        Fault(
-            "data_dir",
-            f"cubes in {cubes} without their catalogue",
-            f"the catalogue that the cubes belong to, {data_dir / SQLITE_FILE} or a PostgreSQL database",
-            f"{_NAME_IT}; if it is lost, {_REBUILD}",
-            f"There are cubes in {cubes} without their catalogue, which is {data_dir / SQLITE_FILE} or a PostgreSQL database.",
-        )
+        "data_dir",
+        f"cubes in {cubes} without their catalogue",
+        f"the catalogue that the cubes belong to, {data_dir / SQLITE_FILE} or a PostgreSQL database",
+        f"{_NAME_IT}; if it is lost, {_REBUILD}",
+        f"There are cubes in {cubes} without their catalogue, which is {data_dir / SQLITE_FILE} or a PostgreSQL database.",
     )
 
 
@@ -121,14 +116,12 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
         return bucket.at(CUBES)
     if known is None and used:
         raise StoreFault(
-            Fault(
-                "store",
-                bucket.address,
-                f"the data directory {data_dir}, where the studies of this catalogue are",
-                "leave `store` out; or copy the studies: `damperlab store backup FOLDER`, and `damperlab store restore FOLDER` "
-                "with a new data directory and this store",
-                f"The studies of this catalogue are in the data directory {data_dir}, not in {bucket.address}.",
-            )
+            "store",
+            bucket.address,
+            f"the data directory {data_dir}, where the studies of this catalogue are",
+            "leave `store` out; or copy the studies: `damperlab store backup FOLDER`, and `damperlab store restore FOLDER` "
+            "with a new data directory and this store",
+            f"The studies of this catalogue are in the data directory {data_dir}, not in {bucket.address}.",
         )
     _own_bucket(bucket, catalogue_id(catalogue), known if used else None)
     with catalogue.writing() as connection:
@@ -145,7 +138,7 @@ def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) ->
     folder = Folder(data_dir)
     if not mark and owner_of(folder) is None:
         return
-    others = Fault(
+    others = StoreFault(
         "data_dir",
         f"{data_dir}, which belongs to a catalogue other than {catalogue.name}",
         "a new folder, or a folder of this catalogue",
@@ -155,14 +148,14 @@ def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) ->
     _own(folder, catalogue_id(catalogue), others)
 
 
-def _own(place: Shelf, mine: str, others: Fault) -> None:
-    """Write a missing owner marker. If the location belongs to another catalogue, raise `StoreFault(others)`."""
+def _own(place: Shelf, mine: str, others: StoreFault) -> None:
+    """Write a missing owner marker. If the location belongs to another catalogue, raise the error `others`."""
     found = owner_of(place)
     with using(place.address):
         if found is None and not mark_owner(place, mine):
             found = owner_of(place)
     if found not in (None, mine):
-        raise StoreFault(others)
+        raise others
 
 
 def catalogue_id(catalogue: Catalogue) -> str:
@@ -196,13 +189,11 @@ def owner_of(place: Shelf) -> str | None:
     except (ValueError, KeyError, TypeError):
         pass
     raise StoreFault(
-        Fault(
-            f"{place.address}/{MARKER}",
-            "an owner marker that is damaged",
-            "the id of the catalogue that the cubes belong to",
-            f"if the cubes belong to the catalogue of this data directory, remove the file and {_REBUILD}",
-            f"The owner marker {place.address}/{MARKER}, which says what catalogue the cubes belong to, is damaged.",
-        )
+        f"{place.address}/{MARKER}",
+        "an owner marker that is damaged",
+        "the id of the catalogue that the cubes belong to",
+        f"if the cubes belong to the catalogue of this data directory, remove the file and {_REBUILD}",
+        f"The owner marker {place.address}/{MARKER}, which says what catalogue the cubes belong to, is damaged.",
     )
 
 
@@ -234,7 +225,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
     if found is None:
         _require_own_cubes(catalogue, folder, holds, used, marked)
         mine = catalogue_id(catalogue)
-    others = Fault(
+    others = StoreFault(
         "data_dir",
         f"cubes in {folder.address} that belong to a catalogue other than {catalogue.name}",
         "the catalogue that the cubes belong to",
@@ -257,40 +248,34 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
     """Raise `StoreFault` if a folder without an owner marker cannot belong to this catalogue."""
     if holds and not used and not marked:
         raise StoreFault(
-            Fault(
-                "data_dir",
-                f"cubes in {folder.address}, and {catalogue.name}, which has no study",
-                "the catalogue that the cubes belong to",
-                f"{_NAME_IT}; if it is lost, {_REBUILD}",
-                f"There are cubes in {folder.address}, but {catalogue.name} has no study.",
-            )
+            "data_dir",
+            f"cubes in {folder.address}, and {catalogue.name}, which has no study",
+            "the catalogue that the cubes belong to",
+            f"{_NAME_IT}; if it is lost, {_REBUILD}",
+            f"There are cubes in {folder.address}, but {catalogue.name} has no study.",
         )
     if marked and used and not holds:
         raise no_cubes(catalogue, folder)
     if marked and not catalogue.is_file:
         # otherwise the catalogue would look for its cubes in two folders
         raise StoreFault(
-            Fault(
-                "data_dir",
-                f"{folder.address}, which does not belong to {catalogue.name}",
-                "the data folder of this catalogue",
-                "name that folder with --data-dir; if it is lost, run `damperlab store rebuild` to use this "
-                "folder instead",
-                f"The cubes of {catalogue.name} are in a different data folder from {folder.address}.",
-            )
+            "data_dir",
+            f"{folder.address}, which does not belong to {catalogue.name}",
+            "the data folder of this catalogue",
+            "name that folder with --data-dir; if it is lost, run `damperlab store rebuild` to use this "
+            "folder instead",
+            f"The cubes of {catalogue.name} are in a different data folder from {folder.address}.",
         )
 
 
 def no_cubes(catalogue: Catalogue, folder: Folder) -> StoreFault:
     """Return the error for a folder of cubes that has lost its owner marker and all cubes."""
     return StoreFault(
-        Fault(
-            "data_dir",
-            f"none of the cubes of {catalogue.name} in {folder.address}",
-            "the folder that holds the cubes",
-            "check that its disk is mounted; if the cubes are lost for good, restore a backup",
-            f"{folder.address} holds none of the cubes of {catalogue.name}.",
-        )
+        "data_dir",
+        f"none of the cubes of {catalogue.name} in {folder.address}",
+        "the folder that holds the cubes",
+        "check that its disk is mounted; if the cubes are lost for good, restore a backup",
+        f"{folder.address} holds none of the cubes of {catalogue.name}.",
     )
 
 
@@ -312,14 +297,12 @@ def disk_gone(shelf: Shelf) -> str | None:
 def older_copy(cube: str, catalogue: str) -> StoreFault:
     """Return the error for a cube with results that the catalogue does not have."""
     return StoreFault(
-        Fault(
-            "catalogue",
-            f"results in {cube} that {catalogue} does not have: the catalogue is an older copy",
-            "the newest state of the catalogue",
-            "put the newest catalogue back, or add the missing studies to this one with `damperlab store "
-            "rebuild`",
-            f"{cube} holds results that {catalogue} does not have: the catalogue is an older copy.",
-        )
+        "catalogue",
+        f"results in {cube} that {catalogue} does not have: the catalogue is an older copy",
+        "the newest state of the catalogue",
+        "put the newest catalogue back, or add the missing studies to this one with `damperlab store "
+        "rebuild`",
+        f"{cube} holds results that {catalogue} does not have: the catalogue is an older copy.",
     )
 
 
@@ -337,15 +320,13 @@ def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
     """Raise `StoreFault` if this catalogue does not own a bucket; `elsewhere` is the recorded location of the cubes."""
     if elsewhere is not None and owner_of(bucket) is None:
         raise StoreFault(
-            Fault(
-                "store",
-                f"{bucket.address}, which holds none of this catalogue's cubes",
-                elsewhere,
-                "leave `store` out, or copy everything there first",
-                f"{bucket.address} holds none of this catalogue's cubes; they are in {elsewhere}.",
-            )
+            "store",
+            f"{bucket.address}, which holds none of this catalogue's cubes",
+            elsewhere,
+            "leave `store` out, or copy everything there first",
+            f"{bucket.address} holds none of this catalogue's cubes; they are in {elsewhere}.",
         )
-    others = Fault(
+    others = StoreFault(
         "store",
         f"{bucket.address}, which holds the cubes of another catalogue",
         "a bucket, or a prefix in a bucket, that no other catalogue uses",

@@ -5,7 +5,6 @@ from typing import Optional
 
 from sqlalchemy import Connection, func, select
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.faults import QuotaReached, TooManyUnfinished
 
@@ -76,22 +75,20 @@ class Quota:
         ):
             if limit is not None and wanted and used + wanted > limit:
                 raise QuotaReached(
-                    Fault(
-                        f"{self.setting}_{unit}",
-                        f"a study of {wanted:,} {unit}",
-                        f"{max(0, limit - used):,} {unit}: the quota is {limit:,}, of which other "
-                        f"studies use {used:,}",
-                        _ADVICE,
-                        f"{{field}} does not suffice: the study would take {wanted:,} {unit}, and {max(0, limit - used):,} "
-                        f"{unit} of {limit:,} are left.",
-                    )
+                    f"{self.setting}_{unit}",
+                    f"a study of {wanted:,} {unit}",
+                    f"{max(0, limit - used):,} {unit}: the quota is {limit:,}, of which other "
+                    f"studies use {used:,}",
+                    _ADVICE,
+                    f"{{field}} does not suffice: the study would take {wanted:,} {unit}, and {max(0, limit - used):,} "
+                    f"{unit} of {limit:,} are left.",
                 )
         if self.unfinished is not None and self.unfinished < after.unfinished > before.unfinished:
             found = f"{after.unfinished:,} studies that wait or run"
             allowed = f"at most {self.unfinished:,} at a time"
             advice = "wait until some have ended, or cancel some"
             told = f"{{field}} allows {allowed}, and there would be {found}."
-            raise TooManyUnfinished(Fault(f"{self.setting}_unfinished", found, allowed, advice, told))
+            raise TooManyUnfinished(f"{self.setting}_unfinished", found, allowed, advice, told)
 
 
 class Ledger:

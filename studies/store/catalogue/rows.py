@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, or_, select, text, update
 
-from damperlab.studies.faults import Fault, describe, nearest, printable
+from damperlab.studies.faults import describe, nearest, printable
 from damperlab.studies.kinds import dimensions_of_definition
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, events, studies
@@ -125,7 +125,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
         if known
         else "There are no studies yet."
     )
-    return StudyNotFound(Fault("study", describe(ref) + when, allowed, advice, told))
+    return StudyNotFound("study", describe(ref) + when, allowed, advice, told)
 
 
 def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
@@ -141,7 +141,7 @@ def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
     else:
         allowed = f"digits that fit one study only; {fitting}"
         told = f"{printable(ref)} fits more than one study: {known}."
-    return StudyNotFound(Fault("study", describe(ref), allowed, "write more digits of the id", told))
+    return StudyNotFound("study", describe(ref), allowed, "write more digits of the id", told)
 
 
 def marks_of(
@@ -251,7 +251,7 @@ def number_before(cursor: str) -> int:
     """Return the study's number from the cursor of a page; raise `StoreFault` if the cursor is invalid."""
     if not re.fullmatch("before-[0-9]{1,18}", cursor):
         raise StoreFault(
-            Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
+            "cursor", describe(cursor), "the cursor of a page", "leave it out for the first page"
         )
     return int(cursor.removeprefix("before-"))
 

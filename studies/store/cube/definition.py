@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.faults import Fault
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.store.faults import StoreFault
@@ -74,12 +73,10 @@ def _sha256(shelf: Shelf, key: str) -> str:
 
 def _damaged(digest: str, found: str) -> DefinitionDamaged:
     return DefinitionDamaged(
-        Fault(
-            f"definition of study {digest[:12]}",
-            found,
-            f"a definition with digest {digest}",
-            "run `damperlab store verify` to find what is damaged; the study is not computed meanwhile",
-            f"The stored definition of study {digest[:12]} is damaged: it is {found} instead of the one "
-            f"with digest {digest}.",
-        )
+        f"definition of study {digest[:12]}",
+        found,
+        f"a definition with digest {digest}",
+        "run `damperlab store verify` to find what is damaged; the study is not computed meanwhile",
+        f"The stored definition of study {digest[:12]} is damaged: it is {found} instead of the one "
+        f"with digest {digest}.",
     )

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import Any
 from urllib.parse import urlsplit
 
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import describe
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.shelf import AT_ONCE, Entry, Shelf, ShelfAway, removed_last
 
@@ -186,7 +186,7 @@ def open_bucket(address: str) -> Bucket:
     prefix = (found[2] or "").strip("/") if found else ""
     if found is None or (prefix and not {"", ".", ".."}.isdisjoint(prefix.split("/"))):
         raise StoreFault(
-            Fault("store", _without_secrets(address), _ALLOWED, "use lower-case letters, digits and hyphens")
+            "store", _without_secrets(address), _ALLOWED, "use lower-case letters, digits and hyphens"
         )
     variables = tuple(sorted(item for item in os.environ.items() if item[0].startswith("AWS_")))
     return Bucket(_client(found[1], variables), found[1], prefix)
@@ -200,7 +200,7 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
     except ImportError:
         found = "an address of an object store, for which the library is not installed"
         told = "The library that reads object stores is not installed."
-        raise StoreFault(Fault("store", found, _ALLOWED, "install damperlab[s3]", told)) from None
+        raise StoreFault("store", found, _ALLOWED, "install damperlab[s3]", told) from None
     _require_keys()
     shortest, longest = _BACKOFF_SECONDS
     try:
@@ -223,13 +223,11 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
         )
     except Exception as error:  # the library raises various exceptions for an invalid AWS_… variable
         raise StoreFault(
-            Fault(
-                "AWS_…",
-                _first_line(error),
-                "variables that describe an S3 server",
-                "correct the AWS_… variables of the environment",
-                f"The object store cannot be opened with these settings: {_first_line(error).rstrip('.')}.",
-            )
+            "AWS_…",
+            _first_line(error),
+            "variables that describe an S3 server",
+            "correct the AWS_… variables of the environment",
+            f"The object store cannot be opened with these settings: {_first_line(error).rstrip('.')}.",
         ) from error
 
 
@@ -241,15 +239,13 @@ def _require_keys() -> None:
     if unsigned or asked or any(way <= given for way in _KEYS):
         return
     raise StoreFault(
-        Fault(
-            "AWS_ACCESS_KEY_ID",
-            "no keys for the object store",
-            "AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY, or an identity that the environment names",
-            "set both; or set AWS_EC2_METADATA_DISABLED=false to get keys from the cloud's metadata address, "
-            "or AWS_SKIP_SIGNATURE=true to send unsigned requests",
-            "There are no keys for the object store: AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY are not "
-            "both set, and the environment names no identity.",
-        )
+        "AWS_ACCESS_KEY_ID",
+        "no keys for the object store",
+        "AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY, or an identity that the environment names",
+        "set both; or set AWS_EC2_METADATA_DISABLED=false to get keys from the cloud's metadata address, "
+        "or AWS_SKIP_SIGNATURE=true to send unsigned requests",
+        "There are no keys for the object store: AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY are not "
+        "both set, and the environment names no identity.",
     )
 
 
@@ -262,14 +258,12 @@ def _plain_http_allowed() -> bool:
     if loopback or os.environ.get("AWS_ALLOW_HTTP", "").lower() in ("true", "1"):
         return True
     raise StoreFault(
-        Fault(
-            "AWS_ENDPOINT_URL",
-            f"http://{parts.hostname}, over which data would travel unencrypted",
-            "https://…, or http:// on this machine",
-            "use https, or set AWS_ALLOW_HTTP=true in a network that you trust",
-            f"The object store is at http://{parts.hostname}, where data would travel unencrypted; http:// is allowed on "
-            "this machine only.",
-        )
+        "AWS_ENDPOINT_URL",
+        f"http://{parts.hostname}, over which data would travel unencrypted",
+        "https://…, or http:// on this machine",
+        "use https, or set AWS_ALLOW_HTTP=true in a network that you trust",
+        f"The object store is at http://{parts.hostname}, where data would travel unencrypted; http:// is allowed on "
+        "this machine only.",
     )
 
 

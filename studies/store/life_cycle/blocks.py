@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, Row, delete, func, insert, select
 
-from damperlab.studies.faults import Fault, counted
+from damperlab.studies.faults import counted
 from damperlab.studies.store.catalogue.rows import (
     SUMS,
     change_study,
@@ -225,4 +225,4 @@ def _nothing_to_retry(record: Record) -> NothingToDo:
         found, advice = "in which no block failed", "to compute missing blocks, continue the study"
         told = f"Study {record.id} has no block that failed."
     allowed = "a study with blocks that failed as a whole"
-    return NothingToDo(Fault("study", f"{record.id}, {found}", allowed, advice, told))
+    return NothingToDo("study", f"{record.id}, {found}", allowed, advice, told)

@@ -8,7 +8,6 @@ from typing import Any
 
 from sqlalchemy import Row, select
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.rows import alive_row, change_study, claim_owner
 from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.cubes import Cubes
@@ -149,11 +148,9 @@ def require_free(row: Row[Any], what: str) -> None:
     owner = claim_owner(row)
     if owner is not None:
         raise StudyBusy(
-            Fault(
-                "study",
-                f"{row.id} is {row.state}, worked on by {owner}",
-                f"a study that no process works on, to {what} it",
-                f"cancel it first, with `damperlab cancel {row.id}` or, over HTTP, by POST to its `/cancel`",
-                f"Study {row.id} is {row.state} and worked on by {owner}, so it is not possible to {what} it now.",
-            )
+            "study",
+            f"{row.id} is {row.state}, worked on by {owner}",
+            f"a study that no process works on, to {what} it",
+            f"cancel it first, with `damperlab cancel {row.id}` or, over HTTP, by POST to its `/cancel`",
+            f"Study {row.id} is {row.state} and worked on by {owner}, so it is not possible to {what} it now.",
         )

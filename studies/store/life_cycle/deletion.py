@@ -7,7 +7,6 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, delete, func, select
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.rows import (
     alive_row,
     change_study,
@@ -141,5 +140,5 @@ def _restorable_row(connection: Connection, study_id: str) -> Row[Any]:
     if alive_row(connection, study_id) is not None:
         told = f"Study {study_id} was submitted again since it was deleted."
         allowed, advice = "a study that was not submitted again", "delete the study that was submitted again"
-        raise NothingToDo(Fault("study", study_id, allowed, advice, told))
+        raise NothingToDo("study", study_id, allowed, advice, told)
     return row

@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Row, func, not_, select
 
-from damperlab.studies.faults import Fault, describe, listing, write_nearest
+from damperlab.studies.faults import describe, listing, write_nearest
 from damperlab.studies.kinds import EVERY_DIMENSION, dimensions_of_definition
 from damperlab.studies.remarks import faults_of_tag
 from damperlab.studies.store.catalogue.rows import (
@@ -79,31 +79,24 @@ class Wanted:
 
     def __post_init__(self) -> None:
         """Refuse invalid conditions."""
-        for fault in self._faults():
-            raise StoreFault(fault)
-
-    def _faults(self) -> list[Fault]:
+        for fault in () if self.tag is None else faults_of_tag("tag", self.tag):
+            raise StoreFault(fault.field, fault.found, fault.allowed, fault.advice)
         names = dict.fromkeys((*EVERY_DIMENSION, *COORDINATE_NAMES, *ALIASES))
         axes = [name for name in names if name not in _OF_TEXTS]
-        faults = [] if self.tag is None else faults_of_tag("tag", self.tag)
         if self.state is not None and self.state not in STATES:
             advice = write_nearest(self.state, STATES, "leave it out for every state")
-            faults.append(Fault("state", describe(self.state), f"one of {listing(STATES)}", advice))
+            raise StoreFault("state", describe(self.state), f"one of {listing(STATES)}", advice)
         if self.axis is not None and self.axis not in axes:
             advice = write_nearest(self.axis, axes, "leave it out for every study")
-            faults.append(Fault("axis", describe(self.axis), f"one of {listing(axes)}", advice))
+            raise StoreFault("axis", describe(self.axis), f"one of {listing(axes)}", advice)
         ends = {"from": self.low, "to": self.high}
         for name, end in ends.items():
             if end is not None and (self.axis is None or math.isnan(end)):
                 allowed = "a number" if self.axis else "no value without an axis"
-                faults.append(Fault(name, describe(end), allowed, "name the `axis` as well, or leave it out"))
+                raise StoreFault(name, describe(end), allowed, "name the `axis` as well, or leave it out")
         if None not in ends.values() and self.low > self.high:  # type: ignore[operator]
-            faults.append(
-                Fault(
-                    "to", describe(self.high), f"at least {self.low:g}, the value of `from`", "exchange them"
-                )
-            )
-        return faults
+            allowed = f"at least {self.low:g}, the value of `from`"
+            raise StoreFault("to", describe(self.high), allowed, "exchange them")
 
     def clauses(self) -> list[ColumnElement[bool]]:
         """Return the SQL clauses of the conditions that the database can check."""
@@ -233,9 +226,7 @@ class Lookup(Cubes):
             If `limit` or `cursor` is invalid.
         """
         if not 1 <= limit <= PAGE_LIMIT:
-            raise StoreFault(
-                Fault("limit", str(limit), f"a number from 1 to {PAGE_LIMIT}", "ask page by page")
-            )
+            raise StoreFault("limit", str(limit), f"a number from 1 to {PAGE_LIMIT}", "ask page by page")
         query = select(studies).where(*wanted.clauses()).order_by(studies.c.number.desc())
         before = math.inf if cursor is None else number_before(cursor)
         found: list[Row[Any]] = []

@@ -9,7 +9,7 @@ from typing import Any
 
 from sqlalchemy import Connection, insert, select
 
-from damperlab.studies.faults import Fault, describe, printable
+from damperlab.studies.faults import describe, printable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.catalogue.batches import Batches
@@ -247,14 +247,12 @@ class _Asked:
             known = one.key and self._keys.get(one.key)
             if known and known != one.study.digest:
                 raise KeyTaken(
-                    Fault(
-                        "Idempotency-Key",
-                        f"{describe(one.key)}, already given to study {known[:12]}",
-                        "a different key for each study",
-                        "send the same definition as before, or another key",
-                        f"The idempotency key {printable(one.key or '')} was already given to study "
-                        f"{known[:12]}, which has another definition.",
-                    )
+                    "Idempotency-Key",
+                    f"{describe(one.key)}, already given to study {known[:12]}",
+                    "a different key for each study",
+                    "send the same definition as before, or another key",
+                    f"The idempotency key {printable(one.key or '')} was already given to study "
+                    f"{known[:12]}, which has another definition.",
                 )
 
     def take_keys(self, some: Iterable[Submission]) -> None:
@@ -282,4 +280,4 @@ def _nothing_to_recompute(record: Record) -> NothingToDo:
         )
         advice = "there is nothing to do; `damperlab store verify` checks that the results are intact"
     allowed = "a study whose results another solver computed"
-    return NothingToDo(Fault("study", found, allowed, advice, told))
+    return NothingToDo("study", found, allowed, advice, told)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from typing_extensions import TypeAliasType
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.shapes import Like
 from damperlab.studies.store.export.slabs import slabs
@@ -169,7 +168,7 @@ def _number(value: np.generic) -> float | None:
 
 def _no_other(found: str, told: str) -> NothingToDo:
     advice = "make another version with `damperlab recompute`"
-    return NothingToDo(Fault("study", found, "two versions of one study", advice, told))
+    return NothingToDo("study", found, "two versions of one study", advice, told)
 
 
 def words(found: Differences) -> Iterable[str]:

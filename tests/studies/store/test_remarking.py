@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 from tests.filling import enter, make_plan_of, make_study, write_behind
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.tables import studies
@@ -190,7 +189,7 @@ def test_late_marks_of_one_study_that_cannot_be_written_hold_up_no_other(store, 
 
     def refuse_the_second(study_id):
         if study_id == ids[1]:
-            raise StoreFault(Fault("store", "a full disk", "room", "make room"))
+            raise StoreFault("store", "a full disk", "room", "make room")
         keep(study_id)
 
     monkeypatch.setattr(store, "_keep_late", refuse_the_second)

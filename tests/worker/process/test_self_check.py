@@ -13,7 +13,7 @@ from tests.ports import free_port
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
-from damperlab.worker.worker_process.self_check import KNOWN, show_alive, wrong_answers
+from damperlab.worker.worker_process.examination import KNOWN, show_alive, wrong_answers
 
 GIVE_UP_SECONDS = 600.0
 

@@ -11,7 +11,6 @@ import pytest
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from tests.worker.run_here import linear_study, submit
 
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
@@ -32,7 +31,7 @@ ODD = [
     OSError(28, "No space left on device"),
     MemoryError(),
     RecursionError("too deep"),
-    StoreFault(Fault("catalogue", "found", "allowed", "advice", "The catalogue is away.")),
+    StoreFault("catalogue", "found", "allowed", "advice", "The catalogue is away."),
     PoolTimeout("QueuePool limit reached"),
     SystemExit(1),
     KeyboardInterrupt(),

@@ -52,11 +52,11 @@ def fill(disk: Path, leave: int) -> Path:
     return ballast
 
 
-def run(store: Store, study_id: str, watch: Callable[[Progress], None], outage_as: str = "failed") -> Record:
+def run(store: Store, study_id: str, watch: Callable[[Progress], None], continues: bool = False) -> Record:
     """Run a study in this process, which tells after each block how far it is."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("damperlab.worker.run.progress.REPORT_SECONDS", 0.0)
-        return run_here(store, study_id, watch, outage_as=outage_as)
+        return run_here(store, study_id, watch, continues=continues)
 
 
 @pytest.mark.parametrize("reserve", [16 * 2**20, 0])
@@ -129,7 +129,7 @@ def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(tmp_path: Path
             cubes.rename(disk)
             cubes.mkdir()
 
-    record = run(store, study_id, unmount, outage_as="queued")
+    record = run(store, study_id, unmount, continues=True)
     assert record.state == "queued"
     assert "mounted" in (record.message or "")
     assert 1 <= record.blocks_done < STUDY.points
