@@ -270,8 +270,8 @@ def whose(hides: Sequence[bool], listed: int, recommended: int = 0) -> dict[str,
     Parameters
     ----------
     hides : sequence of bool
-        Whether a peak may be hidden, for each of the first `listed` designs. If the recommended design is not
-        among them, its entry follows.
+        For each listed design, whether a peak may be hidden. One more entry follows if the recommended design
+        is not listed.
     listed : int
         Number of listed designs.
     recommended : int

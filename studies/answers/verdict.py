@@ -178,7 +178,7 @@ class _Known:
     def nearly_clamped(self) -> bool:
         """Whether friction nearly clamps the structure in the best design, although the particle strikes.
 
-        False if another design is recommended, or if a force acts on the structure.
+        This is reported only if the best design is the recommended design and the base moves; otherwise it is False.
         """
         based = excitation_of(self.cube) != "force"
         return (
@@ -187,12 +187,15 @@ class _Known:
 
     @property
     def lead(self) -> Row:
-        """The recommended design: the best design or, if friction clamps it, the best design with impacts."""
+        """The recommended design.
+
+        This is the best design. If friction clamps that design, the best design with impacts replaces it.
+        """
         return self.active if self.active is not None and self.clamped else self.best
 
     @property
     def striking(self) -> Row | None:
-        """The best design with impacts; None if the recommended design has impacts."""
+        """The best design with impacts, or None. It is needed only if the recommended design has no impacts."""
         return self.active if self.lead is self.best and self.best["impact_share"] == 0 else None
 
     @cached_property
@@ -250,7 +253,7 @@ class _Known:
 
     @cached_property
     def unsure(self) -> Note | None:
-        """The note on a hidden peak that may make the recommended design worse than another damper."""
+        """The note on a hidden peak, if that peak may be higher than the value of another damper."""
         note = next((each for each in self.peaks if each.values["recommended"]), None)
         rivals = [float(row["value"]) for row in self.others]
         rivals += [self.linear.tuned] if math.isfinite(self.linear.tuned) else []

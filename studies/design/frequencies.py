@@ -135,16 +135,23 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float =
     found: set[float] = set()
     for place in places:
         for other in (place - 1, place + 1):
-            if 0 <= other < r.size and abs(r[other] - r[place]) > NARROW:
-                inner = np.linspace(r[place], r[other], INNER + 2)[1:-1]
-                found |= {round(float(each), DIGITS) for each in inner}
+            if 0 <= other < r.size:
+                found |= _inside(r[place], r[other])
     return tuple(sorted(found))
 
 
-def onsets(r: NDArray[np.float64], impacts: NDArray[np.float64]) -> tuple[float, ...]:
-    """Return further frequencies in the intervals at one end of which the particle meets no wall.
+def _inside(one: float, other: float) -> set[float]:
+    """Return `INNER` frequencies that divide the interval between two frequencies; none if it is at most `NARROW` wide."""
+    if abs(other - one) <= NARROW:
+        return set()
+    return {round(float(each), DIGITS) for each in np.linspace(one, other, INNER + 2)[1:-1]}
 
-    Where impacts set in, the response may jump, and on a narrow range of frequencies another response may be reached.
+
+def onsets(r: NDArray[np.float64], impacts: NDArray[np.float64]) -> tuple[float, ...]:
+    """Return further frequencies in the intervals in which impacts set in or end.
+
+    The response may jump there. Between the two sides of the jump, a third response may occupy a narrow range of
+    frequencies.
 
     Parameters
     ----------
@@ -154,11 +161,10 @@ def onsets(r: NDArray[np.float64], impacts: NDArray[np.float64]) -> tuple[float,
     Returns
     -------
     tuple of float
-        Frequencies inside these intervals. Intervals not wider than `NARROW` are left out.
+        Ascending frequencies. Empty if none of these intervals is wider than `NARROW`.
     """
     places = np.flatnonzero((impacts[:-1] > 0.0) != (impacts[1:] > 0.0))
-    inner = [np.linspace(r[k], r[k + 1], INNER + 2)[1:-1] for k in places if r[k + 1] - r[k] > NARROW]
-    return tuple(round(float(each), DIGITS) for part in inner for each in part)
+    return tuple(sorted(each for k in places for each in _inside(r[k], r[k + 1])))
 
 
 def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:

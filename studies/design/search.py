@@ -43,7 +43,9 @@ BETWEEN, SURE = 4, 6
 Two rounds of brackets follow, up to level `SURE`.
 """
 ONSETS = 2
-"""Number of times that the intervals in which impacts set in are divided. They are then a 64th of the survey's steps."""
+"""Number of times that the intervals in which impacts set in are divided. Their width is then a 64th of the survey's
+steps.
+"""
 NEAR = 0.95
 """After the first round of brackets, a maximum is bracketed only if it reaches this share of the largest value. A build
 is computed further only if its worst case reaches this share of the largest worst case. Builds that exceed a limit are

@@ -166,9 +166,8 @@ def _in_contact(
             t = longest_step(state, phase, t, vibration, regime, scene, meter)
             if t > 0.0:
                 return after_long_step(state, t, vibration, regime, scene, meter)
-            coordinates_into(
-                state, regime, phase, start
-            )  # restore the vibration, which was subtracted from `start`
+            # restore the vibration, which was subtracted from `start`
+            coordinates_into(state, regime, phase, start)
         scene.counts[SEGMENTS] += 1
     expand(start, DIM, motion.rows, phase, scene)
     return to_event(state, phase, min(remaining, motion.step), regime, scene, meter)
