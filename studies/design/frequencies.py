@@ -142,7 +142,7 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float =
 
 
 def onsets(r: NDArray[np.float64], impacts: NDArray[np.float64]) -> tuple[float, ...]:
-    """Return further frequencies in the intervals at one end of which the particle meets no wall.
+    """Return further frequencies in each interval with impacts at one end only.
 
     Where impacts set in, the response may jump, and on a narrow range of frequencies another response may be reached.
 
