@@ -186,9 +186,9 @@ class Search:
     def _undecided(self) -> list[Candidate]:
         """Return the candidates that are most likely to be better than the best candidate.
 
-        Only a lower bound of the value of such a candidate is known, and this bound is less than the best value. At
-        most `LIKELY` candidates are returned, those with the smallest bounds, so that these are decided even if the
-        budget ends the search.
+        Only a lower bound of the value of such a candidate is known, and this bound is less than the best
+        value. At most `LIKELY` candidates are returned, those with the smallest bounds, so that these are
+        decided even if the budget ends the search.
         """
         least = self.worth(self.robust[self.best()])
         found = (each for each in self.examined.items() if each[0] not in self.robust and each[1] < least)
