@@ -18,7 +18,10 @@ relative uncertainty of the step is at most this value.
 MOST_LIKELY = 3.0
 """Whole sampling rates are tried if the possible sampling rates differ by less than this value [1/s]."""
 LEAST_ROUNDED = 3
-"""Smallest number of unequal steps that is attributed to rounding. Fewer unequal steps may indicate missing samples."""
+"""Smallest number of unequal steps that is attributed to rounding.
+
+One or two unequal steps may mean missing samples.
+"""
 
 
 def resolution_of(written: Iterable[str]) -> float:

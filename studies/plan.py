@@ -48,7 +48,7 @@ _SAMPLED = 16
 _MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 2
 """Largest number of sampled points in a plan, and smallest number in a block.
 
-The limit for a block takes precedence, so a plan with very many blocks has more sampled points.
+The smallest number in a block takes precedence, so a plan with very many blocks has more sampled points.
 """
 _BLOCKS_AT_ONCE = 1024
 

@@ -89,7 +89,7 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
         alike = [scene for scene in left if scene[1:] == made[1:]]
         others = [scene for scene in left if scene not in alike]
         next_ones = chain(alike, (scene for scene in others if _has_held() < _much()))
-    if len(left) == len(wanted):  # other processes compile all scenes; wait until the first is done
+    if len(left) == len(wanted):  # other processes are compiling these scenes; wait for the first scene
         _made_by_name(left[0], wait=True)
 
 

@@ -1,4 +1,4 @@
-"""The question for a map of one metric over two dimensions, in one study or in two studies with the difference."""
+"""The question for a map over two dimensions, of one study, or of two studies and their difference."""
 
 from typing import TYPE_CHECKING, Annotated, NotRequired
 

@@ -458,7 +458,10 @@ class _Known:
         return phrases.measured(float(row["value"]), float(row["error"]), ".3g")
 
     def _design(self, row: Row, phrases: Phrases, acts: bool = False) -> str:
-        """Name the varying parameters of a design. A particle without impacts is left out if `acts` is False."""
+        """Name the varying parameters of a design.
+
+        If the particle has no impacts, its parameters are named only if `acts` is True.
+        """
         varied = [
             name for name in self.question.design if self.cube.sizes[name] > 1 or name == "friction_ratio"
         ]

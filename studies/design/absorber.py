@@ -59,8 +59,9 @@ class Beside:
     nominal : float
         Worst case without tolerances.
     detuned : float
-        Worst case if the absorber's natural frequency is also off by up to `DETUNED` in either direction. Under records
-        only the full error is tried, on the nominal structure and on the structure with the worst case.
+        Worst case if the absorber's natural frequency is also off by up to `DETUNED` in either direction.
+        Under records only errors of exactly ±`DETUNED` are computed, for the nominal structure and for the
+        structure with the worst case.
     stroke, detuned_stroke : float
         Largest displacement of the absorber's mass relative to the structure, within the tolerances: as tuned, and with
         a natural frequency that is off by up to `DETUNED`.

@@ -30,8 +30,8 @@ natural frequency, and the structure's mass and natural frequency. For a record,
 FORCE = ("force",)
 Inside = tuple[float, ...]
 """Parameters of the forces on a particle: the contact time relative to 1/ω_n (0 if contacts take no time), and the
-ratios in `BEFORE`. Under a record, and if a velocity or an acceleration of the base is constant, the numbers of the
-`Cavity` replace these ratios.
+ratios in `BEFORE`. The numbers of the `Cavity` replace these ratios under a record, and under a constant
+velocity or acceleration of the base.
 """
 NOTHING_INSIDE: Inside = (0.0,) * (1 + len(BEFORE))
 Spot = tuple[Law, Place, Inside]

@@ -121,7 +121,7 @@ class Search:
         if not self.robust:
             if not self.glances:
                 raise BudgetSpent
-            # no damper was judged closely, so the best damper of the coarse look is taken
+            # no candidate was judged with its tolerances; take the best candidate of the coarse computation
             (best,) = best_apart(self.glances, 1)
             self.robust[best] = self.judged(best)
         try:
@@ -188,9 +188,9 @@ class Search:
     def _undecided(self) -> list[Candidate]:
         """Return the candidates that are most likely to be better than the best candidate.
 
-        Only a lower bound of their values is known, and it is less than the best value. At most `LIKELY`
-        candidates are returned, those with the smallest bounds, so that these are decided even if the budget
-        ends the search.
+        Only a lower bound of the value of such a candidate is known, and this bound is less than the best
+        value. At most `LIKELY` candidates are returned, those with the smallest bounds, so that these are
+        decided even if the budget ends the search.
         """
         least = self.worth(self.robust[self.best()])
         found = (each for each in self.examined.items() if each[0] not in self.robust and each[1] < least)

@@ -211,9 +211,9 @@ def _reached(
 ) -> Iterator[Reached]:
     """Yield the responses at one frequency, the most frequent response first.
 
-    All variables are stored for the most frequent response. The variables of the response from rest are known from the
-    search; its amplitude identifies this response. For other responses only amplitude and share are known. `unit`
-    converts `variable` into the unit of the measure.
+    All variables are stored for the most frequent response. The search has computed all variables of the
+    response from rest; a response with the same amplitude is the response from rest. For other responses only
+    amplitude and share are known. `unit` converts `variable` into the unit of the measure.
     """
     for rank, (share, amplitude) in enumerate(BY_RANK):
         if not float(at[share]) > 0.0:

@@ -32,8 +32,8 @@ def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
     """Carry out parts of a search, each with an equal share of the remaining budget.
 
     The part whose first step needs the fewest points comes first. Points that a part does not need are shared
-    by the later parts. Interrupted parts then continue in the same order, each with all remaining points.
-    Computed points cost nothing.
+    by the later parts. The parts that ran out of points are then repeated in the same order, each with all
+    points that are left. Points that are already computed cost nothing.
 
     Parameters
     ----------

@@ -11,8 +11,8 @@ from damperlab.studies.store.catalogue.home import CUBES, fact, require_catalogu
 from damperlab.studies.store.catalogue.quota import Quota
 from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.files.folder import open_shelf
+from damperlab.studies.store.life_cycle.claims import Claims
 from damperlab.studies.store.life_cycle.deletion import Deletion
-from damperlab.studies.store.life_cycle.small_batches import SmallBatches
 from damperlab.studies.store.life_cycle.submissions import Submissions
 
 _COPIES = 10
@@ -20,7 +20,7 @@ _COPIES = 10
 _LOG_HEADER_BYTES = 32
 
 
-class Store(Submissions, Deletion, SmallBatches):
+class Store(Submissions, Deletion, Claims):
     """Studies and their cubes in one data directory.
 
     Several threads may use one `Store`. Several processes may use the same data directory, each with a separate
@@ -62,7 +62,9 @@ class Store(Submissions, Deletion, SmallBatches):
             catalogue, or if the cubes belong to another catalogue.
         """
         data_dir = Path(data_dir).expanduser().absolute()
-        if catalogue is None and cubes is None and is_read_only(data_dir):
+        holds_catalogue = (data_dir / SQLITE_FILE).is_file()
+        read_only = holds_catalogue and not os.access(data_dir, os.W_OK | os.X_OK)
+        if catalogue is None and cubes is None and read_only:
             return cls._open_read_only(data_dir, quota)
         if catalogue is None:
             require_catalogue(data_dir)
@@ -110,11 +112,6 @@ class Store(Submissions, Deletion, SmallBatches):
         super().close()
         if self._copy is not None:
             self._copy.cleanup()
-
-
-def is_read_only(data_dir: Path) -> bool:
-    """Whether a folder holds a catalogue and is read-only."""
-    return (data_dir / SQLITE_FILE).is_file() and not os.access(data_dir, os.W_OK | os.X_OK)
 
 
 def _written(data_dir: Path) -> tuple[int, bytes]:

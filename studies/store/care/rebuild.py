@@ -45,7 +45,7 @@ from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.entering import NewStudy
-from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks, read_tombstone, study_columns
+from damperlab.studies.store.life_cycle.manifest import NOT_KEPT, lost_end, read_marks, read_tombstone
 from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import BlockOutcome
 
@@ -258,7 +258,9 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             entry = NewStudy(study, chunk, provenance, described.reuse, int(version or 1))
             created = datetime.fromisoformat(str(described.attributes["created"])).timestamp()
             values = {**entry.columns(), "number": number, "id": study_id, "created": created}
-            values |= {name: value for name, value in kept.items() if name in study_columns()}
+            values |= {
+                name: value for name, value in kept.items() if name in studies.c and name not in NOT_KEPT
+            }
             connection.execute(insert(studies).values({**values, "deleted": deleted}))
             advance_counters(connection)
             if deleted is not None:

@@ -39,8 +39,6 @@ class Swept:
 
     Parameters
     ----------
-    paths : int
-        Number of removed files and folders.
     bytes : int
         Total size of the removed files.
     what : tuple of str
@@ -49,19 +47,18 @@ class Swept:
         A text for each file or folder that was kept because its use is unknown.
     """
 
-    paths: int = 0
     bytes: int = 0
     what: tuple[str, ...] = ()
     unknown: tuple[str, ...] = ()
 
+    @property
+    def paths(self) -> int:
+        """Number of removed files and folders."""
+        return len(self.what)
+
     def __add__(self, other: "Swept") -> "Swept":
         """Return the files of both sweeps together."""
-        return Swept(
-            self.paths + other.paths,
-            self.bytes + other.bytes,
-            self.what + other.what,
-            self.unknown + other.unknown,
-        )
+        return Swept(self.bytes + other.bytes, self.what + other.what, self.unknown + other.unknown)
 
 
 def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool = False) -> Swept:
@@ -88,7 +85,7 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
             if not dry_run:
                 shelf.remove(stray.key)
             what = f"remove {shelf.name}/{stray.key}: superseded, or half written"
-            swept += Swept(1, stray.size, (what,))
+            swept += Swept(stray.size, (what,))
     return swept
 
 
@@ -204,7 +201,7 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
             if row.reserved
             else f"its number belongs to study {row.id}, and it holds no result"
         )
-        swept += Swept(1, sum(entry.size for entry in entries), (f"remove {name}: {why}",))
+        swept += Swept(sum(entry.size for entry in entries), (f"remove {name}: {why}",))
     return swept
 
 
@@ -237,7 +234,7 @@ def remove_exports(data_dir: Path, older_than: float = LEFT_ALONE_SECONDS, *, dr
             size = sum(entry.size for entry in folder.entries())
             if not dry_run:
                 folder.clear()
-            swept += Swept(1, size, (f"remove {folder.name}: an export that was cut short",))
+            swept += Swept(size, (f"remove {folder.name}: an export that was cut short",))
     return swept
 
 

@@ -27,10 +27,6 @@ class Usage:
     bytes: int
     unfinished: int = 0
 
-    def plus(self, points: int, size: int, count: int = 1) -> "Usage":
-        """Return the usage after `count` more studies with `points` and `size` bytes in total."""
-        return Usage(self.points + points, self.bytes + size, self.unfinished + count)
-
 
 @dataclass(frozen=True)
 class Quota:
@@ -117,7 +113,7 @@ class Ledger:
                 before = self._sums.get(whose) or usage_of(
                     self._connection, whose, unfinished=quota.unfinished is not None
                 )
-                after[whose] = before.plus(points, size, count)
+                after[whose] = Usage(before.points + points, before.bytes + size, before.unfinished + count)
                 quota.require(before, after[whose])
         self._sums |= after
 

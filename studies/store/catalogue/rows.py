@@ -13,7 +13,7 @@ from damperlab.studies.faults import describe, nearest, printable
 from damperlab.studies.kinds import dimensions_of_definition
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, events, studies
-from damperlab.studies.store.faults import StoreFault, StudyNotFound, catalogue_damaged
+from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound, catalogue_damaged
 from damperlab.studies.store.provenance import DESIGNS, SUBMITTED_BY
 from damperlab.studies.store.record import Record, utc
 from damperlab.studies.store.solver import is_outdated
@@ -201,6 +201,19 @@ def claim_owner(row: Row[Any]) -> str | None:
     # claims have no checksum, so the time may be invalid; the claim is then regarded as ended
     ends = row.claim_expires if isinstance(row.claim_expires, float) else 0.0
     return str(row.claim_owner) if row.claim_owner is not None and ends >= time.time() else None
+
+
+def require_free(row: Row[Any], what: str) -> None:
+    """Raise `StudyBusy` if the study has an owner; `what` is the refused action, for the message."""
+    owner = claim_owner(row)
+    if owner is not None:
+        raise StudyBusy(
+            "study",
+            f"{row.id} is {row.state}, worked on by {owner}",
+            f"a study that no process works on, to {what} it",
+            f"cancel it first, with `damperlab cancel {row.id}` or, over HTTP, by POST to its `/cancel`",
+            f"Study {row.id} is {row.state} and worked on by {owner}, so it is not possible to {what} it now.",
+        )
 
 
 def _seconds_left(row: Row[Any]) -> float | None:

@@ -16,18 +16,9 @@ import numpy as np
 from damperlab.studies.store.files.shelf import Shelf
 
 CHECKSUM_BYTES = 4
-_SHUFFLES = {"noshuffle": 0, "shuffle": 1, "bitshuffle": 2}
 
-
-@dataclass(frozen=True)
-class Compressor:
-    """Settings of the codec `blosc`, named as in Zarr's metadata."""
-
-    cname: str
-    clevel: int
-    shuffle: str
-    blocksize: int
-    typesize: int
+BLOSC: dict[str, Any] = {"cname": "zstd", "clevel": 1, "shuffle": "shuffle", "blocksize": 0}
+"""Settings of the codec `blosc` of every array, named as in Zarr's metadata."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +35,6 @@ class StoredArray:
         Type of the values, little-endian.
     fill : number
         Fill value: the value of points that have not been computed.
-    compressor : Compressor
-        Settings of the compression.
     attributes : dict
         Attributes of the variable: unit, description and meanings of the codes.
     """
@@ -55,7 +44,6 @@ class StoredArray:
     chunks: tuple[int, ...]
     dtype: np.dtype[Any]
     fill: Any
-    compressor: Compressor
     attributes: dict[str, Any]
 
     def encode(self, values: np.ndarray) -> bytes:
@@ -68,11 +56,11 @@ class StoredArray:
 
         body: bytes = blosc.compress(
             np.ascontiguousarray(values, self.dtype).reshape(-1).view(np.uint8),
-            self.compressor.cname.encode(),
-            self.compressor.clevel,
-            _SHUFFLES[self.compressor.shuffle],
-            self.compressor.blocksize,
-            self.compressor.typesize,
+            BLOSC["cname"].encode(),
+            BLOSC["clevel"],
+            blosc.SHUFFLE,
+            BLOSC["blocksize"],
+            self.dtype.itemsize,
         )
         return with_checksum(body)
 

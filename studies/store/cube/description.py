@@ -16,7 +16,7 @@ import numpy as np
 from damperlab.studies.conventions import of_file, of_variable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.kinds import kind_of
-from damperlab.studies.store.cube.coding import Compressor, StoredArray, StoredCoordinate, encode_coordinate
+from damperlab.studies.store.cube.coding import BLOSC, StoredArray, StoredCoordinate, encode_coordinate
 from damperlab.studies.store.files.sealed import PLACEHOLDER, is_sealed, require_seal, seal
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.provenance import published
@@ -236,14 +236,12 @@ def _array(name: str, node: Mapping[str, Any]) -> StoredArray:
         raise ValueError(f"{name} has codecs that no cube uses: {codecs}")
     dtype = np.dtype(node["data_type"]).newbyteorder("<")
     fill = float("nan") if node["fill_value"] == "NaN" else node["fill_value"]
-    settings = codecs[1]["configuration"]
     return StoredArray(
         name,
         tuple(map(int, node["shape"])),
         tuple(map(int, node["chunk_grid"]["configuration"]["chunk_shape"])),
         dtype,
         dtype.type(fill),
-        Compressor(**{key: settings[key] for key in ("cname", "clevel", "shuffle", "blocksize", "typesize")}),
         dict(node.get("attributes", {})),
     )
 
@@ -257,10 +255,9 @@ def _variable(
     stored: tuple[str, ...],
 ) -> dict[str, Any]:
     dtype = np.dtype(variable.dtype)
-    blosc = {"cname": "zstd", "clevel": 1, "shuffle": "shuffle", "blocksize": 0, "typesize": dtype.itemsize}
     codecs = [
         {"name": "bytes", **({"configuration": {"endian": "little"}} if dtype.itemsize > 1 else {})},
-        {"name": "blosc", "configuration": blosc},
+        {"name": "blosc", "configuration": {**BLOSC, "typesize": dtype.itemsize}},
         {"name": "crc32c"},
     ]
     fill = "NaN" if dtype.kind == "f" else int(variable.fill)

@@ -19,13 +19,13 @@ from damperlab.studies.store.catalogue.rows import (
     marks_of,
     pieces,
     record_of,
+    require_free,
     study_row,
     sums_of_marks,
 )
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.packed import BLOCKS
 from damperlab.studies.store.faults import NothingToDo, StoreFault, catalogue_damaged, using
-from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.manifest import drop_marks, keep_marks
 from damperlab.studies.store.life_cycle.states import States
 from damperlab.studies.store.record import BlockOutcome, Record

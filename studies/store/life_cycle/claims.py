@@ -1,24 +1,41 @@
-"""Claims on studies. Only the owner of a claim works on the study, and a claim ends if the owner does not renew it."""
+"""Claims on studies. Only the owner of a claim works on the study, and a claim ends if the owner does not renew it.
 
+Many studies of a single block are processed together: one transaction claims, marks or ends all of them.
+"""
+
+import json
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Row, select
+from sqlalchemy import Connection, Row, select, update
 
-from damperlab.studies.store.catalogue.rows import alive_row, change_study, claim_owner
+from damperlab.studies.store.catalogue.rows import ALIVE, alive_row, change_study, claim_owner
 from damperlab.studies.store.catalogue.tables import WAITING, studies
-from damperlab.studies.store.cubes import Cubes
-from damperlab.studies.store.faults import StudyBusy
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.files.shelf import AT_ONCE
+from damperlab.studies.store.life_cycle.blocks import Blocks
+from damperlab.studies.store.record import BlockOutcome, Record
 
 CLAIM_SECONDS = 60.0
 """Time after which a claim ends if it is not renewed [s]."""
 
-
 FEW_POINTS = 16
 """Largest number of points of a study that is run together with other studies."""
+
+UNCLAIMED: Mapping[str, Any] = {"claim_owner": None, "claim_expires": None}
+"""Values of the claim columns in the row of an unclaimed study."""
+
+
+def claimed(owner: str, seconds: float | None = None) -> dict[str, Any]:
+    """Return the columns of a claim that begins or is renewed now, and ends after `seconds` or `CLAIM_SECONDS`."""
+    return {
+        "claim_owner": owner,
+        "claim_expires": time.time() + (CLAIM_SECONDS if seconds is None else seconds),
+    }
 
 
 @dataclass(frozen=True)
@@ -43,12 +60,12 @@ class Waiting:
     priority: int
 
 
-class Claims(Cubes):
+class Claims(Blocks):
     """The claims on the studies of a store.
 
     A claim ends when its time is over by the wall clock, or when this process has seen no renewal for `CLAIM_SECONDS`.
     So the claim of a dead owner ends even if the wall clock is set back. If another owner then claims the study,
-    `Blocks.mark` refuses the results of the first owner.
+    `mark` refuses the results of the first owner.
     """
 
     def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
@@ -130,27 +147,68 @@ class Claims(Cubes):
             change_study(connection, row.number, change)
             return True
 
+    def claim_all(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
+        """Claim and start the queued studies that were never started and have no owner.
 
-UNCLAIMED: Mapping[str, Any] = {"claim_owner": None, "claim_expires": None}
-"""Values of the claim columns in the row of an unclaimed study."""
+        The studies must be recorded for `identity`, the identity of the owner's solver and processor; see
+        `damperlab.studies.store.solver.identity_of`.
+        """
+        taken = []
+        with self.catalogue.writing() as connection:
+            for study_id in ids:
+                row = alive_row(connection, study_id)
+                if row is None or row.state != "queued" or row.started is not None or self._holds(row):
+                    continue
+                if json.loads(row.provenance).get("identity") != identity:
+                    continue
+                change_study(connection, row.number, claimed(owner))
+                taken.append(
+                    self._change_state(connection, study_id, "running", only_from=("queued",), owner=owner)
+                )
+        return taken
 
+    def renew_all(self, owner: str) -> None:
+        """Renew every claim of an owner."""
+        change = update(studies).where(studies.c.claim_owner == owner, ALIVE)
+        with self.catalogue.writing() as connection:
+            connection.execute(change.values(claimed(owner)))
 
-def claimed(owner: str, seconds: float | None = None) -> dict[str, Any]:
-    """Return the columns of a claim that begins or is renewed now, and ends after `seconds` or `CLAIM_SECONDS`."""
-    return {
-        "claim_owner": owner,
-        "claim_expires": time.time() + (CLAIM_SECONDS if seconds is None else seconds),
-    }
+    def finish_all(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
+        """Set the done-mark of each study's only block. End the studies whose marks could be written into the cubes."""
+        with self.catalogue.writing() as connection:
+            marked = [
+                each for each, outcome in outcomes.items() if self._mark_one(connection, each, outcome, owner)
+            ]
+        now = time.time()
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            kept = list(pool.map(lambda study_id: self._kept(study_id, now), marked))
+        with self.catalogue.writing() as connection:
+            for study_id, good in zip(marked, kept, strict=True):
+                row = alive_row(connection, study_id)
+                if good and row is not None and row.claim_owner == owner:
+                    self._change_state(
+                        connection, study_id, "done", only_from=("running",), owner=owner, now=now
+                    )
+                    change_study(connection, row.number, UNCLAIMED)
 
+    def release_all(self, owner: str) -> None:
+        """Queue the running studies of an owner again, and release all claims of the owner."""
+        c = studies.c
+        with self.catalogue.writing() as connection:
+            rows = connection.execute(select(c.id, c.number).where(c.claim_owner == owner, ALIVE)).all()
+            for row in rows:
+                self._change_state(connection, row.id, "queued", only_from=("running",), owner=owner)
+                change_study(connection, row.number, UNCLAIMED)
 
-def require_free(row: Row[Any], what: str) -> None:
-    """Raise `StudyBusy` if the study has an owner; `what` is the refused action, for the message."""
-    owner = claim_owner(row)
-    if owner is not None:
-        raise StudyBusy(
-            "study",
-            f"{row.id} is {row.state}, worked on by {owner}",
-            f"a study that no process works on, to {what} it",
-            f"cancel it first, with `damperlab cancel {row.id}` or, over HTTP, by POST to its `/cancel`",
-            f"Study {row.id} is {row.state} and worked on by {owner}, so it is not possible to {what} it now.",
-        )
+    def _mark_one(self, connection: Connection, study_id: str, outcome: BlockOutcome, owner: str) -> bool:
+        try:
+            return self._mark(connection, study_id, [outcome], owner)
+        except StudyNotFound:
+            return False  # the study was deleted meanwhile
+
+    def _kept(self, study_id: str, now: float) -> bool:
+        try:
+            self._keep_marks(study_id, "done", None, now)
+        except StoreFault:
+            return False  # the study was deleted, or the disk is full; then the next run ends the study
+        return True

@@ -13,6 +13,7 @@ from damperlab.studies.store.catalogue.rows import (
     in_trash,
     log_event,
     record_of,
+    require_free,
     study_row,
     unknown_study,
 )
@@ -21,7 +22,6 @@ from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import NothingToDo, using
 from damperlab.studies.store.files.shelf import TOMBSTONE
-from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.manifest import put_tombstone
 from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import Record

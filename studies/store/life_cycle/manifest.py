@@ -13,7 +13,7 @@ from sqlalchemy import Connection, Row, select
 
 from damperlab.studies.store.catalogue.home import fact, remember
 from damperlab.studies.store.catalogue.rows import study_row
-from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.cube.description import DESCRIPTION, as_complete
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.files.sealed import PLACEHOLDER, require_seal, seal
@@ -135,11 +135,6 @@ def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -
     if kept.get("state") not in ENDED or finished is None or row.finished == finished:
         return False
     return bool(max(last_event or 0.0, row.run_began or 0.0) < finished)
-
-
-def study_columns() -> frozenset[str]:
-    """Return the names of the columns of a study's row that can be restored from a cube."""
-    return frozenset(studies.c.keys()) - NOT_KEPT
 
 
 def _say_complete(shelf: Shelf, complete: bool) -> None:

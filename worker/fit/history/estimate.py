@@ -113,7 +113,10 @@ def beginnings(question: HistoryQuestion) -> list[int]:
 
 
 def _begin(trials: Trials, rows: int) -> list[Place]:
-    """Fill the ranges with parameter sets, and return those that fit the first beginning or the whole history best."""
+    """Spread parameter sets over the ranges, and return the best sets.
+
+    These fit either the first `rows` samples or the whole history best.
+    """
     # imported here, because the import is slow
     from scipy.stats.qmc import Halton
 
