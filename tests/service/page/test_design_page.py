@@ -25,7 +25,7 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     clearance.get_by_label("Value").fill("5.6")
     friction = page.get_by_role("group", name="Coulomb friction force")
     expect(friction.get_by_label("It is")).to_have_value("range")
-    page.get_by_label("Name").fill("asked on the page")
+    page.get_by_role("textbox", name="Name").fill("asked on the page")
     asked = json.loads(page.get_by_label("The specification as JSON").input_value())
     assert asked == helpers.SPECIFICATION | {"clearance_m": 0.0056, "name": "asked on the page"}
     expect(page.locator(".estimate")).to_contain_text("200")
@@ -60,7 +60,7 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     page.go_forward()
     expect(recommended).to_be_visible()
     page.get_by_role("link", name="Change and ask again").click()
-    expect(page.get_by_label("Name")).to_have_value("asked on the page, changed")
+    expect(page.get_by_role("textbox", name="Name")).to_have_value("asked on the page, changed")
     page.goto(f"{page.url.partition('#')[0]}#/designs")
     page.get_by_role("link", name="asked on the page").click()
     page.get_by_text("Rename").click()
