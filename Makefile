@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO := demo
 LIBRARY := service/page/library
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 
 .DEFAULT_GOAL := help
 .PHONY: help install install-dev bytecode install-bench demo warm test night night-tests mutants lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
@@ -18,8 +19,8 @@ $(VENV)/bin/python:
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "python3 has no venv module; on Debian: apt install python3-venv" >&2; exit 1; }
 
 $(VENV)/.installed: requirements.lock pyproject.toml | $(VENV)/bin/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(PIP) --require-hashes -r requirements.lock
+	$(PIP) --no-deps --no-build-isolation -e .
 	@touch $@
 
 install-dev: $(VENV)/.installed-dev node_modules/.installed
@@ -29,7 +30,7 @@ node_modules/.installed: package-lock.json
 	@mkdir -p $(@D) && touch $@
 
 $(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.lock
+	$(PIP) --require-hashes -r requirements-dev.lock
 	@touch $@
 
 # Hundreds of processes load the package: none shall compile its modules first, even where PYTHONDONTWRITEBYTECODE keeps Python from storing them.
@@ -86,7 +87,7 @@ docs-designs: install-dev ## the named specifications designed again, and their 
 install-bench: $(VENV)/.installed-bench
 
 $(VENV)/.installed-bench: requirements-bench.lock $(VENV)/.installed-dev
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-bench.lock
+	$(PIP) --require-hashes -r requirements-bench.lock
 	@touch $@
 
 bench: install-bench ## run time and error of the kernels beside other methods, and the share of time spent in kernels

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RESERVE_BYTES = 16 * 2**20
-"""Free space on the disk that is required to start a block."""
+"""Number of free bytes that the disk must have before a block is started."""
 
 RESERVE_FILES = 64
-"""Free file entries on the disk that are required to start a block."""
+"""Number of free inodes that the disk must have before a block is started."""
 
 _MARKS_KEPT = 16  # number of studies whose marks are cached
 
@@ -85,7 +85,7 @@ class Cubes:
     def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
         """Return the storage location of a cube, and the generation of every block that was done at a revision.
 
-        By default the present revision is used.
+        By default, the current revision is used.
 
         Raises
         ------
@@ -171,7 +171,7 @@ class Cubes:
                     f"the disk of {place} is full: {free / 1e6:.3g} MB are free, "
                     f"{RESERVE_BYTES / 1e6:.3g} MB are kept for the catalogue; make room"
                 )
-            if room.f_files and room.f_favail < RESERVE_FILES:  # some file systems do not count file entries
+            if room.f_files and room.f_favail < RESERVE_FILES:  # some file systems report no inodes
                 return f"the disk of {place} is full: room for {room.f_favail} more files; remove some"
         return None
 

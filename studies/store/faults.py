@@ -13,7 +13,7 @@ class StoreFault(UserError):
     """An error whose message tells the user how to correct the problem. The parameters are those of `Fault`."""
 
     def __init__(self, field: str, found: str, allowed: str, advice: str, message: str = "") -> None:
-        # the arguments, and not the message, are given to Exception, so that a worker process can send the error
+        # pass the arguments, and not the message, to Exception, so that a worker process can pickle the error
         super().__init__(field, found, allowed, advice, message)
         self.fault = Fault(field, found, allowed, advice, message)
 
@@ -66,7 +66,7 @@ class TooManyUnfinished(QuotaReached):
 
 
 def may_pass(error: StoreFault) -> bool:
-    """Whether the cause of an error may disappear without intervention, for example a restarting server or a lock."""
+    """Whether an error may disappear by itself, for example after a server restarts or a lock is released."""
     return type(error) in (StoreFault, StoreAway)
 
 

@@ -49,12 +49,12 @@ def signed(provenance: Mapping[str, Value]) -> dict[str, Value | str]:
 
 
 def published(provenance: str) -> str:
-    """Return a provenance in JSON without the names of users, hosts and owners of keys."""
+    """Remove the names of the host, the user and the access key's owner from a provenance in JSON."""
     return json.dumps({name: value for name, value in json.loads(provenance).items() if name not in PRIVATE})
 
 
 def asked_by(provenance: Mapping[str, str]) -> dict[str, str | None]:
-    """Return the values of the catalogue's columns for the owner and the purpose of a study; None if unknown."""
+    """Return a study's owner and purpose as values of the catalogue's columns; None if unknown."""
     purpose = next((each for each in ASKED_BY_PROGRAMS if each in provenance), None)
     return {
         "submitted_by": provenance.get(SUBMITTED_BY),
@@ -69,8 +69,9 @@ def provenance() -> dict[str, str]:
     Returns
     -------
     dict of str
-        `solver_version` is the version of damperlab; the versions of other packages have the packages' names. The last
-        bits of a sine may depend on `processor` and `libc`. Seeds are part of the study's definition.
+        `solver_version` is the version of damperlab. The version of any other package has the package's name
+        as its key. The last bits of a sine may depend on `processor` and `libc`. Seeds are part of the
+        study's definition.
     """
     found = {"solver_version": _version("damperlab"), "python": platform.python_version()}
     found |= {name: _version(name) for name in _PACKAGES}

@@ -121,7 +121,7 @@ class Record:
     version : int
         1 for the submitted study. Each recomputation with another solver gets the next number.
     outdated : bool
-        Whether another solver than today's computed the results.
+        Whether a solver other than today's computed the results.
     priority : int
         The waiting study with the highest priority starts first; by default 0.
     tags : tuple of str

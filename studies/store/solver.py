@@ -99,7 +99,7 @@ def hash_of(root: Path, names: Iterable[str]) -> str:
     root : Path
         Folder of the package.
     names : iterable of str
-        Paths relative to `root`, of files and of folders. All sources in a folder are included.
+        Paths of files and folders, relative to `root`. All sources in a folder are included.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def hash_of(root: Path, names: Iterable[str]) -> str:
 
 
 def computing_lines(text: str) -> Iterator[str]:
-    """Yield the lines of a source without comments, blank lines and docstrings, including docstrings of constants.
+    """Yield the lines of a source that are not blank, comments or docstrings (of constants, too).
 
     A line that begins with three quotes starts a docstring. A comment after code is kept if the line has a double
     quote, because the # may then be part of a string.

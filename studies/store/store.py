@@ -78,7 +78,7 @@ class Store(Submissions, Deletion, Claims):
 
     @classmethod
     def _open_read_only(cls, data_dir: Path, quota: Quota) -> "Store":
-        """Open a read-only folder with a copy of the catalogue, because the original database cannot be locked."""
+        """Open a copy of the catalogue of a read-only folder, because the original cannot be locked."""
         copy = TemporaryDirectory(prefix="damperlab-")
         try:
             for _ in range(_COPIES):

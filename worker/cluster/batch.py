@@ -14,7 +14,9 @@ from damperlab.worker.outcomes import ClusterUnusable
 COMMAND_SECONDS = 120.0
 """Longest wait for a command of a batch system [s]. A busy batch system answers slowly."""
 MARGIN_SECONDS = 60.0
-"""Difference between the wall time of a job and the lifetime of its worker [s], because Python may start slowly."""
+"""Time by which the lifetime of a worker is shorter than the wall time of its job [s]. The lifetime begins
+when the worker starts, and Python may start slowly.
+"""
 LEAVE_SECONDS = 25.0
 """Longest time that a worker takes to end after it was asked to leave [s]."""
 IDLE_SECONDS = 300.0
@@ -118,12 +120,12 @@ class Place:
 
 
 def worker_name(submission: int, task: int) -> str:
-    """Return the name of the worker of a job, from the numbers of its submission and of the job therein, from 1."""
+    """Return a worker's name, made of the number of its submission and the number of its job, from 1."""
     return f"job-{submission}-{task}"
 
 
 def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) -> str:
-    """Return the batch script of a submission of `count` jobs. If `idle` is true, the workers stay without work."""
+    """Return a batch script for `count` jobs. If `idle` is true, workers without work do not exit early."""
     dialect = _DIALECTS[jobs.system]
     whole = math.floor(jobs.wall_seconds)
     numbers = {

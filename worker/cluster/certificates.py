@@ -11,7 +11,7 @@ from distributed.comm import CommClosedError
 from damperlab.worker.outcomes import ClusterUnusable
 
 CA, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
-"""Files in a folder of certificates: certificate of the authority, and certificate and key of all cluster members."""
+"""Files in a certificate folder: the authority's certificate, and the members' shared certificate and key."""
 VARIABLE = "DAMPERLAB_CLUSTER_TLS"
 """Environment variable with the path of the folder of certificates."""
 ROLES = ("client", "scheduler", "worker")

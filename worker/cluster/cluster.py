@@ -22,7 +22,7 @@ SCHEDULER_TIMEOUT_SECONDS = 10.0
 GOODBYE_TIMEOUT = "1s"
 """Longest wait for a connection to a scheduler that has died, in Dask's notation."""
 START_TIMEOUT_SECONDS = 120.0
-"""Longest wait for the start of local worker processes [s]. A loaded machine imports numba slowly."""
+"""Longest wait for the start of local worker processes [s]. On a busy machine, importing numba takes long."""
 
 _log = logging.getLogger(__name__)
 
@@ -47,8 +47,8 @@ SCHEDULER_CONFIG = {
 _LOCAL_CONFIG = {
     # only the dashboard, which is off, would use the profiler
     "distributed.worker.profile.enabled": False,
-    # A nanny restarts its worker. Dask would end the nanny if the worker is not back in time, 15 s by default. A busy
-    # machine needs longer, and the cluster would be left without workers.
+    # A nanny restarts its worker. By default, Dask ends a nanny whose worker is not back within 15 s. On a busy machine
+    # a restart takes longer, and the cluster would be left without workers.
     "distributed.deploy.lost-worker-timeout": "1 day",
     "distributed.nanny.pre-spawn-environ": {"MALLOC_TRIM_THRESHOLD_": "65536", **ONE_THREAD},
 }
@@ -152,7 +152,7 @@ async def _watched(cluster: SpecCluster) -> None:
 def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
     """Close the cluster at the end of the context if its scheduler has died.
 
-    Without this, Dask would raise an error before it closes the workers.
+    Without this context, `SpecCluster` would raise an error before it closes the workers.
     """
     try:
         yield

@@ -29,12 +29,12 @@ _KEPT = (
     "LD_LIBRARY_PATH",
     "DAMPERLAB_CACHE_DIR",
 )
-"""Environment variables that the process gets, without addresses of databases and keys of stores."""
+"""Environment variables passed to the process; none contains a database's address or a store's key."""
 _TLS = ("tls_ca_file", "tls_scheduler_cert", "tls_scheduler_key")
 
 
 class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
-    """A Dask scheduler in a separate process, which ends with this process. `SpecCluster` starts and closes it.
+    """A Dask scheduler in a child process that ends with its parent. `SpecCluster` starts and closes it.
 
     Parameters
     ----------

@@ -46,8 +46,9 @@ FEWEST_CYCLES = 40.0
 TRANSIENT = 0.073
 """Number of cycles of a transient, divided by r/ζ. A transient decays as exp(−ζτ), and a cycle lasts 2π/r."""
 RESTLESS_CYCLES, RESTLESS_TOLERANCE, FEWEST_RESTLESS = 1050.0, 0.02, 768.0
-"""Mean number of cycles near resonance, where only statistics converge, the tolerance of this mean, and the least
-number of cycles. The relative error of a mean is proportional to 1/√(cycles) (`steady/response/standard_errors.py`).
+"""Cycles near resonance, where only statistics converge: the mean number at the tolerance
+`RESTLESS_TOLERANCE`, this tolerance, and the smallest number at any tolerance. The relative error of a mean
+is proportional to 1/√(cycles) (`steady/response/standard_errors.py`).
 """
 RESTLESS_WIDTH, RESTLESS_POWER = 0.0104, 0.55
 """Two constants for the range around resonance in which only statistics converge: the half-width of the range in ln r
@@ -130,7 +131,7 @@ def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDAr
     width = RESTLESS_WIDTH * moving * (coordinates["mass_ratio"] / damping) ** RESTLESS_POWER
     restless = np.exp(-((np.log(ratio) / np.maximum(width, NARROWEST)) ** 2)) * rattles * (moving > 0.0)
     settling = max(FEWEST_RESTLESS, RESTLESS_CYCLES * (RESTLESS_TOLERANCE / study.steady.tolerance) ** 2)
-    # mean over steady and unsteady points, to which the same limit of cycles applies
+    # mean number for steady and unsteady points; `steady.max_cycles` limits both
     cycles = np.minimum(most, FEWEST_CYCLES + TRANSIENT * ratio / damping + min(most, settling) * restless)
     per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
     riding = 1.0 + MOST_RIDING * np.exp(-coordinates["clearance_ratio"] / RIDING_CLEARANCE)

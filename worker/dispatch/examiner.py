@@ -37,7 +37,7 @@ class Examiner:
         self._late: dict[str, float] = {}
 
     def prepare(self, examination: Call) -> None:
-        """Set the test that workers must pass: the function `examine` and its arguments, the points last."""
+        """Set the test that workers must pass: the function `examine` and its arguments, last the points."""
         self._examination = examination
 
     @property
@@ -58,11 +58,11 @@ class Examiner:
                 self._asked[key] = self._tasks.send(key, worker.address, self._examination), worker.address
 
     def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
-        """Test all present workers and return their answers by address. The caller decides about each worker.
+        """Test all present workers and return their answers by address. The caller accepts or rejects each.
 
         The function waits for all present workers, but for at most `LATE_SECONDS` after the first answer.
-        Meanwhile it calls `look`, which must update the list of present workers and call `ask`. It returns
-        None as soon as `look_on` returns False.
+        Meanwhile it calls `look`, which must update the list of present workers and call `ask`. As soon as
+        `look_on` returns False, the function returns None.
         """
         self._workers.examine_again()
         answers: dict[str, Answer] = {}
@@ -107,7 +107,7 @@ class Examiner:
     def heard(self, key: str) -> tuple[str, Answer] | None:
         """Return the address and the answer of a tested worker, given the key of an ended task.
 
-        The function returns None if the task was no test, or if no answer can be fetched.
+        The function returns None if the task was not a test, or if its answer cannot be fetched.
         """
         if key not in self._asked:
             return None
@@ -116,7 +116,7 @@ class Examiner:
             answer: Answer = future.result(timeout=FETCH_SECONDS)
         except WrongCode as error:
             self._workers.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
-        # for example, the worker lacks this package, cannot reach the data, or is lost
+        # the test fails if, for example, the worker lacks this package, cannot reach the data, or is lost
         except (Exception, CancelledError) as error:
             self._tasks.require_scheduler()
             now = time.monotonic()
@@ -168,7 +168,7 @@ class Examiner:
 
 
 def _commonest(identities: Mapping[str, str]) -> str:
-    """Return the most frequent identity. If there is a tie, return the identity at the first address."""
+    """Return the most frequent identity; if there is a tie, that of the worker whose address sorts first."""
     values = [identities[address] for address in sorted(identities)]
     return max(values, key=values.count)
 

@@ -26,8 +26,8 @@ def compile_at_workers(
     Yields
     ------
     done, total : int
-        Number of compiled scenes, every `LOOK_SECONDS`, and number of scenes to compile. Nothing is yielded if no kernel
-        is missing.
+        Number of ended compilations, and number of all compilations, yielded every `LOOK_SECONDS`. Nothing is
+        yielded if no kernel is missing.
     """
     if not wanted:
         return

@@ -79,7 +79,7 @@ class Tasks:
             block = False
 
     def again(self, key: str) -> None:
-        """Let a later call of `ended` yield a key again."""
+        """Put a key back, so that `ended` yields it again."""
         self._ended.put(key)
 
     def drop(self, futures: list[Future], reason: str) -> None:
@@ -127,7 +127,7 @@ def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[byt
     and the stores would double the time that the scheduler needs to start. A worker unpacks a call with the standard
     library alone, so a worker with another version of damperlab can still report its version.
 
-    A function that can be imported is sent by name; any other function is pickled by value. The result is a function
-    that unpacks and executes the call, and the argument of this function.
+    A function that can be imported is sent by name; any other function is pickled by value. The result has
+    two parts: a function that unpacks and executes the call, and the argument of this function.
     """
     return pickle.loads, dumps(_Call(function, arguments))

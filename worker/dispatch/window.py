@@ -85,8 +85,8 @@ class Window:
         """Test the present workers, and accept those that have the study's solver and compute the same bits.
 
         Workers that join later are tested in the same way. The test is the function
-        `damperlab.worker.worker_process.examination.examine` with its arguments. `identity` and `truth` are those of
-        `Examiner.settle`.
+        `damperlab.worker.worker_process.examination.examine` with its arguments. `identity` and `truth` are
+        passed to `Examiner.settle`.
 
         Returns
         -------
@@ -192,7 +192,7 @@ class Window:
             self._tasks.again(key)
             self._looked = -inf
             return None
-        # for any other exception, the worker was lost before its result was fetched, or the block never started
+        # any other exception means that the worker was lost before its result was fetched, or the block never started
         except (Exception, CancelledError):
             self._tasks.require_scheduler()
             self.workers.give_back(key)

@@ -14,8 +14,8 @@ AGAIN_SECONDS = 15.0
 
 Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
 """Standing of a worker. A joining worker is being tested, and a usable worker computes blocks. A leaving
-worker takes no more blocks. A worker is out while it is excluded, and then on trial until it has completed a
-block.
+worker takes no more blocks. An excluded worker is "out". When it passes a later test, it is "on trial" until
+it has completed a block.
 """
 STANDINGS = ("joining", "usable", "leaving", "out")
 """The reported standings. A worker on trial is reported as usable."""
@@ -210,7 +210,7 @@ class Standings:
         return f"none of the {len(self.states)} workers can compute: {_some(told)}"
 
     def standings(self) -> tuple[tuple[str, int], ...]:
-        """Return the number of workers of each reported standing."""
+        """Return pairs of a reported standing and the number of workers with this standing."""
         found: list[str] = ["usable" if worker.usable else worker.standing for worker in self.states.values()]
         return tuple((standing, found.count(standing)) for standing in STANDINGS)
 
@@ -219,7 +219,7 @@ class Standings:
         return [worker for worker in self.states.values() if worker.standing == "out"]
 
     def reasons(self) -> str:
-        """Return the addresses of excluded workers and the reasons; empty if no worker is excluded."""
+        """Return a message that says which workers are excluded and why; empty if no worker is excluded."""
         return _some([f"{worker.address}: {worker.reason}" for worker in self.left_out()])
 
     def _cannot_read(self, worker: WorkerState, text: str, now: float, at_once: bool) -> None:

@@ -1,4 +1,4 @@
-"""Policy of the distribution of blocks to workers. Blocks of a lost worker are given to other workers.
+"""Assigns blocks to workers. Blocks of a lost worker are assigned to other workers.
 
 This module decides which worker gets which block, whether a failed block is tried again, and whether a worker is
 excluded. `damperlab.worker.dispatch.window` applies the decisions to a cluster.
@@ -37,14 +37,14 @@ class Workers(Standings):
     def __init__(self, indices: ArrayLike, seconds: NDArray[np.float64] | None = None) -> None:
         super().__init__()
         self.retries = 0
-        """Number of attempts that repeated a block."""
+        """Number of repeated attempts to compute a block."""
         self.incidents: list[str] = []
         """Unreported messages about failed or lost blocks. The messages end without a full stop."""
         self._new = deque(np.asarray(indices, dtype=np.int64).tolist())
         self._seconds = seconds
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
-        # The n-th dict contains the addresses of workers with fewer than n blocks per thread, which saves a search.
+        # The n-th dict contains the addresses of workers with fewer than n blocks per thread, so no search is needed.
         self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
         # time at which `take_away` first saw each running task
         self._since: dict[str, float] = {}
@@ -85,11 +85,11 @@ class Workers(Standings):
         return lost
 
     def take_away(self, now: float) -> list[str]:
-        """Take blocks back from workers at which a block runs far too long. A worker that does not leave is excluded.
+        """Take blocks back from workers at which a block runs far too long.
 
-        A block stays where it is if no other worker is present, or if it was moved before. From a worker that leaves,
-        it is taken back all the same, because such a worker may never end. An excluded worker is tested again after
-        `AGAIN_SECONDS`.
+        A block stays where it is if no other worker is usable, or if it was moved before. From a leaving
+        worker, it is taken back even then, because this worker may never end. A worker that is not leaving is
+        excluded, and tested again after `AGAIN_SECONDS`.
 
         Returns
         -------
@@ -108,7 +108,7 @@ class Workers(Standings):
             expected = 1.0 if self._seconds is None else self._seconds[attempt.index]
             if seconds <= max(STUCK_SECONDS, STUCK_TIMES * expected):
                 continue
-            # asked last, because the answer takes a look at all workers
+            # checked last, because `_is_alone` iterates over all workers
             if not leaves and self._is_alone(worker):
                 continue
             reason = f"block {attempt.index} has been there for {seconds:.0f} s and does not end"
@@ -204,7 +204,7 @@ class Workers(Standings):
                 self._confirm(other, attempt.index)
 
     def give_back(self, key: str, apart: bool = False) -> None:
-        """Take back a block that has no result, without counting a failure of the block.
+        """Take back a block that has no result. This does not count as a failure of the block.
 
         If `apart` is true, a separate process computes the block from now on.
         """

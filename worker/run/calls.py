@@ -1,4 +1,4 @@
-"""Makes the function calls that workers execute for a study, and ensures that one solver computes all blocks."""
+"""Builds the function calls that workers execute, and ensures that one solver computes all blocks."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Calls:
-    """Makes the function calls that compute blocks of a study, and that test its workers.
+    """Builds the function calls that compute the blocks of a study, and those that test its workers.
 
     Parameters
     ----------
@@ -79,7 +79,8 @@ class Calls:
     def of_examination(self, canary: Block | None) -> tuple[Any, ...]:
         """Return a tuple of the function that tests a worker, and the arguments of this function.
 
-        The worker computes the points `canary`. They are None for a first test, before kernels are compiled.
+        The worker computes the points `canary`. In the first test, before the kernels are compiled, `canary`
+        is None, and no points are computed.
         """
         return examine, self._cube_path, self._record.digest, code_hash(), canary
 

@@ -80,7 +80,7 @@ class InThisProcess:
 
 
 def _judged(error: Exception, index: int, failures: int) -> Failure | None:
-    """Decide whether a block is tried again after an exception. Return None if so, and else the failure.
+    """Decide whether a block is tried again after an exception. Return None if it is, and the failure if not.
 
     Raises
     ------

@@ -18,7 +18,9 @@ logger = logging.getLogger(__name__)
 _held: set[str] = set()  # owners of claims that this process holds
 
 RENEW_SECONDS = 5.0
-"""Interval between renewals of a claim [s]. A claim lasts much longer, so that it can outlast a busy catalogue."""
+"""Interval between renewals of a claim [s]. A claim lasts much longer, so it does not expire
+while the catalogue is busy.
+"""
 
 
 class Lease:
@@ -37,7 +39,7 @@ class Lease:
         self.study_id = study_id
         self.owner = new_owner()
         self.begun = threading.Event()
-        """Event that the runner sets once the study is `running`. After this, any other state ends the run."""
+        """Event that the runner sets once the study is `running`. If the state then changes, the run ends."""
         self.withdrawn = threading.Event()
         """Event that is set when another process has cancelled or deleted the study."""
         self.lost = threading.Event()
@@ -73,7 +75,7 @@ def renewer(name: str, renew: Callable[[], None]) -> Background:
 
 @contextmanager
 def renewed(owner: str, renewing: Background, release: Callable[[], object]) -> Iterator[None]:
-    """Renew the claims of an owner within the context by a thread, and release them afterwards.
+    """Let a thread renew an owner's claims within the context, and release the claims afterwards.
 
     Within the context, `owner_is_dead` returns False for this owner.
     """

@@ -23,8 +23,8 @@ AGAIN_SECONDS = 1.0
 def compute_on_cluster(run: "Run") -> None:
     """Compute the pending blocks of a run on a cluster until none is left or the run stops.
 
-    If the scheduler is lost, the function waits `return_seconds` for its return. After a return, the wait starts anew
-    only if further blocks were completed.
+    If the scheduler is lost, the function waits up to `return_seconds` until it comes back. If the scheduler
+    is lost again, the wait starts anew only if more blocks were completed meanwhile.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Progress of a running study: the computing speed, the expected remaining time, and the reports on them."""
+"""Measures the computing speed of a running study, estimates the remaining time, and reports both."""
 
 import logging
 import math

@@ -1,4 +1,4 @@
-"""Records the results of a run: done-marks of completed blocks, failed points of failed blocks, and the final state."""
+"""Marks the ended blocks of a run as done, writes fill values for failed blocks, and sets the final state."""
 
 import uuid
 from collections.abc import Iterable
@@ -97,7 +97,7 @@ class Results:
             message = f"{len(failures)} of {record.blocks_total} blocks failed; the first: {failures[0]}"
         elif message is None and record.message and not record.points_failed:
             message = ""  # the message of an earlier, interrupted run no longer applies
-        # numerical failures are results and took kernel time; blocks that failed as a whole took no kernel time
+        # points that failed numerically are results and took kernel time; a block that failed as a whole took none
         given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
         state = "failed" if given_up else "done"
         # a study that was cancelled during its last block stays cancelled

@@ -147,7 +147,7 @@ def run_study(
 
 @dataclass(frozen=True)
 class Limits:
-    """Times that end a run or a wait of the run [s]; see the parameters of `run_study`."""
+    """Time limits of a run [s]; see the parameters of `run_study`."""
 
     here_seconds: float
     wait_seconds: float
@@ -169,7 +169,7 @@ class Run:
     stop : Event
         Event that another thread sets to stop the run.
     limits : Limits
-        Times that end the run or a wait of the run.
+        Time limits of the run.
     """
 
     plan: Plan

@@ -1,8 +1,8 @@
 """Computes a block in a separate process, so that a block that crashes does not end its worker.
 
 If a worker is lost, the coordinator cannot see the reason. The block may have crashed, the machine may have been
-switched off, or the worker may have been asked to leave. If a separate process ends by a signal and the worker
-survives, the block has crashed, or the system has ended the process to free memory.
+switched off, or the worker may have been asked to leave. If a signal ends a separate process and the worker
+survives, either the block has crashed, or the system has killed the process to free memory.
 """
 
 import os
@@ -31,7 +31,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
     Leaving
         If another process asked the separate process to end.
     Exception
-        If the function raised this exception.
+        Any exception that the function raised.
     """
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     process = subprocess.Popen(
@@ -49,7 +49,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
             process.stdin.flush()
         except BrokenPipeError:
             pass  # the exit status of the process gives the reason
-        # the separate process ends when its standard input is closed, for example by the end of this process
+        # the separate process ends when its standard input is closed, for example because this process has ended
         answer = process.stdout.read()
         status = process.wait()
     if status != 0 or not answer:
@@ -75,7 +75,7 @@ def _answer(source: int, sink: int) -> None:
             told = False, error
         with os.fdopen(sink, "wb") as out:
             out.write(cloudpickle.dumps(told))
-        # the thread that reads standard input would prevent a normal end of the interpreter
+        # the interpreter could not exit normally while the thread reads standard input
         os._exit(0)
 
 
@@ -85,7 +85,7 @@ def _end_with_parent(source: int) -> None:
 
 
 if __name__ == "__main__":
-    # prints of the function go to standard error, because standard output carries the answer
+    # what the function prints goes to standard error, because standard output carries the answer
     answer_to = os.dup(1)
     os.dup2(2, 1)
     _answer(0, answer_to)

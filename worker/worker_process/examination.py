@@ -82,7 +82,7 @@ def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Ans
     except OSError:
         raise
     except Exception as error:
-        # the answer contains the exception: if all workers give the same answer, the points are the cause
+        # the exception is part of the answer: if it is the same at all workers, the points are the cause
         bits = f"raises {type(error).__name__}: {error}"
     return Answer(computing(), bits)
 
@@ -90,8 +90,8 @@ def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Ans
 def canary_of(plan: Plan, block: int) -> Block:
     """Choose a few points of a block as a test of the workers.
 
-    The test has the first `POINTS` points along the last dimension, at the first index of all other dimensions. If the
-    rows of the study must not be divided, the test has the complete row.
+    The test has the first `POINTS` points along the last dimension, at the first index of all other
+    dimensions. If `whole_rows` of the study is true, the test has the complete row.
     """
     box = plan.block(block)
     points = box.shape[-1] if plan.study.whole_rows else min(box.shape[-1], POINTS)
@@ -108,7 +108,7 @@ def bits_of(values: Mapping[str, Any]) -> str:
 
 
 def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str]) -> str:
-    """Return the hash of the stored results of some variables at points of a block that is done, see `bits_of`.
+    """Return the hash `bits_of` of the variables `names`, as stored at the points `canary` of a done block.
 
     The hash is empty if the result of a point is missing, because its block failed or its file was removed.
     """
@@ -133,7 +133,7 @@ def majority(answers: Mapping[str, str]) -> str | None:
 
 
 def wrong_answers(solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block) -> str:
-    """Compute the points of the self-check, and describe the wrong values; empty if all values are right."""
+    """Compute the points of the self-check; return a text that lists the wrong values, empty if none."""
     axes = {"friction_ratio": list(KNOWN), "frequency_ratio": 1.0}
     study = parse_study({"particle": False, "damping_ratio": _DAMPING_RATIO, "axes": axes})
     assert isinstance(study, Study)

@@ -21,7 +21,7 @@ from damperlab.worker.worker_process.examination import show_alive
 LOOK_SECONDS = 0.2
 """Interval between checks for a reason to leave, and between checks of the remaining work [s]."""
 ASK_SECONDS = 5.0
-"""Interval between requests to `Terms.notice_url` [s]. Clouds announce the end of a machine at least 30 s before."""
+"""Interval between requests to `Terms.notice_url` [s]. Clouds announce a shutdown at least 30 s ahead."""
 ANSWER_SECONDS = 2.0
 """Longest wait for the answer to a request to `Terms.notice_url` [s]."""
 _NOT_YET = (b"false", b"none", b"")
@@ -37,8 +37,8 @@ class Terms:
         Longest time from the request to leave until the worker has ended [s]. A block that still runs after this time
         is given back.
     lifetime_s : float, optional
-        Longest time from the start of the worker until it has left [s], for example the time of its job in a batch
-        system.
+        Longest time from the start of the worker until it has left [s], for example the time limit of its
+        batch job.
     notice : Path, optional
         File whose existence makes the worker leave. A program can create it before the machine shuts down.
     notice_url : str, optional
@@ -175,7 +175,7 @@ def faulty(url: str) -> str | None:
 
 
 def announced(url: str) -> bool:
-    """Ask the web address of a cloud provider's service for such notices whether this machine is about to end.
+    """Return whether the cloud provider's web service announces that this machine will be shut down.
 
     Redirects are not followed, and no proxy is used. The answer is a notice if its status is 200 and its body is
     neither empty nor FALSE nor NONE.

@@ -96,7 +96,8 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     Raises
     ------
     StoreFault
-        If the target contains other studies, or studies that the source has lost, or if a file cannot be written.
+        If the target contains studies of another store or studies that the source has lost, or if a file
+        cannot be written.
     """
     mine = catalogue_id(source.catalogue)
     _require_target(source, target, mine)

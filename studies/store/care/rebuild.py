@@ -235,7 +235,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                 row = None if one.number == number else row
         other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
         if row is not None and not row.id:
-            # the number is only reserved: the study was never entered, or the catalogue has lost the study
+            # the row only reserves the number: the study was never entered, or the catalogue has lost the study
             if not marks and connection.execute(other).first() is not None:
                 return  # the submission was interrupted, and repeated later
             connection.execute(delete(studies).where(studies.c.number == number))
@@ -246,7 +246,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             twice = connection.execute(other).first() is not None
             if deleted is None and (marks or not twice):
                 raise ValueError(_taken(study_id, number, str(row.id)))
-            return  # the cube is left from a deleted study, or from a submission that was interrupted
+            return  # the cube of a deleted study or of an interrupted submission
         if row is not None and row.deleted is not None:
             return
         if row is not None and deleted is not None:
@@ -272,7 +272,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             found.known += 1
             restored = lost_end(kept, row, last_event(connection, study_id))
             if not row.blocks_done and provenance != json.loads(row.provenance):
-                # a new solver is recorded in the cube first, so the provenance in the cube is newer
+                # a new solver is written to the cube before the catalogue, so the cube has the newer provenance
                 said = {
                     "provenance": json.dumps(provenance),
                     **asked_by(provenance),

@@ -30,7 +30,7 @@ LEFT_ALONE_SECONDS = 3600.0
 """Age below which a file is kept [s], because a running computation or export may need the file."""
 
 ORPHAN_SECONDS = 7 * 86_400.0
-"""Age below which a cube without a study is kept [s], because `rebuild` can add a lost study to the catalogue."""
+"""Age below which a cube without a study is kept [s], so that `rebuild` can still add a lost study."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Swept:
         return len(self.what)
 
     def __add__(self, other: "Swept") -> "Swept":
-        """Return the files of both sweeps together."""
+        """Combine the results of two sweeps."""
         return Swept(self.bytes + other.bytes, self.what + other.what, self.unknown + other.unknown)
 
 
@@ -141,12 +141,12 @@ def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -
 
 
 def _limit(older_than: float) -> float:
-    # an age of 0 gives infinity, because the clocks of a server and of this machine may differ
+    # for an age of 0, set no limit: the clock of a server may be ahead, so that a file seems newer than now
     return time.time() - older_than if older_than > 0.0 else math.inf
 
 
 def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: bool) -> Swept:
-    # list the cubes before the catalogue is read, so that the number of every listed cube is already reserved
+    # list the cubes before reading the catalogue: a submission reserves a number before it creates the cube
     names = sorted(store.shelf.shelves())
     with store.catalogue.reading() as connection:
         columns = studies.c.id, studies.c.number, studies.c.deleted, NEVER_ENTERED.label("reserved")
@@ -177,7 +177,7 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
         shelf = store.shelf.at(name)
         entries = list(shelf.entries())
         if not entries and not shelf.made():
-            continue  # a prefix without content that a server still lists
+            continue  # an empty prefix, which a server may still list
         if not deleted and holds_results(shelf):
             leave(
                 name,
@@ -251,10 +251,10 @@ def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
 
 
 def _strays(shelf: Shelf, marks: Marks, limit: float) -> Iterator[tuple[Entry, int | None]]:
-    """Yield the unused files of a cube, with the index of the block for a superseded file, else with None.
+    """Yield each unused file of a cube, and the index of its block if the file is superseded, else None.
 
-    A file is superseded if the done-mark of its block names another file that exists. If the named file does not exist,
-    the catalogue may be an older copy.
+    A file is superseded if the done-mark of its block names another file that exists. If the named file does
+    not exist, the catalogue may be an older copy, so the other files of the block are not superseded.
     """
     entries = list(shelf.entries())
     there = {entry.key for entry in entries}

@@ -47,7 +47,7 @@ from damperlab.studies.vocabulary import ENDED
 UNDER_WAY_SECONDS = 5.0
 """Longest time to wait until the study of a new cube is in the catalogue [s]. A submission creates the cube first."""
 LOOK_SECONDS = 0.1
-"""Interval between checks whether the submission has entered the study [s]."""
+"""Time between two checks whether the catalogue contains the study [s]."""
 _HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
 
 
@@ -125,8 +125,8 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
 def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> Iterator[str]:
     """Check the rows of the catalogue, the existence of the cubes, the uploaded records, and the designs.
 
-    Each damage is described by one sentence. The function `pause` is called before each record, design and cube, to
-    slow the reading down.
+    Yield one sentence for each damaged item. The function `pause` is called before each record, design and
+    cube, to slow the reading down.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
     # a submission that was withdrawn meanwhile has removed its cube
     there = set(store.shelf.shelves()) if unknown else set()
     for name in sorted(there.intersection(unknown)):
-        # if a study with the same id exists, a cube without results is left from an interrupted submission
+        # if the study has another cube, a cube without results comes from an interrupted submission
         if cubes[name][0] not in alive or holds_results(store.shelf.at(name)):
             yield f"cube {name} belongs to no study of the catalogue; `damperlab store rebuild` adds it"
     lost = {cube_name(study_id, number) for study_id, number in alive.items()}.difference(names)
@@ -215,7 +215,7 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
 
 
 def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
-    """Repair the damages of a study that `verify` found, and return the new record of the study.
+    """Repair the damage that `verify` found in a study, and return the new record of the study.
 
     A damaged description of the cube is written again. The done-marks of damaged blocks are invalidated; the study is
     then queued.

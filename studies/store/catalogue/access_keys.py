@@ -63,7 +63,7 @@ class AccessKey:
         return self.sound and self.revoked is None and lasts
 
     def document(self) -> dict[str, Any]:
-        """Return the public fields as JSON-able values."""
+        """Return the public fields, with values that JSON can represent."""
         times = {
             name: None if (at := getattr(self, name)) is None else at.isoformat()
             for name in ("created", "expires", "revoked")

@@ -1,4 +1,4 @@
-"""Batches of work that several threads request. One of the threads does the work of all threads that are waiting."""
+"""Batches of work from several threads. One thread processes a batch; the others wait for their answers."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -47,7 +47,7 @@ class Batches(Generic[Asked, Answer]):
         self._taken = False
 
     def ask(self, asked: Asked) -> Answer:
-        """Submit one item, wait for the answer, and return the answer. Raise an answer that is an exception."""
+        """Submit one item, and wait for the answer. Return the answer, or raise it if it is an exception."""
         mine = _Waiting[Asked, Answer](asked)
         with self._lock:
             self._queue.append(mine)

@@ -49,7 +49,7 @@ _REVISION_KEY = "revision"
 """Key of the revision in the table `facts`."""
 
 _WRITER = "-writer"
-"""Suffix of the name of the file that contains the id of the writing process."""
+"""Suffix of the file that contains the id of the writing process."""
 
 _IDLE_SECONDS = 60
 """Time after which PostgreSQL ends an idle writing transaction, and so releases the write lock [s]."""
@@ -134,7 +134,7 @@ class Catalogue:
         """Whether the catalogue is a SQLite file in the data directory."""
         with self._faults():
             self._engine = _sqlite_engine(url, wait_seconds) if self.is_file else _postgresql_engine(url)
-            # a new connection for each greeting, because all connections of the pool may be blocked
+            # `greet` opens a new connection each time, because all connections of the pool may be blocked
             self._greeting = create_engine(url, poolclass=NullPool, connect_args=_patience(url))
             event.listen(self._engine, "before_execute", watch, retval=True)
             try:
@@ -357,7 +357,7 @@ def _postgresql_engine(url: URL) -> Engine:
         seconds = connection.get_execution_options().get("writes")
         if seconds is not None:
             connection.exec_driver_sql(f"SET LOCAL lock_timeout = {math.ceil(1000 * seconds)}")
-            # the limit includes the wait for the write lock, because the wait is a statement, too
+            # add the time of the wait for the write lock, because PostgreSQL waits within a statement
             longest = math.ceil(1000 * (seconds + _STATEMENT_SECONDS))
             connection.exec_driver_sql(f"SET LOCAL statement_timeout = {longest}")
             connection.exec_driver_sql(

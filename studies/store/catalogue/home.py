@@ -1,7 +1,7 @@
 """Location of a catalogue's cubes, and the check that the catalogue and the cubes belong together.
 
-Each catalogue has an id, and the folder or bucket of the cubes contains an owner marker with this id. If the ids
-differ, the store is not opened, because the catalogue would remove the cubes of another catalogue as garbage.
+Each catalogue has an id, and the folder or bucket of the cubes contains an owner marker with this id. If the
+ids differ, the store is not opened, because the garbage collection could remove cubes of another catalogue.
 """
 
 import json
@@ -59,11 +59,11 @@ def require_catalogue(data_dir: Path) -> None:
         marked = any((place / MARKER).exists() for place in (data_dir, cubes))
         holds = _holds_cubes(Folder(cubes).shelves())
         owned = not catalogue.exists() and (marked or holds)
-        # look for the catalogue again, because another process creates the catalogue before the owner marker
+        # look for the catalogue again: another process may just have created the catalogue, and then the owner marker
         if not owned or catalogue.exists():
             return
     except OSError:
-        return  # the error of opening the catalogue has a better message
+        return  # opening the catalogue will fail with a better message
     if not holds:
         raise StoreFault(
             "catalogue",
@@ -207,12 +207,12 @@ def _marker(owner: str) -> bytes:
 
 
 def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
-    # read the folder before the catalogue, because another process writes the catalogue before the folder
+    # read the folder before the catalogue, because other processes change the catalogue first, and then the folder
     found = owner_of(folder)
     names = list(folder.shelves())
     holds = _holds_cubes(names)
     if found is None and holds:
-        # read the marker again: another process that opens a new folder writes the marker before the first cube
+        # read the marker again: another process may just have written the marker, and then the first cube
         found = owner_of(folder)
     with catalogue.reading() as connection:
         mine = fact(connection, "id")
@@ -220,7 +220,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
         copied = fact(connection, BACKUP_OF) is not None
         last = last_number(connection)
     if found is None and marked:
-        # read the marker again: another process writes the marker before it stores "marked" in the catalogue
+        # read the marker again: another process may just have written the marker, and then "marked" in the catalogue
         found = owner_of(folder)
     if found is None:
         _require_own_cubes(catalogue, folder, holds, used, marked)
@@ -257,7 +257,7 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
     if marked and used and not holds:
         raise no_cubes(catalogue, folder)
     if marked and not catalogue.is_file:
-        # otherwise the catalogue would look for its cubes in two folders
+        # all cubes of a catalogue must be in one folder
         raise StoreFault(
             "data_dir",
             f"{folder.address}, which does not belong to {catalogue.name}",
@@ -317,7 +317,10 @@ def is_of_block(entry: Entry) -> bool:
 
 
 def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
-    """Raise `StoreFault` if this catalogue does not own a bucket; `elsewhere` is the recorded location of the cubes."""
+    """Write a missing owner marker into a bucket. Raise `StoreFault` if another catalogue owns the bucket.
+
+    If the catalogue has recorded another location of its cubes, `elsewhere`, the marker must already exist.
+    """
     if elsewhere is not None and owner_of(bucket) is None:
         raise StoreFault(
             "store",

@@ -41,7 +41,7 @@ class Quota:
     of_owner : Quota, optional
         Limits on the studies of each owner of access keys; None for no limits.
     setting : str
-        Prefix of the names of the settings with these limits, for messages.
+        Prefix for the names of the limits in messages, for example `quota_points`.
     """
 
     points: int | None = None

@@ -24,11 +24,11 @@ ALIVE = studies.c.deleted.is_(None)
 """Condition for studies that were not deleted."""
 
 LAST_SECONDS = 60.0
-"""Time between the last moment at which a deleted study can be restored and the removal of its files [s]."""
+"""A deleted study can be restored up to this time before its files are removed [s]."""
 NEVER_ENTERED = and_(studies.c.id == "", studies.c.digest == "")
 """Condition for rows that reserve a number while the cube of a new study is created."""
 RESERVED = and_(NEVER_ENTERED, studies.c.state == "queued")
-"""Condition for rows that reserve a number, without reservations that the garbage collection has removed."""
+"""Condition for rows that reserve a number, and that the garbage collection has not withdrawn."""
 
 
 def in_trash() -> ColumnElement[bool]:
@@ -69,7 +69,7 @@ def rows_of_marks(connection: Connection, number: int) -> Sequence[Row[Any]]:
 
 
 VALUES = 500
-"""Largest number of values in the condition of a statement, and of rows that one page of a query reads."""
+"""Largest number of values in one SQL condition, and of rows in one page of a query."""
 FIRST_DIGITS = 4
 """Smallest number of first digits by which a study can be named. A shorter text is more likely a mistyped name."""
 NAMES_COMPARED = 1000
@@ -87,7 +87,7 @@ def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
 
 def asked_for(purpose: str) -> ColumnElement[bool]:
     """Return the condition for studies that were submitted for this purpose, a design or a refinement."""
-    # without the test for null, the negation would not be true for a study that a user submitted
+    # test for null, because `NOT purpose = …` is null in SQL, and not true, for a study that a user submitted
     return and_(studies.c.purpose.is_not(None), studies.c.purpose == purpose)
 
 
@@ -95,7 +95,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     """Return the error for a missing study. The message names a similar study and the newest studies."""
     order = studies.c.number.desc()
     there = select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
-    # name studies of designs only if there are no other studies
+    # leave out studies that a design submitted, unless there are no other studies
     own = there.where(not_(asked_for(DESIGNS)))
     newest = connection.execute(own).all() or connection.execute(there).all()
     known = ", ".join(f"{row.id} ({row.name})" for row in newest[:3])
@@ -129,7 +129,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
 
 
 def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
-    """Return the error for too few first digits of an id, or for first digits that fit several studies."""
+    """Return the error for first digits of an id that are too few, or that fit several studies."""
     known = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
     fitting = f"{printable(ref)} fits {known}"
     if len(ref) < FIRST_DIGITS:
@@ -204,7 +204,7 @@ def claim_owner(row: Row[Any]) -> str | None:
 
 
 def require_free(row: Row[Any], what: str) -> None:
-    """Raise `StudyBusy` if the study has an owner; `what` is the refused action, for the message."""
+    """Raise `StudyBusy` if a process has a claim on the study; `what` names the refused action."""
     owner = claim_owner(row)
     if owner is not None:
         raise StudyBusy(
@@ -270,7 +270,7 @@ def number_before(cursor: str) -> int:
 
 
 def pieces(items: Iterable[Item]) -> Iterator[list[Item]]:
-    """Yield parts of a list, each of at most `VALUES` items, so that a condition with one part fits into a statement."""
+    """Yield the items in lists of at most `VALUES` items, each of which fits into one SQL condition."""
     every = list(items)
     for start in range(0, len(every), VALUES):
         yield every[start : start + VALUES]

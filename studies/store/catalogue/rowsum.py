@@ -1,6 +1,6 @@
 """Checksums of the catalogue's rows. A flipped bit in the database is reported as damage, and never read as a result.
 
-A transaction removes the checksum of each row that it writes, and adds the new checksum at its end
+A transaction removes the checksum of each row that it writes, and adds the new checksum before it ends
 (`Catalogue.writing`). So a row lacks its checksum only while a transaction writes it.
 """
 
@@ -28,7 +28,7 @@ from damperlab.studies.store.catalogue.tables import SUMMED
 from damperlab.studies.store.faults import CatalogueDamaged, catalogue_damaged
 
 _LEFT_OUT = {"crc", "claim_owner", "claim_expires"}
-"""Columns that a checksum leaves out. Claims have none, because frequent renewals correct a flipped bit."""
+"""Columns that a checksum leaves out. Claims need none, because frequent renewals correct a flipped bit."""
 
 _TOUCHED = "damperlab touched"
 _SEALS = {"seals": True}

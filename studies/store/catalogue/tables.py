@@ -34,7 +34,7 @@ studies = Table(
     Column("message", Text),
     Column("definition", Text, nullable=False),
     Column("provenance", Text, nullable=False),
-    # copied from the provenance: the submitter, and the purpose of a study that a design or a refinement submitted
+    # copied from the provenance: the submitter, and the design or the refinement for which the study was submitted
     Column("submitted_by", Text),
     Column("purpose", String),
     Column("purpose_of", String),

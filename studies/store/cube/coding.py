@@ -52,7 +52,7 @@ class StoredArray:
             whole = np.full(self.chunks, self.fill, self.dtype)
             whole[tuple(map(slice, values.shape))] = values
             values = whole
-        from numcodecs import blosc  # type: ignore[import-untyped]  # a service starts without it
+        from numcodecs import blosc  # type: ignore[import-untyped]  # imported here, so that a service starts without it
 
         body: bytes = blosc.compress(
             np.ascontiguousarray(values, self.dtype).reshape(-1).view(np.uint8),

@@ -1,7 +1,8 @@
 """The file `zarr.json`, which describes a cube. The file is written at submission, and read when the cube is opened.
 
 The file contains Zarr's metadata of the group and of all arrays. The chunks of the arrays are in the files of the
-blocks (`packed.py`). The configuration of the arrays' codec, `damperlab.block`, lists the codecs of a single variable.
+blocks (`packed.py`). Every variable has the codec `damperlab.block`, whose configuration lists
+the codecs that encode the values.
 """
 
 import json
@@ -177,7 +178,7 @@ def description_of(shelf: Shelf) -> Description:
 
 @lru_cache(maxsize=64)
 def plain_metadata(metadata: bytes) -> bytes:
-    """Return a description for readers over HTTP, with the plain codecs of each array and without user names."""
+    """Return a description for HTTP readers, with Zarr's codecs instead of `CODEC` and without user names."""
     document = json.loads(metadata)
     attributes = document.get("attributes", {})
     attributes.pop(_OWN, None)

@@ -59,7 +59,7 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     for name, array in described.arrays.items():
         attributes = dict(array.attributes)
         if "flag_values" in attributes:
-            # CF requires flag values of the variable's type, which JSON does not preserve
+            # CF requires that `flag_values` have the variable's type, and JSON does not preserve the type
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
         lazy = LazilyIndexedArray(CheckedArray(shelf, described, array, marks))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
@@ -72,7 +72,7 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
 def _along_amplitudes(
     described: Description, shelf: Shelf, marks: Marks, variables: Mapping[str, xr.Variable]
 ) -> dict[str, xr.Variable]:
-    """Return the results in physical units of a study over base amplitudes, computed on demand from stored ratios."""
+    """For a study over base amplitudes, return results in physical units, computed on demand from ratios."""
     found = {}
     cube = xr.Dataset(variables, attrs=described.attributes)
     for each in results_along(cube):

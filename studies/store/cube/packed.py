@@ -41,7 +41,7 @@ Marks = Mapping[int, str]
 _MAGIC = b"DAMPBLK1"
 _FRAME = struct.Struct("<8sII")
 LONGEST_HEADER = _FRAME.size + (1 << 20)
-"""Upper limit of the number of bytes of a header."""
+"""Largest size of a header, in bytes."""
 
 
 def block_key(index: int, generation: str) -> str:
@@ -100,7 +100,7 @@ def write_region(
     generation: str = "",
     fields: Mapping[str, Any] | None = None,
 ) -> BlockOutcome:
-    """Write the file of one block, and wait until the file is on the disk. The done-mark may be set only afterwards.
+    """Write the file of one block, and return when the file is on the disk. Set the done-mark only then.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ _CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.
 
 
 def crate_beside(export: Path) -> str:
-    """Return the name of the file that the RO-Crate beside an export describes; an empty text without an RO-Crate."""
+    """Return the name of the file that the RO-Crate beside an export describes; empty if there is none."""
     path = export.parent / FILE
     if not path.exists():
         return ""
@@ -32,7 +32,7 @@ def crate_beside(export: Path) -> str:
 
 
 def write_crate(cube: xr.Dataset, export: Path) -> Path:
-    """Write the metadata of an exported cube as an RO-Crate into the folder of the file, and return their path.
+    """Write an RO-Crate file that describes an exported cube beside the export, and return its path.
 
     The provenance of the cube is copied unchanged.
     """

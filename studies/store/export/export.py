@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def without_names(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return a cube whose provenance names no user, host or owner of a key, for an export that may be published."""
+    """Return a cube whose provenance names no user, host or key owner, so that an export can be published."""
     return cube.assign_attrs(provenance=published(cube.attrs.get("provenance", "{}")))
 
 

@@ -1,7 +1,8 @@
-"""Keys of chunks over a network: single blocks, and large chunks that each join many blocks of a complete cube.
+"""Keys of the chunks that clients request: single blocks, or joined blocks of a complete cube.
 
-A client would otherwise request hundreds of blocks to read a plane of a large cube. The keys of joined chunks use
-Zarr's encoding `v2`, so a reader that has opened an incomplete cube still gets single blocks.
+Without joined chunks, a client would request hundreds of blocks to read a plane of a large cube. Only joined
+chunks have keys in Zarr's encoding `v2`, so a reader that opened the cube before it was complete still gets
+single blocks.
 """
 
 import json

@@ -27,8 +27,8 @@ def slabs(
 def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -> Iterator[tuple[slice, ...]]:
     """Split a grid so that the slabs, one after another, contain the points in C order, last dimension fastest.
 
-    A slab has at most `budget` points. A chunk that is longer than the slabs along a leading dimension is read once for
-    each slab that overlaps it. Every point is in exactly one slab.
+    A slab has at most `budget` points. A chunk that overlaps several slabs is read once for each of them.
+    Every point is in exactly one slab.
     """
     steps = [1] * len(shape)
     for axis in reversed(range(len(shape))):

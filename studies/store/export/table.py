@@ -27,7 +27,7 @@ def dimensions_of(cube: "xr.Dataset") -> tuple[str, ...]:
 
 
 def coordinates_beside(cube: "xr.Dataset") -> tuple[str, ...]:
-    """Return the names of coordinates that are not dimensions: coordinates with several axes, and cavity ratios."""
+    """Return the names of coordinates that are not dimensions: those with several axes, or in `BEFORE`."""
     of_cavity = [name for name in BEFORE if name not in cube.sizes]
     return tuple(str(name) for name in cube.coords if cube[name].ndim > 1 or name in of_cavity)
 
@@ -40,7 +40,7 @@ def chunks_of(variable: "xr.DataArray") -> tuple[int, ...]:
 
 
 def csv_lines(cube: "xr.Dataset") -> Iterator[str]:
-    """Yield a CSV text with the table of a cube, see `columns`: first the header, then texts of several complete lines.
+    """Yield the table of a cube (see `columns`) as CSV text: the header, then groups of complete lines.
 
     Floating-point numbers have 17 digits, which reproduce every float64. A missing value is `nan`. Codes are integers.
     """
@@ -111,7 +111,9 @@ def column_attributes(cube: "xr.Dataset") -> dict[str, tuple[np.dtype[Any], dict
 
 
 def columns(cube: "xr.Dataset") -> Iterator[dict[str, np.ndarray]]:
-    """Yield a cube with at least one variable as a table, piece by piece, with one row per point in C order.
+    """Yield the table of a cube, piece by piece, with one row per point in C order.
+
+    The cube must have at least one variable.
 
     Yields
     ------

@@ -22,7 +22,7 @@ CONNECT_SECONDS = 5
 REQUEST_SECONDS = 20
 """Longest duration of one attempt [s]. A request that takes longer is repeated."""
 RETRIES = 50
-"""Largest number of repetitions of a request, so large that `RETRY_SECONDS` is reached first."""
+"""Largest number of repetitions of a request. `RETRY_SECONDS` is reached before this number."""
 RETRY_SECONDS = 10
 """Time since the first attempt after which a request is not repeated [s]."""
 _BACKOFF_SECONDS = (0.1, 5.0)
@@ -106,7 +106,7 @@ class Bucket(Shelf):
         self._put_all(pieces)
 
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Write the first objects of several prefixes in parallel."""
+        """Write the initial objects of several prefixes in parallel."""
         self._put_all(
             {f"{name}/{key}": content for name, pieces in shelves.items() for key, content in pieces.items()}
         )
@@ -167,7 +167,7 @@ def _range(client: Any, path: str, start: int, length: int) -> bytes:
     except FileNotFoundError:
         raise
     except (BaseError, ValueError) as error:
-        # the servers (status 416) and the library all refuse a range beyond the end
+        # servers (status 416) and the library refuse a range beyond the end of the object
         if "range" not in str(error).lower():
             raise
     return bytes(client.get(path).bytes())[start : start + length]
@@ -179,8 +179,8 @@ def open_bucket(address: str) -> Bucket:
     Raises
     ------
     StoreFault
-        If the address is invalid, the library for S3 is not installed, or the environment has no keys or no allowed
-        server.
+        If the address is invalid, the library for S3 is not installed, the environment has no keys, or the
+        server's address begins with `http:` and plain HTTP is not allowed.
     """
     found = re.fullmatch(r"s3://([a-z0-9][a-z0-9.-]{1,61}[a-z0-9])(?:/([A-Za-z0-9!_.*'()/-]*))?", address)
     prefix = (found[2] or "").strip("/") if found else ""

@@ -40,7 +40,7 @@ class Entry:
 
 
 def removed_last(key: str) -> tuple[bool, bool]:
-    """Return the sort key for the removal of a cube's files.
+    """Return the key by which the files of a cube are sorted before they are removed.
 
     JSON documents come after the other files. `TOMBSTONE` comes last, so that a partly removed cube keeps this mark.
     """
@@ -110,7 +110,10 @@ class Shelf(ABC):
 
     @abstractmethod
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Create storage locations with first files below this location. Folders also get the subfolders `below`."""
+        """Create storage locations below this location, with initial files.
+
+        In a folder, also create the subfolders `below` of every new location.
+        """
 
     @abstractmethod
     def entries(self) -> Iterator[Entry]:

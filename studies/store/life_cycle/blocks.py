@@ -165,7 +165,7 @@ class Blocks(States):
         StudyBusy
             If another process works on the study.
         TooManyUnfinished
-            If `in_turn` is set, the study has ended, and the limit of waiting and running studies is reached.
+            If `in_turn` is set, and an ended study would exceed the limit of waiting and running studies.
         """
 
         def look(connection: Connection) -> Row[Any]:

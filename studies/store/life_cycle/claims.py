@@ -1,6 +1,6 @@
 """Claims on studies. Only the owner of a claim works on the study, and a claim ends if the owner does not renew it.
 
-Many studies of a single block are processed together: one transaction claims, marks or ends all of them.
+Studies that have only one block are processed together: one transaction claims, marks or ends many studies.
 """
 
 import json
@@ -63,9 +63,9 @@ class Waiting:
 class Claims(Blocks):
     """The claims on the studies of a store.
 
-    A claim ends when its time is over by the wall clock, or when this process has seen no renewal for `CLAIM_SECONDS`.
-    So the claim of a dead owner ends even if the wall clock is set back. If another owner then claims the study,
-    `mark` refuses the results of the first owner.
+    A claim ends when the wall clock has passed its expiry time, or when this process has seen no renewal for
+    `CLAIM_SECONDS`. The second rule ends the claim of a dead owner even if the wall clock is set back. If
+    another owner then claims the study, `mark` refuses the results of the first owner.
     """
 
     def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
@@ -89,7 +89,7 @@ class Claims(Blocks):
         self._if_owned(study_id, owner, UNCLAIMED)
 
     def abandoned(self, study_id: str) -> bool:
-        """Whether no process works on a study. Repeated calls also detect that a claim is not renewed."""
+        """Whether no process works on a study. Repeated calls also detect an owner that stopped renewing."""
         with self.catalogue.reading() as connection:
             row = alive_row(connection, study_id)
         return row is not None and not self._holds(row)
@@ -150,8 +150,8 @@ class Claims(Blocks):
     def claim_all(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
         """Claim and start the queued studies that were never started and have no owner.
 
-        The studies must be recorded for `identity`, the identity of the owner's solver and processor; see
-        `damperlab.studies.store.solver.identity_of`.
+        A study is skipped if its recorded identity is not `identity`, the identity of the owner's solver and
+        processor; see `damperlab.studies.store.solver.identity_of`.
         """
         taken = []
         with self.catalogue.writing() as connection:
@@ -174,7 +174,7 @@ class Claims(Blocks):
             connection.execute(change.values(claimed(owner)))
 
     def finish_all(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
-        """Set the done-mark of each study's only block. End the studies whose marks could be written into the cubes."""
+        """Set the done-mark of each study's only block. End each study whose cube contains the mark."""
         with self.catalogue.writing() as connection:
             marked = [
                 each for each, outcome in outcomes.items() if self._mark_one(connection, each, outcome, owner)
@@ -210,5 +210,5 @@ class Claims(Blocks):
         try:
             self._keep_marks(study_id, "done", None, now)
         except StoreFault:
-            return False  # the study was deleted, or the disk is full; then the next run ends the study
+            return False  # study deleted, or disk full: the next run ends a study that still exists
         return True

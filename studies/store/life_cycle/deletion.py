@@ -52,7 +52,7 @@ class Deletion(Cubes):
             until = time.time() + keep_seconds
             change_study(connection, row.number, {"deleted": until})
             log_event(connection, study_id, "deleted")
-        # record the deletion in the cube only after the commit, so that this record is never wrong
+        # record the deletion in the cube only after the commit, because the commit may fail
         with suppress(OSError):
             put_tombstone(self.cube_shelf(study_id, row.number), until)
 

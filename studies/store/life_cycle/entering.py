@@ -1,4 +1,4 @@
-"""Entering of new studies: numbers are reserved, the cubes are created outside any transaction, the rows are written."""
+"""Entry of new studies into the catalogue: reserve numbers, create the cubes, and write the rows."""
 
 import json
 import math
@@ -140,7 +140,7 @@ class Entering(Cubes):
                         entered = {entry.id for entry in entries}
                         break
                     fresh = self._reserve(connection, missing)
-                # remove cubes that were created for another plan, or whose numbers were withdrawn as garbage
+                # remove cubes that belong to another plan, or whose numbers the garbage collection has withdrawn
                 self._discard([made.pop(each.entry.id) for each in fresh if each.entry.id in made])
                 self._make_way(fresh)
                 made |= {each.entry.id: each for each in fresh}
@@ -154,7 +154,7 @@ class Entering(Cubes):
         return answered
 
     def _reserve(self, connection: Connection, entries: Sequence[NewStudy]) -> list["_Made"]:
-        """Reserve new numbers. The new rows look like the rows of deleted studies without files."""
+        """Reserve new numbers by inserting rows that have no id and are marked as deleted."""
         now = time.time()
         new = insert(studies).returning(studies.c.number, sort_by_parameter_order=True)
         numbers = connection.execute(new, [_reserved(now)] * len(entries)).scalars()
@@ -168,7 +168,7 @@ class Entering(Cubes):
     def _discard(self, several: Sequence["_Made"]) -> None:
         """Remove cubes whose studies were not entered, and withdraw the reserved numbers."""
         with suppress(StoreFault, OSError):
-            # withdraw only numbers that are still reserved, because a rebuild may have used the other numbers
+            # withdraw only numbers that are still reserved: a rebuild may have assigned the others to studies
             ours: set[int] = set()
             for some in pieces(each.number for each in several):
                 mine = update(studies).where(studies.c.number.in_(some), RESERVED).values(state="cancelled")
@@ -247,7 +247,7 @@ class Entering(Cubes):
         return True
 
     def _require_newest(self) -> None:
-        """Raise `StoreFault` if an earlier submission found results that this catalogue does not know."""
+        """Raise `StoreFault` if an earlier submission found a cube whose results this catalogue lacks."""
         with self.catalogue.reading() as connection:
             name = fact(connection, UNKNOWN_RESULTS)
             parsed = parse_cube_name(name or "")
@@ -289,7 +289,7 @@ class _Made:
 
 
 def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int]:
-    """Return those numbers of cubes that are still reserved."""
+    """Return the cubes' numbers, without numbers that are no longer reserved."""
     found: set[int] = set()
     for some in pieces(each.number for each in several):
         query = select(studies.c.number).where(studies.c.number.in_(some), RESERVED)

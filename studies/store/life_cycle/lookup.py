@@ -57,8 +57,8 @@ class Wanted:
     low, high : float, optional
         Least and greatest value along `axis`. The values of the study along this axis must overlap this range.
     designs : bool
-        Whether to list every study of a design or a refinement. If false, a study of a design or a refinement is listed
-        only for a given tag, a given name, or a given state other than `done`.
+        Whether to list every study of a design or a refinement. If false, such a study is listed only if
+        `tag`, `name`, or a `state` other than `done` is given.
     trash : bool
         Whether to list deleted studies that can be restored, instead of the existing studies.
 
@@ -152,7 +152,8 @@ class Lookup(Cubes):
     def find(self, ref: str) -> Record:
         """Find a study by its complete id, by its name, or by the first digits of its id, in this order.
 
-        If several studies have the name, or several versions of a study have the digits, the newest is returned.
+        If several studies have this name, the newest study is returned. If the digits fit several versions of
+        a study, the newest version is returned.
 
         Raises
         ------

@@ -24,7 +24,7 @@ MARKS = "marks.json"
 """Name of the file with the list of done-marks."""
 
 PUT_OFF = "marks of "
-"""Prefix of a key in the table `facts`, which means that a study's done-marks must still be written into the cube."""
+"""Prefix of the keys in the table `facts` that name studies whose done-marks must still be written."""
 
 NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "claim_expires", "deleted", "crc"})
 """Columns of a study's row that are not written with the done-marks."""
@@ -33,7 +33,7 @@ NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "clai
 def keep_marks(store: Cubes, study_id: str, changes: Mapping[str, Any]) -> None:
     """Write the done-marks of a study into its cube. If every block is done, also mark the cube as complete.
 
-    The changes are new values for the study's row that the caller is about to write, by column.
+    `changes` contains the values, by column, that the caller is about to write into the study's row.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 
 def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -> bool:
-    """Whether the cube records the end of a study, and the catalogue has lost this end.
+    """Whether the cube records that the study ended, but the catalogue has lost this information.
 
     `kept` is the study's data from `read_marks`; it is empty if the cube has no list of done-marks. If the latest event
     in the catalogue is later than the recorded end, the study was resumed, and nothing is lost.

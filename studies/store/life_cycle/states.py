@@ -1,4 +1,7 @@
-"""States, phases and remarks of studies. An ended study keeps its state, marks and remarks also in its cube."""
+"""States, phases and remarks of studies.
+
+The state, the done-marks and the remarks of an ended study are also stored in its cube.
+"""
 
 import json
 import time
@@ -115,7 +118,7 @@ class States(Lookup):
         return record_of(study_row(connection, study_id))
 
     def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
-        """Raise `TooManyUnfinished` if an ended study would exceed the limit of waiting and running studies."""
+        """Raise `TooManyUnfinished` if too many studies wait or run to queue an ended study again."""
         if row.state in ENDED:
             Ledger(connection, self.quota).enter(row.submitted_by, 0, 0, 1)
 
@@ -148,9 +151,10 @@ class States(Lookup):
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
         """Record the solver of a study before the first block is computed, and return the record of the study.
 
-        The new solver replaces the solver that was recorded at submission if the study has no results yet. Nothing
-        changes if the `identity` in `facts`, the provenance from the workers, is already recorded, or if another owner
-        has the claim. If blocks are done, the caller must compare the provenance of the record with `facts`.
+        `facts` is the provenance from the workers. If no block is done, their solver replaces the solver that
+        was recorded at submission. If blocks are done, the recorded solver is kept, and the caller must
+        compare the provenance of the record with `facts`. Nothing changes if the `identity` in `facts` is
+        already recorded, or if another owner has the claim.
 
         Raises
         ------
@@ -176,7 +180,7 @@ class States(Lookup):
                 log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
                 now = study_row(connection, study_id)
         if not begins:
-            # another runner has taken over the study, so write the cube again as the catalogue describes it
+            # another runner has taken over the study, so write the cube again with the catalogue's provenance
             self._describe(now, record_of(now).provenance)
         return record_of(now)
 
@@ -225,7 +229,7 @@ class States(Lookup):
             change_study(connection, number, change)
             row = study_row(connection, study_id)
             if row.state in ENDED:
-                # write the marks again, because a lost catalogue is restored from the marks in the cube
+                # the list of marks in the cube also stores the remarks, so the list must be written again
                 put_off_marks(connection, study_id)
         if row.state in ENDED and at_once:
             self._keep_late(study_id)
@@ -286,7 +290,7 @@ class States(Lookup):
 
 
 def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:
-    """Whether this owner may record the solver of a study: another solver is recorded, and no block is done."""
+    """Whether `owner` may replace the recorded solver: `facts` names another one, and no block is done."""
     known = json.loads(row.provenance).get("identity") == facts["identity"]
     return not known and not row.blocks_done and owner in (None, row.claim_owner)
 

@@ -114,7 +114,7 @@ class Submissions(Entering):
 
     def submit_all(self, submissions: Sequence[Submission]) -> Entered:
         """Submit several studies as `submit` does. Either all of the studies are entered, or none."""
-        # add the owner in this thread, because another thread may enter the studies
+        # add the owner here: only this thread knows it, and another thread may enter the studies
         return self._batches.ask([replace(one, provenance=signed(one.provenance)) for one in submissions])
 
     def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
@@ -155,7 +155,9 @@ class Submissions(Entering):
                 def told(one: Submission) -> tuple[Record, bool]:
                     digest = one.study.digest
                     created = digest in untold
-                    untold.discard(digest)  # report the study as created to only one of several submitters
+                    untold.discard(
+                        digest
+                    )  # only the first of several submissions of a study reports it as created
                     return records[digest], created
 
                 return [refused.get(place) or list(map(told, some)) for place, some in enumerate(lists)]

@@ -93,10 +93,10 @@ class Overlaps:
 
 
 class Boxes:
-    """Bounding box of the grid of every study that has results and is in the same family as a given study.
+    """The studies with results in the family of a given study, each with the bounding box of its grid.
 
-    If the study belongs to the search for a design, the other studies of this search are left out. A search
-    requests hardly any point twice, and looking for such points takes longer than computing them.
+    If the study belongs to the search for a design, the other studies of this search are left out. A design
+    search rarely requests a point twice, and it takes longer to find such a point than to compute it again.
     """
 
     def __init__(self, store: Store, record: Record) -> None:
@@ -114,7 +114,7 @@ class Boxes:
         self._boxes = np.array([json.loads(row.box) for row in rows], np.float64)
 
     def near(self, record: Record, box: list[list[float]]) -> Iterator[Record]:
-        """Yield the other studies of the family whose bounding box overlaps `box`, the bounding box of a study."""
+        """Yield the other studies of the family whose bounding boxes overlap `box`, that of `record`."""
         if not self._numbers:
             return
         low, high = np.array(box, np.float64).reshape(len(box), 2).T
