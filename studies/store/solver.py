@@ -116,7 +116,7 @@ def hash_of(root: Path, names: Iterable[str]) -> str:
 
 
 def computing_lines(text: str) -> Iterator[str]:
-    """Yield the lines of a source that are not blank, comments or docstrings (of constants, too).
+    """Yield the lines of code in a source: no comments, blank lines or docstrings, not even of constants.
 
     A line that begins with three quotes starts a docstring. A comment after code is kept if the line has a double
     quote, because the # may then be part of a string.

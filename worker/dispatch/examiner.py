@@ -37,7 +37,7 @@ class Examiner:
         self._late: dict[str, float] = {}
 
     def prepare(self, examination: Call) -> None:
-        """Set the test that workers must pass: the function `examine` and its arguments, last the points."""
+        """Set the test that workers must pass: `examine` and its arguments. The points come last."""
         self._examination = examination
 
     @property

@@ -118,7 +118,7 @@ class States(Lookup):
         return record_of(study_row(connection, study_id))
 
     def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
-        """Raise `TooManyUnfinished` if too many studies wait or run to queue an ended study again."""
+        """Raise `TooManyUnfinished` if queuing an ended study would exceed the limit on unfinished ones."""
         if row.state in ENDED:
             Ledger(connection, self.quota).enter(row.submitted_by, 0, 0, 1)
 
@@ -290,7 +290,7 @@ class States(Lookup):
 
 
 def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:
-    """Whether `owner` may replace the recorded solver: `facts` names another one, and no block is done."""
+    """Whether `owner` may replace the recorded solver: `facts` names another solver, and no block is done."""
     known = json.loads(row.provenance).get("identity") == facts["identity"]
     return not known and not row.blocks_done and owner in (None, row.claim_owner)
 
