@@ -4,10 +4,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO := demo
 LIBRARY := service/page/library
+# pip compiles Python's bytecode on one core
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+BYTECODE := $(BIN)/python -m compileall -q -j 0 $(VENV)/lib
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev bytecode install-bench demo warm test night night-tests mutants lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
+.PHONY: help install install-dev bytecode install-bench demo warm test test-kernels night night-tests mutants lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -21,6 +23,7 @@ $(VENV)/bin/python:
 $(VENV)/.installed: requirements.lock pyproject.toml | $(VENV)/bin/python
 	$(PIP) --require-hashes -r requirements.lock
 	$(PIP) --no-deps --no-build-isolation -e .
+	$(BYTECODE)
 	@touch $@
 
 install-dev: $(VENV)/.installed-dev node_modules/.installed
@@ -31,6 +34,7 @@ node_modules/.installed: package-lock.json
 
 $(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed
 	$(PIP) --require-hashes -r requirements-dev.lock
+	$(BYTECODE)
 	@touch $@
 
 # Hundreds of processes load the package: none shall compile its modules first, even where PYTHONDONTWRITEBYTECODE keeps Python from storing them.
@@ -49,9 +53,11 @@ warm: install bytecode ## every kernel, compiled on every core; at once where th
 # wait for servers, browsers and clocks for a third of their time: two processes more than there are cores keep the cores busy.
 PARALLEL := -n $$($(BIN)/python -c 'import os; print(min(8, 2 + len(os.sched_getaffinity(0))))') --dist loadfile --no-loadscope-reorder
 
-test: install-dev bytecode ## what guards a change: every test that is not left to the night
-	$(BIN)/python -m tests.kernels
+test: install-dev test-kernels ## what guards a change: every test that is not left to the night
 	$(BIN)/python -m pytest -m "not night" $(PARALLEL)
+
+test-kernels: install bytecode
+	$(BIN)/python -m tests.kernels
 
 night: night-tests mutants faults ## what repeats it longer, wider or end to end: the tests of the night, mutants and the campaigns; `make -k night` goes on after a part that fails
 night-tests: install-dev warm
