@@ -118,7 +118,8 @@ def create_app(settings: Settings) -> FastAPI:
     Returns
     -------
     FastAPI
-        ASGI application. Its startup opens the store and resumes unfinished studies. Its shutdown stops running studies.
+        ASGI application, which opens the store and resumes unfinished studies at startup, and stops running
+        studies at shutdown.
     """
     app = Application(
         title="damperlab",

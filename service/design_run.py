@@ -205,8 +205,8 @@ class _Search:
     def _is_small(self, study: "AnyStudy") -> bool:
         """Return whether a study is small enough to be computed in this process.
 
-        If the settings name a scheduler or a batch system, no study is small enough. So no design mixes
-        results of different machines.
+        If the settings name a scheduler or a batch system, every study is computed there, so that no design
+        mixes results of different machines.
         """
         elsewhere = self.settings.scheduler is not None or self.settings.cluster is not None
         if elsewhere or missing(scenes(study)):
@@ -214,7 +214,10 @@ class _Search:
         return make_plan(study, seconds_per_point).seconds <= HERE_SECONDS
 
     def _compute_together(self, ids: list[str]) -> None:
-        """Compute queued studies of one block each in parallel. Studies that fail are queued again, for `_compute`."""
+        """Compute queued studies of one block each in parallel.
+
+        A study that fails is queued again, and `_compute` repeats it.
+        """
         for start in range(0, len(ids), AT_ONCE):
             self._require_wanted()
             self.stop.computing = True

@@ -84,7 +84,7 @@ class Designer:
         self.background.wake()
 
     def cancel(self, kept: Kept) -> Kept:
-        """Cancel a waiting or running design. Its completed studies are kept.
+        """Cancel a waiting or running design, and keep its completed studies.
 
         Parameters
         ----------

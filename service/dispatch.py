@@ -22,7 +22,9 @@ from damperlab.worker.run.progress import Progress
 LOOK_SECONDS = 2.0
 """Interval between checks for waiting studies [s]. Other processes may have queued studies or left them unfinished."""
 WAIT_SECONDS = 20.0
-"""Longest wait of a running study for workers [s]. Afterwards the study is queued again, so that another can run."""
+"""Longest wait of a running study for workers [s]. Afterwards the study is queued again, so that another
+study can run.
+"""
 CLEAN_SECONDS = 3600.0
 """Interval between checks for files that are no longer used [s]."""
 AGAIN_SECONDS = 5.0
@@ -30,7 +32,9 @@ AGAIN_SECONDS = 5.0
 COMPANY, MOST = 4, 64
 """Smallest and largest number of small studies in a batch."""
 STOP_SECONDS = 60.0
-"""Longest wait for running studies at a shutdown [s]. It exceeds the time that a study waits for its running blocks."""
+"""Longest wait for running studies at a shutdown [s]. The wait is longer than a study waits for its running
+blocks.
+"""
 
 _log = logging.getLogger("damperlab.dispatch")
 
@@ -135,7 +139,7 @@ class Dispatcher:
         self._dispatching.wake()
 
     def cancel(self, record: Record) -> Record:
-        """Cancel a queued or running study. Its finished blocks are kept.
+        """Cancel a queued or running study, and keep its finished blocks.
 
         Parameters
         ----------
@@ -151,7 +155,7 @@ class Dispatcher:
             record.id, "cancelled", only_from=("queued", "running"), at_once=False
         )
         self._tidy()
-        # if the study was resumed meanwhile, this may stop the new run; the study is then queued again
+        # if the study was resumed meanwhile, the stop may hit the new run; the study is then queued again
         with self._lock:
             run = self._runs.get(record.id)
         if cancelled.state == "cancelled" and run is not None:
@@ -159,7 +163,7 @@ class Dispatcher:
         return cancelled
 
     def resume(self, record: Record) -> Record:
-        """Queue a cancelled or failed study again. Only its missing points will be computed."""
+        """Queue a cancelled or failed study again; only missing points of the study will be computed."""
         queued = self._store.set_state(record.id, "queued", only_from=("cancelled", "failed"))
         self._try_now(record.id)
         return queued
@@ -179,7 +183,8 @@ class Dispatcher:
     def delete(self, record: Record, keep_seconds: float = 0.0) -> None:
         """Delete a study that is not running.
 
-        The study disappears immediately. Its files are removed in the background after its run has stopped.
+        The study disappears immediately. A background thread removes the files of the study once the last run
+        of the study has stopped.
 
         Parameters
         ----------

@@ -45,7 +45,7 @@ class Kernels:
 
         Errors are only logged. A process that needs a missing kernel compiles the kernel itself or reports the error.
         """
-        from damperlab.worker.warm import missing  # imported here and below, because it imports the compiler
+        from damperlab.worker.warm import missing  # imported in methods: the import loads the compiler
 
         for scene, future in [(scene, self._begin(scene)) for scene in missing(wanted)]:
             try:

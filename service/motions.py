@@ -69,8 +69,8 @@ def harmonics_of(history: Mapping[str, Column], frequency_ratio: float) -> dict[
     Returns
     -------
     dict of ndarray
-        ``multiple`` is the frequency over the excitation frequency: 1/n, 2/n, … up to `HARMONICS`, for n cycles.
-        ``amplitude`` is the amplitude at this frequency, divided by Z.
+        ``multiple`` is the frequency divided by the excitation frequency: 1/n, 2/n, … up to `HARMONICS`, for
+        n cycles. ``amplitude`` is the amplitude at each frequency, divided by Z.
     """
     time = history["time"]
     cycle = 2.0 * math.pi / frequency_ratio

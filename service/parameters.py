@@ -63,8 +63,8 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
         Dataclasses whose fields are defined with `damperlab.studies.field.asked`. The names of all fields must be
         unique. A field with the name of a dimension replaces the parameter of this dimension.
     dimensions : sequence of str
-        Dimensions that parameters may name; by default the dimensions of every kind of study. The dimensions of
-        harmonic studies in SI units are added.
+        Dimensions that parameters may name; by default the dimensions of every kind of study. Parameters may
+        also name the quantities in SI units that correspond to the dimensions of harmonic studies.
 
     Returns
     -------

@@ -18,7 +18,7 @@ from damperlab.worker.run.background import Background
 LOOK_SECONDS = 1.0
 """Interval between checks of the store and its folders [s]."""
 STALE_SECONDS = 5.0
-"""Largest age of the last check [s]. If the last check is older, the store or the disk does not answer."""
+"""Largest age of the last check [s]. An older check means that the store or the disk does not answer."""
 PROBE = ".ready"
 """Name of the file that is written and removed to test whether a folder is writable."""
 _PROBE_BYTES = 8192  # large enough to need a new disk block in every file system

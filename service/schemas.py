@@ -13,7 +13,7 @@ from damperlab.studies.variables import BEFORE, DIMENSIONS
 from damperlab.studies.vocabulary import DEFAULTS
 
 TYPES: dict[Any, str] = {int: "integer", float: "number"}
-"""JSON type of a field by its Python type. All other fields are strings."""
+"""JSON type of a field by its Python type. Fields of every other Python type are strings in JSON."""
 
 
 def _contact(*models: str) -> dict[str, Any]:

@@ -47,7 +47,10 @@ KEYS = (*DIMENSIONS, *BEFORE, "particle", "contact", *FIELDS)
 STEADY_CYCLES = 4000
 """Largest number of excitation cycles in the search for a steady response."""
 HISTORY_PERIODS = 1000
-"""Largest length of a time history in natural periods. Its samples are computed in Python, which is slow."""
+"""Largest length of a time history in natural periods.
+
+The samples of a time history are computed in Python, which is slow.
+"""
 HISTORY_CYCLES = 10
 SAMPLES = 1000
 SETTLED = 0.01
@@ -95,8 +98,9 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     Parameters
     ----------
     document : object
-        Request as read from JSON. Its keys are the names of the ratios, ``particle``, ``contact``, ``excitation``,
-        ``cycles``, ``history``, ``samples``, ``method``, ``starts`` and ``seed``.
+        Request as read from JSON. The keys of the request are the names of the ratios, and also ``particle``,
+        ``contact``, ``excitation``, ``cycles``, ``history``, ``samples``, ``method``, ``starts`` and
+        ``seed``.
     cycles_limit : int
         Largest number of excitation cycles or, if r < 1, of natural periods.
     samples_limit : int
@@ -378,7 +382,8 @@ def attractors_document(found: "Attractors", rubbing: bool) -> Met:
     found : Attractors
         Result of the search.
     rubbing : bool
-        Whether the particle slides with friction. If not, the variables of this friction are left out.
+        Whether the particle slides with friction. If it does not, the particle's friction variables are
+        left out.
     """
     from damperlab.worker.steady.response.measures import Response
 

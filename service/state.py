@@ -113,7 +113,7 @@ def _exact_study(
 ) -> Record:
     record = service.store.find(study_id)
     if record.id != study_id:
-        # Only routes that read accept a name or the beginning of an id. A typing error must not delete another study.
+        # Routes that change data accept only a full id, so that a typing error cannot delete another study.
         advice = f"write {record.id} if you mean {record.name}"
         told = f"To change a study, its complete id is required, and {printable(study_id)} is not one."
         raise StudyNotFound("study", describe(study_id), "a whole id", advice, told)

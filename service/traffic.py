@@ -9,7 +9,10 @@ from itertools import accumulate
 METHODS = frozenset(("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"))
 """HTTP methods that are counted separately. All other methods, which may be any words, are counted together."""
 BOUNDS = (0.005, 0.025, 0.1, 0.5, 2.5, 10.0, 60.0)
-"""Upper bounds of the histogram's duration classes [s]. A further class contains all longer durations."""
+"""Upper bounds of the histogram's duration classes [s].
+
+A further class contains all durations above the largest bound.
+"""
 NO_ROUTE = "none"
 """Name under which requests without a route are counted."""
 

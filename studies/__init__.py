@@ -1,1 +1,1 @@
-"""Studies, plans, cubes and queries, without compiler, cluster and web."""
+"""Studies, plans, cubes and queries. This package needs no compiler, no cluster and no web framework."""

@@ -12,7 +12,7 @@ RATIOS_OF: dict[str, str] = {"clearance_m": "clearance_ratio", "friction_force_n
 """For each quantity that stays constant, the ratio that falls as the base amplitude grows."""
 
 CONSTANT: dict[str, int] = {"velocity": 1, "acceleration": 2}
-"""Time derivatives of the base displacement that may have a constant amplitude over frequency, with their orders."""
+"""Derivatives of the base displacement whose amplitude can be constant over frequency, and their orders."""
 
 AT_NATURAL = "base amplitude Z at the natural frequency"
 STATIC = "static displacement Z of the force"
@@ -42,8 +42,8 @@ def over_amplitudes(physical: object, particle: bool) -> bool:
     """Return whether a physical block describes a study over base amplitudes.
 
     The base amplitude must be an axis. In addition, the block must contain both the friction force and the clearance,
-    or one of these two as an axis. Otherwise the base amplitude changes only one ratio, and its values become
-    values of that ratio.
+    or one of these two as an axis. Otherwise the base amplitude changes only one ratio, and the values of the
+    base amplitude become values of that ratio.
 
     Parameters
     ----------

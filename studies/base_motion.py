@@ -9,11 +9,11 @@ from damperlab.studies.amplitudes import AMPLITUDE, CONSTANT, RATIOS_OF
 from damperlab.studies.faults import NOTHING, Fault, describe
 
 KEYS = {"base_velocity_m_per_s": "velocity", "base_acceleration_m_per_s2": "acceleration"}
-"""Value of `constant` in a study, by the equivalent key of a specification."""
+"""For each key of a specification, the equivalent value of `constant` in a study."""
 
 
 def named_after_motion(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Add advice to the faults of the keys in `KEYS`, and omit faults that only follow from these keys."""
+    """Add advice to the faults of the keys in `KEYS`, and omit faults caused by these keys alone."""
     physical = raw.get("physical")
     written = [key for key in KEYS if isinstance(physical, dict) and key in physical]
     if not isinstance(physical, dict) or not written:

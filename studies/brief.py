@@ -17,7 +17,8 @@ Severity = Literal["danger", "caution", "hint"]
 DoubtKind = Literal[
     "one_frequency", "hidden_peak", "cut_off", "end_of_range", "neighbourhood_unknown", "rugged", "error"
 ]
-"""Kinds of doubt about an optimum, the most serious first. Only the first two can concern the best design with impacts.
+"""Kinds of doubt about an optimum, the most serious first. Only `one_frequency` and `hidden_peak` can
+concern the best design with impacts.
 """
 DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 MOST_SENTENCES, MOST_ROWS = 3, 6
@@ -28,7 +29,7 @@ EQUAL = "equal"
 
 
 def damper_of(acts: bool, rubs: bool) -> Damper:
-    """Return the name of a damper: with a particle, with friction, with both, or without both."""
+    """Return the name of a damper: with a particle alone, with friction alone, with both, or with neither."""
     if acts:
         return "hybrid" if rubs else "particle_alone"
     return "friction_alone" if rubs else "no_damper"

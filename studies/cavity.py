@@ -1,4 +1,4 @@
-"""The cavity of a particle. Its tilt and friction cause forces on the particle between impacts."""
+"""The cavity of a particle. Tilt and friction of the cavity cause forces on the particle between impacts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -51,8 +51,8 @@ class Cavity:
         name : str
             Name of the ratio.
         case : mapping of float
-            Quantities of a physical block that determine the ratio together with the cavity. `base_amplitude_m` may be
-            a static displacement.
+            Quantities of a physical block that determine the ratio together with the cavity. If a
+            force excites the structure, `base_amplitude_m` is the static displacement.
         """
         of = {quantity: np.array([value]) for quantity, value in {**case, **self.numbers}.items()}
         return float(DERIVATIONS[name].values(of)[0])
@@ -82,6 +82,7 @@ def left_open(definition: Mapping[str, Any]) -> list[str]:
 def cavity_of(values: Mapping[str, float | None]) -> Cavity:
     """Make the cavity from the friction coefficient and the tilt in a document.
 
-    The default of both numbers is 0. A number above its bound, for example after rounding, is replaced by the bound.
+    A missing coefficient or tilt is 0. A number above its bound, for example after rounding, is replaced by
+    the bound.
     """
     return Cavity(*(min(values.get(each.name) or 0.0, each.highest) for each in OF_CAVITY))

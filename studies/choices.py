@@ -177,7 +177,7 @@ def _choice(
     """Return the two annotations that select one of several pydantic models by the text under `key`.
 
     The first of `tags` is the default. Without `settings`, every choice is written as a mapping. With
-    `settings`, the keys of these mappings, the default is written as a name.
+    `settings`, the default is written as a name, and any other choice as a mapping with keys in `settings`.
     """
     plain = bool(settings)
 

@@ -28,7 +28,10 @@ def lines_in(text: bytes | str, field: str) -> list[str]:
 
 
 def check_end(lines: Sequence[str], numbers: Sequence[str]) -> None:
-    """Raise StudyFaults if a file ends within a line and its last number has fewer digits than all other numbers."""
+    """Raise StudyFaults if a file seems to be cut off.
+
+    The last line then lacks a line break, and the last number has fewer digits than all other numbers.
+    """
     digits = [len(number.partition(".")[2]) for number in numbers]
     alike = len(numbers) > _ENOUGH and len(set(digits[:-1])) == 1
     if lines[-1] and numbers[-1] and alike and digits[-1] < digits[0]:

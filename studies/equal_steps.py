@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNEVEN = 0.02
-"""Largest deviation of a time from equal steps, as a fraction of the step. Times with few digits may deviate more."""
+"""Largest deviation of a time from equal steps, as a fraction of the step. For times with few digits,
+rounding may cause a larger deviation, which is allowed.
+"""
 TOO_FEW_DIGITS = "The times have too few digits: the step between the samples cannot be determined."
 """Message for a step of NaN from `equal_step`."""
 KNOWN = 1e-3

@@ -51,7 +51,7 @@ class Fault:
         sentence is formed from `field`, `found` and `allowed`.
     meant : str
         For an unknown key, the known key that was probably meant. For a missing key, another key that would determine
-        the value. Empty without such a key.
+        the value. Empty if no key is to be suggested.
     """
 
     field: str
@@ -131,7 +131,10 @@ def _once(faults: list[Fault]) -> list[Fault]:
 
 
 def attempt(reading: Callable[[], T], otherwise: U, faults: list[Fault]) -> T | U:
-    """Call `reading` and return its result. If it raises StudyFaults, append the faults and return `otherwise`."""
+    """Call `reading` and return its result.
+
+    If `reading` raises StudyFaults, append the faults to `faults` and return `otherwise`.
+    """
     try:
         return reading()
     except StudyFaults as refused:
@@ -196,7 +199,9 @@ MEANT: dict[str, tuple[str, ...]] = {
     "excitation_frequency_hz": ("frequency_hz", "frequency_ratio"),
     **{ratio: (quantity,) for ratio, quantity in MADE_BY.items()},
 }
-"""Equivalent keys in other kinds of document. For these keys, a suggestion by spelling would be wrong."""
+"""For a key of one kind of document, the equivalent keys in other kinds, in order of preference. For
+such a key, similar spelling would suggest a wrong key.
+"""
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:

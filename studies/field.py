@@ -48,9 +48,9 @@ class Field:
     options : tuple of str
         Names of the option on the command line.
     doors : tuple of str
-        Interfaces that offer the field. An interface that sets the field itself is omitted.
+        Interfaces that offer the field. An interface that itself sets the value does not offer the field.
     studies : bool
-        Whether the values of the field are names of other studies. The answer then also contains their results.
+        Whether the values of the field are names of other studies, whose results the answer also contains.
     default : object
         Default of the field; `MISSING` if the field is required.
     name, type

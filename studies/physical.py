@@ -141,9 +141,9 @@ class Physical(Choice):
         Returns
         -------
         dict of ndarray
-            `clearance_ratio` and `friction_ratio`, with the same bits as for a single point. `clearance_ratio` is 0
-            without a particle, and `friction_ratio` is 0 without friction. The ratios of `BEFORE` are added if the
-            block determines these ratios.
+            `clearance_ratio` and `friction_ratio`, bitwise equal to the ratios of each point computed alone.
+            `clearance_ratio` is 0 without a particle, and `friction_ratio` is 0 without friction. The ratios
+            of `BEFORE` are added if the block determines these ratios.
         """
         given = {**self.values(), **points}
         given[AMPLITUDE] = base_amplitudes(given[AMPLITUDE], points.get(_FREQUENCY), self.constant)

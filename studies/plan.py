@@ -46,9 +46,9 @@ _FEWEST_SAMPLES = 3
 _SAMPLED = 16
 """Largest number of points at which the cost of a block is sampled."""
 _MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 2
-"""Largest number of sampled points in a plan, and smallest number in a block.
+"""Largest number of sampled points in a plan, and smallest number of sampled points in a block.
 
-The smallest number in a block takes precedence, so a plan with very many blocks has more sampled points.
+A plan with very many blocks has more sampled points, because the number for a block takes precedence.
 """
 _BLOCKS_AT_ONCE = 1024
 
@@ -187,10 +187,10 @@ def make_plan(study: AnyStudy, cost: Cost) -> Plan:
     """Divide a study into blocks of about two seconds.
 
     A shorter study gets shorter blocks, but none below `SHORTEST_BLOCK_SECONDS`. If a study is long enough
-    for `BALANCED_BLOCKS` blocks of this duration, but too short for blocks of two seconds, the number of
-    blocks and their duration both grow with the square root of the study's time. A very long study gets
-    longer blocks, so that it has at most `MAX_BLOCKS` blocks. A block has at most `MAX_BLOCK_POINTS` points.
-    Rows that must stay complete (`AnyStudy.whole_rows`) may have more.
+    for `BALANCED_BLOCKS` blocks of `SHORTEST_BLOCK_SECONDS`, but too short for blocks of two seconds, the
+    number of blocks and their duration both grow with the square root of the study's time. A very long study
+    gets longer blocks, so that it has at most `MAX_BLOCKS` blocks. A block has at most `MAX_BLOCK_POINTS`
+    points, or more if it consists of one complete row (`AnyStudy.whole_rows`).
     """
     mean, most = _sampled_cost(study, cost)
     shape = study.shape

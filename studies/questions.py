@@ -287,7 +287,7 @@ class Search(Step):
 
 @dataclass(frozen=True)
 class Design:
-    """The design or point of a study to compare."""
+    """The coordinates of the design, or of the point of a study, that is compared."""
 
     at: At = asked_at()
 

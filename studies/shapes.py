@@ -28,7 +28,7 @@ class Says:
 
 
 class Like:
-    """An annotation for a value that the document shows in the form of another type, for example a dataclass.
+    """An annotation for a value that has the form of another type in the document.
 
     Parameters
     ----------

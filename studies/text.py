@@ -52,7 +52,7 @@ def read_file(path: Path | str, what: str) -> tuple[bytes, Format]:
     path : Path or str
         A ``.json``, ``.yaml`` or ``.yml`` file.
     what : str
-        The expected content in one word, which an error message names as the field.
+        One word for the expected content, for example ``study``. Error messages use the word as the field.
 
     Raises
     ------

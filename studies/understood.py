@@ -18,7 +18,9 @@ from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
 
 FEW, MANY = 0.1, 100.0
-"""Lowest plausible clearance ratio, and highest plausible friction ratio. Other ratios suggest a wrong unit."""
+"""Lowest plausible clearance ratio, and highest plausible friction ratio. Ratios beyond these limits suggest
+a wrong unit.
+"""
 ROUGH = 2.0
 """Largest coefficient of sliding friction of dry materials."""
 DISPLACEMENTS = ("displacement_m", "relative_displacement_m")
@@ -48,7 +50,8 @@ def understood(study: AnyStudy) -> list[str]:
     -------
     list of str
         Sentences on the assumed values, on the ratios from the physical block, and on implausible values. For a list of
-        two frequencies, a sentence explains how to write a range. Empty for a ground-motion suite.
+        two frequencies, a sentence explains how to write a range. The list is empty for a ground-motion
+        suite.
     """
     if not isinstance(study, Study):
         return []
@@ -175,7 +178,8 @@ def _violent(acceleration: float, key: str) -> list[str]:
 def _loose(limits: Mapping[str, float], base_m: float, damping: float) -> list[str]:
     """Report each displacement limit that the structure satisfies at every frequency even without a damper.
 
-    Near resonance, the displacement of the structure is ``Z/(2ζ)`` relative to the base, and at most Z more in space.
+    Near resonance, the displacement of the structure relative to the base is ``Z/(2ζ)``. The absolute
+    displacement exceeds this value by at most Z.
     """
     most = base_m * (1.0 + 0.5 / damping) if damping > 0.0 else np.inf
     return [

@@ -64,7 +64,10 @@ LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES
 
 
 def with_what_it_is_over(name: str, long_name: str) -> str:
-    """Return the long name of a result. A ratio without a slash also names its reference, ``… over Z·ω_n``."""
+    """Return the long name of a result.
+
+    If the result is a ratio and its long name has no slash, the reference is added, as in ``… over Z·ω_n``.
+    """
     return long_name if name not in OVER or "/" in long_name else f"{long_name} over {OVER[name]}"
 
 

@@ -58,7 +58,7 @@ class InUnits:
     power: int = 1
 
     def of(self, values: NDArray[Any]) -> NDArray[np.float64]:
-        """Return the quantity, converted from values of the source."""
+        """Convert values of `source` to the quantity in SI units."""
         return np.asarray(values, np.float64) * self.factor
 
     @property
@@ -263,8 +263,9 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
 def _per_ratio(ratio: str, physical: Mapping[str, Any]) -> float:
     """Return the factor that converts a ratio of the cavity to its source quantity.
 
-    The factor is NaN if another quantity of the derivation is missing or is an axis, or if the ratio is 0 for every
-    value. The factor is also NaN for a quantity that is neither proportional to the ratio nor a single number.
+    The factor is NaN if another quantity in the formula of the ratio is missing or is an axis, or if the
+    ratio is always 0. The factor is also NaN if the source quantity is neither proportional to the ratio nor
+    a single number.
     """
     derivation = DERIVATIONS[ratio]
     given = {name: np.array(_number(physical, name)) for name in (*STRUCTURE, *physical)}

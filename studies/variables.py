@@ -375,9 +375,9 @@ NONE_IS_ZERO: tuple[str, ...] = (
     "amplitude_ratio_second",
     "amplitude_ratio_third",
 )
-"""Variables whose NaN counts as 0 in a limit.
+"""Variables whose NaN counts as 0 when a limit is checked.
 
-NaN means that there is no impact, no loss, or no other response.
+In these variables, NaN means that the response has no impacts or no losses, or that no other response exists.
 """
 
 

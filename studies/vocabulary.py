@@ -9,8 +9,9 @@ ENDED: tuple[State, ...] = STATES[2:]
 
 Scope = Literal["read", "submit", "admin"]
 SCOPES: tuple[Scope, ...] = get_args(Scope)
-"""Permissions of an access key: `read`; `submit`, also for changing own studies; `admin`, also for changing all
-studies.
+"""Permissions of an access key: `read`, `submit` and `admin`.
+
+The permission `submit` includes changes to studies of the key's owner, and `admin` changes to all studies.
 """
 
 PRIORITIES = -10, 10
@@ -128,7 +129,7 @@ ACCELERATION_UNITS: dict[str, float] = {"g": 9.80665, "m/s2": 1.0, "cm/s2": 0.01
 """Units of an acceleration with their values in m/s². The value of g is the standard acceleration of gravity."""
 
 OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
-"""Dimensions without a meaning in a scene without a particle."""
+"""Dimensions that have no meaning if the scene has no particle."""
 
 DEFAULTS: dict[str, float] = {
     "damping_ratio": 0.0038,

@@ -21,7 +21,7 @@ OF_PEAK = re.compile(r"\b(?:peak|max\w*|largest|pga)\b", re.IGNORECASE)
 """Words in a line with the peak of a record. The unit of the peak may differ from the unit of the samples."""
 _FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
 _NO_SUFFIX = ("h", "v", "in")
-"""Units that usually denote a direction at the end of a heading, as in `acc_h`."""
+"""Unit symbols that usually denote a direction if they end a heading, as in `acc_h`."""
 _LONGEST = 40
 """Largest length of an examined text; real units are shorter."""
 _KINDS = {

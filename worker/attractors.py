@@ -17,8 +17,9 @@ from damperlab.worker.steady.settle import Settings, at_rest, settle
 from damperlab.worker.warm import warm
 
 NUDGES = (1, -1, 2, -2)
-"""Relative changes of the rest state, in units of `NUDGE`: of the base velocity or, under a force, of the particle's
-gap.
+"""Relative changes of the rest state, in units of `NUDGE`.
+
+The changed quantity is the velocity relative to the base or, under a force, the gap of the particle.
 """
 
 NUDGE = 2.0**-46

@@ -42,7 +42,7 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
     block : Block
         Part of the grid of the study. For a continuation, the part must have all frequencies.
     known : ndarray of bool, shape block.shape, optional
-        Mask of points with known results. These points may be skipped and then keep fill values.
+        Mask of points with known results. If such a point is skipped, it keeps its fill values.
 
     Returns
     -------

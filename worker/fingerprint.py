@@ -12,7 +12,10 @@ import numpy as np
 
 _PACKAGE = "damperlab."
 UNKNOWN = "unknown"
-"""Fingerprint of a function that cannot be hashed. Such functions are always treated as different."""
+"""Fingerprint of a function that cannot be hashed.
+
+A function with this fingerprint is always treated as changed.
+"""
 
 
 class _UnknownValue(Exception):

@@ -32,8 +32,8 @@ _OPTIONS = {"nogil": True, "error_model": "numpy"}
 class _PartType(types.Dispatcher):  # type: ignore[misc]
     """The numba type of a kernel that another kernel calls.
 
-    By default, numba compiles a function again for every literal number in a call. This type prevents such
-    compilations.
+    By default, numba compiles a function again for every literal number in a call. With this type, a literal
+    number causes no further compilation.
     """
 
     def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
@@ -110,8 +110,9 @@ def kernel(function: F) -> F:
     once (see `compiler`). So the results at a point have the same bits in any block, process and order. Division by
     zero gives inf or NaN as in C. Kernels report numerical failures by a status and raise no exception.
 
-    The compiler decides which functions are inlined. By default, numba would decide when it compiles the first caller.
-    The machine code, but not the results, would then depend on the kernels that a process has compiled before.
+    The optimiser decides whether the function is inlined. By default, a function would inherit the option
+    `forceinline` from the first caller that numba compiles. The machine code, but not the results, would then
+    depend on the kernels that a process has compiled before.
     """
     return _kernel(function, forceinline=False)
 

@@ -1,12 +1,13 @@
 """Cache of compiled kernels, in the package and in the user's cache folder, where new kernels are stored.
 
-The file of a kernel depends on its name, on its types, and on everything that determines its bits (`identity`). The
-location and the date of the sources do not matter, so a kernel that was compiled elsewhere can be loaded. After a
-change of other sources, a kernel is reused if the `fingerprint` of each of its functions is unchanged.
+The path of a kernel's file depends on the name of the kernel, on the types of the arguments, and on
+everything that determines the bits of the kernel (`identity`). The location and the date of the sources do
+not matter, so a kernel that was compiled elsewhere can be loaded. After a change of other sources, a kernel
+is reused if the `fingerprint` of each of its functions is unchanged.
 
 A file begins with a line of JSON with the identity of the kernel and the hash of the other bytes. A file with a wrong
-hash is ignored. The rest of the file is a pickle, and loading a pickle can run any code. So files are read only from
-folders in which only the user, or the installer of the package, can write.
+hash is ignored. The rest of the file is a pickle, and loading a pickle can run any code. So a file is loaded
+only from a folder to which nobody but the user, or the installer of the package, can write.
 """
 
 import hashlib
@@ -93,7 +94,7 @@ def folder_name() -> str:
 
 
 def shipped_folder() -> Path:
-    """Return the folder for kernels that are installed with the package. The folder may not exist."""
+    """Return the folder for kernels that are installed with the package. The folder need not exist."""
     return _HERE / "kernels" / folder_name()
 
 

@@ -4,7 +4,10 @@ import os
 import sys
 
 NICENESS = 5
-"""Increment of the niceness. A process that answers requests then gets three times as much processor time."""
+"""Increment of the niceness.
+
+A process that answers requests then gets three times as much processor time as a process that computes.
+"""
 
 
 def stand_back() -> None:

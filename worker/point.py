@@ -149,7 +149,7 @@ def simulate_ready(
 
 
 def asked_of(response: Mapping[str, Any], settings: Settings, rubbing: bool) -> dict[str, Any]:
-    """Return the measures of a response that are reported.
+    """Return the reported measures of a response.
 
     Measures of the acceleration are reported only on request. Measures of the particle's friction are reported only if
     the particle has friction.
@@ -304,7 +304,7 @@ def _measures(
     time = 2.0 * pi * cycles / design.frequency_ratio
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
-    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # peaks of all cycles, not of the last half
+    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # over all cycles, not only the last half cycle
     end = stored_energy(state, design.base_rate, design.particle)
     residual = energy_residual(sums, stored, end)
     return {

@@ -33,7 +33,10 @@ _FUNCTIONS: tuple[Callable[[float], float], ...] = (
 )
 """Functions of the C library that kernels and closed forms call."""
 _ARGUMENTS = tuple(8.0 * ((k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0) for k in range(1, 1001))
-"""Arguments for these functions, spread evenly from 0 to 8. Two versions of the library differ at 1 to 10 arguments."""
+"""Arguments for these functions, spread evenly from 0 to 8.
+
+Two versions of the library return different values at 1 to 10 of the 1000 arguments.
+"""
 
 
 class WrongCode(RuntimeError):
@@ -252,7 +255,7 @@ def require_code(expected: str) -> None:
     Raises
     ------
     WrongCode
-        If the sources differ. The message names this host and both sources.
+        If the sources differ. The message states the name of this host and the hashes of both sources.
     """
     if expected != code_hash():
         raise WrongCode(

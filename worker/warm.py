@@ -1,8 +1,9 @@
 """Compilation of kernels, once per machine and in one process at a time.
 
-A scene is a combination of forces and a requested result. Its kernels are compiled by computing the smallest task of
-the scene once, so no list of kernels is needed. A file lock in the cache folder lets one process compile the kernels of
-a scene, while other processes wait and then load the kernels. A marker file shows that all kernels of a scene exist.
+A scene is a combination of forces and a requested result. The kernels of a scene are compiled by computing
+the smallest task of the scene once, so no list of kernels is needed. A file lock in the cache folder lets one
+process compile the kernels of a scene, while other processes wait and then load the kernels. A marker file
+shows that all kernels of a scene exist.
 """
 
 import os
@@ -153,7 +154,8 @@ def compile_apart(
     Raises
     ------
     RuntimeError
-        If a process fails. The message is the last line of its output, and all other processes are ended.
+        If a process fails; all other processes are then ended. The message contains the last line of output
+        of the failed process.
     """
     left = list(wanted)
     folder = cache / CACHE_FOLDER.name
@@ -207,7 +209,7 @@ def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "
 
 
 def require_done(process: "subprocess.Popen[str]") -> None:
-    """Wait for a process of `start_apart`. After a failure, raise RuntimeError with the last line of its output."""
+    """Wait for a process of `start_apart`; if it fails, raise RuntimeError with its last line of output."""
     written = process.communicate()[1].strip()
     if process.returncode:
         last = written.splitlines()[-1] if written else f"it ended with status {process.returncode}"
@@ -235,7 +237,7 @@ def _alone(name: str, wait: bool) -> Iterator[bool]:
 
 
 def _compute_once(scene: Scene) -> None:
-    """Compute the smallest task that calls every kernel of a scene with the usual argument types."""
+    """Execute a minimal task that calls every kernel of a scene with the usual argument types."""
     if scene.purpose in ("record", "record-history"):
         _record(scene)
     elif scene.purpose in ("steady", "peaks", "acceleration"):

@@ -367,7 +367,7 @@ def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading
 
 
 def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -> "Record":
-    """Add to the events of a study that the study was stopped at a given time."""
+    """Add an event to a cancelled study, which says that the run was limited to the time `ends`."""
     if record.state != "cancelled" or ends is None:
         return record
     left = record.blocks_total - record.blocks_done

@@ -83,7 +83,7 @@ def report(error: Exception, as_json: bool) -> int:
     Raises
     ------
     Exception
-        `error` itself, if an error of this type is a defect of the program.
+        If `error` is a defect of the program, `error` is raised again.
     """
     if isinstance(error, typer.TyperException):
         return _report_usage(error, as_json)
@@ -136,7 +136,7 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
 
 
 def _ratio_for(error: typer.TyperException) -> str:
-    """Write the message for a quantity in SI units if the command takes the ratio instead, otherwise an empty text."""
+    """Write a message if the command takes a ratio in place of the SI quantity, otherwise an empty text."""
     option, context = getattr(error, "option_name", None), getattr(error, "ctx", None)
     if option is None or context is None:
         return ""
@@ -188,7 +188,7 @@ def _spelled(text: str) -> str:
 
 
 def _with_value(name: str, value: str) -> str:
-    """Write a field or a dimension with its value as an option; the text is empty for any other name."""
+    """Write the name and the value as an option; return "" if the name is no field and no dimension."""
     option = SPELLED.get(name) or (option_of(name) if name in EVERY_AXIS else "")
     return f"{option} {value}".rstrip() if option else ""
 

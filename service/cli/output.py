@@ -49,7 +49,7 @@ def say(text: str) -> None:
 
 
 def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool, folder: str = "") -> None:
-    """Print a short answer, and also the sentences with details if they are wanted.
+    """Print a short answer, and the sentences with details if the user wants details.
 
     `folder`, the option for the data folder, is appended to the command that the answer suggests.
     """

@@ -130,7 +130,7 @@ def _history(asked: Simulated, output: Path | None, frequency_ratio: float) -> i
     if output is None:
         return 0
     wanted = STEADY_HISTORY if asked.cycles is None else min(asked.cycles, LONG_HISTORY)
-    # A slow excitation has long cycles, and a time history may cover only a limited number of natural periods.
+    # A slow excitation has long cycles, and the length of a time history is limited in natural periods.
     return max(1, min(wanted, int(frequency_ratio * LONG_HISTORY))) if frequency_ratio > 0 else wanted
 
 
@@ -202,7 +202,7 @@ def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
 
 
 def _end(answer: "SimulatedDocument", steady: bool) -> str:
-    """Describe the final state, or the state at the beginning of a cycle of the steady response."""
+    """Describe the state after the computed cycles, or at the start of a cycle if no cycle was computed."""
     state = ", ".join(
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
     )

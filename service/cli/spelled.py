@@ -22,7 +22,7 @@ def in_options(names: Mapping[str, str]) -> "Iterator[None]":
     Parameters
     ----------
     names : mapping of str
-        Command-line option for each field. A field with a value, such as ``particle: false``, may also have an option.
+        Command-line option for each field, or for a field with a value, such as ``particle: false``.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def in_options(names: Mapping[str, str]) -> "Iterator[None]":
 def _spelled(fault: Fault, names: Mapping[str, str]) -> Fault:
     # a fault in one item of a list is reported under the option of the list
     field = names.get(re.sub(r"\[\d+\]\Z", "", fault.field), fault.field)
-    # a field within a document keeps its name, because the texts also name other fields of the document
+    # a field within a document keeps its name, because the fault's texts also name other fields
     if "." in field:
         return fault
     texts = {part: _in_text(getattr(fault, part), names) for part in ("allowed", "advice", "message")}

@@ -1,4 +1,4 @@
-"""`damperlab recompute` computes a study of an earlier version of the solver again with the present solver."""
+"""`damperlab recompute` repeats, with the present solver, a study that an earlier solver computed."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 

@@ -237,7 +237,7 @@ def rows_table(
     phrases : Phrases
         Phrases of the study.
     meant : mapping of str, optional
-        For each name that occurs only in answers, the variable whose form its values are printed in.
+        For each name that occurs only in answers, a variable whose values are printed in the same format.
     varied : collection of str, optional
         Coordinates that are shown even if all rows have the same value, because nothing else shows the value.
     """

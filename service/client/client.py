@@ -215,8 +215,8 @@ class Client:
             List only studies whose values along a dimension overlap a range, for example
             ``("clearance_ratio", 2, 5)``. None leaves an end of the range open.
         designs : bool
-            Also list the studies that belong to designs and refinements. These studies are always listed if `name`, `tag`,
-            or a state other than ``done`` is given.
+            Also list the studies that belong to designs and refinements. If `name`, `tag`, or a state other
+            than ``done`` is given, the list contains such studies in any case.
 
         Raises
         ------

@@ -117,7 +117,7 @@ class Questions(Asked):
         """Rank the designs of a study, the best first.
 
         A design is judged over the frequencies of the study; under a ground-motion suite, a damper is judged by its worst
-        case. By default ten designs are listed, or all designs of a Pareto front.
+        case. By default a ranking lists ten designs, and a Pareto front lists all of its designs.
 
         Returns
         -------

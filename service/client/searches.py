@@ -42,7 +42,8 @@ class Searches(Asked, ABC):
         Returns
         -------
         Refinement
-            State of the search. Wait for the submitted studies, ``follow_ups``, then pass them as ``with_``.
+            State of the search. Wait for the submitted studies, ``follow_ups``; then call this method again,
+            with the studies as ``with_``.
         """
         return self._search("/refine", (Search, Judging, FollowUps), locals())
 
@@ -62,7 +63,8 @@ class Searches(Asked, ABC):
         Returns
         -------
         Refinement
-            State of the search. Wait for the submitted studies, ``follow_ups``, then pass them as ``with_``.
+            State of the search. Wait for the submitted studies, ``follow_ups``; then call this method again,
+            with the studies as ``with_``.
         """
         return self._search("/refine-boundary", (Boundary, Step, FollowUps), locals())
 

@@ -225,8 +225,8 @@ class Study(Questions, Searches):
     def cube(self, chunks: Any = "blocks") -> "xr.Dataset":
         """Open the complete cube lazily: values are fetched when they are used.
 
-        If the study has not ended, the cube holds the results computed so far and does not change. Open the cube again
-        to read newer results.
+        If the study has not ended, the Dataset is a snapshot of the results computed so far. Open the cube
+        again to read newer results.
 
         Parameters
         ----------

@@ -19,9 +19,13 @@ from damperlab.studies.faults import Fault, describe
 from damperlab.studies.spacing import evenly_spaced
 
 PATIENCE_SECONDS = 60.0
-"""Longest time for which a request is repeated if the service has answered before [s]. A restart takes less time."""
+"""Longest time for which a request is repeated if the service has answered before [s]. A restart of the
+service takes less time.
+"""
 FIRST_SECONDS = 4.0
-"""Longest time for which a request is repeated if the service has never answered [s]. The address may be wrong."""
+"""Longest time for which a request is repeated if the service has never answered [s], for example because the
+address is wrong.
+"""
 LONGEST_PAUSE_SECONDS = 5.0
 PREFERRED = "respond-async, wait=20"
 """Header `Prefer`: an answer that takes longer than 20 s is deferred, so that no proxy closes the silent connection."""
@@ -30,7 +34,7 @@ PROMISE_PAUSE_SECONDS = 0.5
 LONGEST_REFUSAL = 1 << 20
 """Largest number of bytes that are read from a refusal."""
 
-# If a logger has no handler, the standard library prints each pause to standard error, in the middle of a progress bar.
+# Without this handler, the standard library prints a message about each pause into the progress bar.
 logging.getLogger("stamina").addHandler(logging.NullHandler())
 
 
@@ -71,8 +75,8 @@ class Transport:
     def ask(self, method: str, path: str, **how: Any) -> Any:
         """Send a request and return the answer, read from JSON; None if the answer is empty.
 
-        Every request may be sent twice. Studies and follow-ups are identified by their content, a simulation changes
-        nothing, and stopping or deleting a study twice has the same effect as once.
+        Every request can safely be sent twice. Studies and follow-ups are identified by their content, a
+        simulation changes nothing, and stopping or deleting a study twice has the same effect as once.
 
         Parameters
         ----------

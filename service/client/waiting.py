@@ -22,8 +22,8 @@ ENDS = ("done", "cancelled", "failed")
 LOOK_SECONDS = 1.0
 """Shortest time between two requests for the record of the study [s]."""
 SILENCE_SECONDS = 20.0
-"""Longest silence of the stream of events [s]. The service sends a comment every 15 s. After a longer silence the service
-has ended, or a proxy holds the events back.
+"""Longest silence of the stream of events [s]. The service sends a comment every 15 s. A longer silence means
+that the service has ended, or that a proxy holds the events back.
 """
 
 

@@ -12,8 +12,8 @@ _REFUSED = re.compile(r"gzip\s*;\s*q\s*=\s*0(\.0*)?")
 class Compressed(GZipMiddleware):
     """ASGI middleware: compresses answers for clients that accept gzip.
 
-    A weight of 0 refuses an encoding (RFC 9110, section 12.5.3). Starlette's middleware ignores weights, so this class
-    removes the Accept-Encoding header of such a request.
+    A weight of 0 refuses an encoding (RFC 9110, section 12.5.3). Starlette's middleware ignores weights, so
+    this class removes the Accept-Encoding header if the header refuses gzip.
     """
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -59,7 +59,7 @@ class Tagged:
                 start, held = held, None
                 body = message.get("body", b"")
                 if not message.get("more_body", False) and len(body) <= TAGGED_BYTES:
-                    # a weak tag, because the same document may be sent compressed
+                    # the tag is weak, because the bytes of a document differ with and without compression
                     tag = f'W/"{blake2b(body, digest_size=12).hexdigest()}"'
                     headers = MutableHeaders(scope=start)
                     headers["ETag"] = tag
@@ -107,8 +107,9 @@ def part_asked(request: Request, size: int, tag: str) -> tuple[int, int] | None:
     Returns
     -------
     tuple of int, optional
-        Start and end index of the part; equal if the part lies outside the content. None if the complete content must
-        be sent, because the Range header is missing, has several parts or uses another unit than bytes.
+        Start and end index of the part; both indices are equal if the part lies outside the content. None if
+        the complete content must be sent, because the Range header is missing, has several parts or uses
+        another unit than bytes.
     """
     wanted = request.headers.get("range")
     if wanted is None or request.headers.get("if-range", tag) != tag:

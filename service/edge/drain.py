@@ -5,7 +5,7 @@ from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 DROPPED_BYTES = 64 * 1024 * 1024
-"""Largest number of bytes that are dropped. If a body is longer, the client may lose the answer."""
+"""Largest number of bytes that are dropped. If more bytes are unread, the client may lose the answer."""
 DROP_SECONDS = 20.0
 
 

@@ -52,7 +52,7 @@ def _framed_twice(scope: Scope) -> Problem | None:
         "leave it out",
         "`Content-Length` and `Transfer-Encoding` exclude each other (RFC 9112, 6.1).",
     )
-    # a proxy that uses the other length may read a part of the body as a second request
+    # if a proxy uses the other of the two headers, it may read a part of the body as a second request
     return Problem(
         400,
         "malformed-request",

@@ -11,7 +11,8 @@ from damperlab.service.figures.style import BLUE, GREY, VERMILION, styled
 
 COLUMNS = 3
 OTHERS = (GREY, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#7f4f24")
-"""Colours of the methods with a setting, such as a step. The event-driven methods have the colours `OURS`."""
+"""Colours of the methods that have a setting, for example a step size. The event-driven methods have no
+setting and use the colours `OURS`."""
 OURS = (VERMILION, BLUE)
 MARKERS = "osD^vPX"
 
@@ -51,7 +52,7 @@ def draw_work_precision(diagrams: Sequence[Mapping[str, Any]]) -> Figure:
         for panel in panels[len(diagrams) :]:
             panel.set_visible(False)
         for panel in panels[max(0, len(diagrams) - COLUMNS) : len(diagrams)]:
-            panel.tick_params(labelbottom=True)  # there may be no panel below with these labels
+            panel.tick_params(labelbottom=True)  # the panel below, with the shared labels, may be hidden
         figure.supxlabel("run time per excitation cycle [µs]", fontsize=10)
         figure.supylabel("relative error of the end state", fontsize=10)
         if diagrams:

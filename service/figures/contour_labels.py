@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 from damperlab.service.figures.style import is_logarithmic
 
 ROOM = 0.035
-"""Radius of a circle around each number, as a share of the length of each axis. No other line may cross the circle. The text of
-a number is twice as long as the radius."""
+"""Radius of a circle around each number, as a share of the length of each axis. The circle must contain no
+part of the contour lines of other levels. The text of a number is twice as long as the radius."""
 STEP = 0.005
 """Distance between the sampled points of a contour line, as a share of the length of each axis."""
 FOLDED = 1.3
-"""Largest length of a line within the radius `ROOM`, relative to a straight line. A folded line is longer."""
+"""Largest length of the number's own line inside the circle, divided by the diameter of the circle. A line
+that folds back into the circle is longer."""
 STRAIGHT = 0.97
-"""Smallest distance between the two ends of a number, divided by the length of the line between them; 1 for a straight line."""
+"""Smallest ratio at which a line is straight enough for a number: the distance between the two ends of the
+number, divided by the length of the line between these ends. The ratio is 1 for a straight line."""
 MOST_POINTS, CANDIDATES = 10_000, 200
 """Largest number of points on all lines, and largest number of positions that are tried for a number."""
 

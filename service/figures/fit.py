@@ -27,7 +27,7 @@ MILLIMETRES = 1e3
 _ALSO = {"mass_kg": "$M$", "damping_n_s_per_m": "$c$"}
 """Symbols of quantities that no study varies."""
 MOST_NAMED = 8
-"""Largest number of conditions in the legend. If there are more, the legend has only the first ones."""
+"""Largest number of conditions in the legend. If there are more conditions, the legend shows the first."""
 TONES = colormaps[COLOURS].resampled(256)
 FEW = (BLUE, VERMILION, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "black", GREY)
 """Colours of up to eight conditions, from the Okabe-Ito palette: distinguishable with any colour vision."""

@@ -45,11 +45,11 @@ SMALLER_IS_BETTER = frozenset(
 )
 """Metrics whose map has an optimum."""
 MET = frozenset(("frequency_ratio", "frequency_hz", AMPLITUDE, RECORD, "scale", "natural_frequency_hz"))
-"""Dimensions that a designer cannot choose. The smallest value along such a dimension is not an optimum."""
+"""Dimensions that a designer cannot choose. The smallest value along one of these is not an optimum."""
 ALIKE = 1e-9
 """Relative difference up to which two values count as equal."""
 CONTOUR_POINTS = 8
-"""Smallest number of points along either axis for contour lines. Lines between fewer points would be misleading."""
+"""Smallest number of points along each axis for contour lines; lines from fewer points would mislead."""
 QUIET = (ResponseClass.LINEAR, ResponseClass.LOCKED, ResponseClass.NO_IMPACT)
 """Classes of responses without impacts."""
 
@@ -143,8 +143,8 @@ def _stars(
 ) -> list[Line2D]:
     """Mark the smallest nontrivial value by a star.
 
-    If the response at this star has no impacts, another star marks the smallest value with impacts. In a
-    map that is reduced over a third dimension, the response at the extremum decides this.
+    If the response at the optimum has no impacts, a second star marks the smallest value with impacts. If the
+    map is reduced over a third dimension, each value has the response class of its extremum.
     """
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
     quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)
@@ -172,7 +172,7 @@ def _stars(
 
 
 def _where(answer: xr.Dataset) -> str:
-    """Return the ending of a label for response classes in a map of largest or smallest values."""
+    """Return the phrase that ends a label about response classes, if the map shows extrema; else empty."""
     words = {"max": " where it is largest", "min": " where it is smallest"}
     return words.get(str(answer.attrs.get("reduce")), "")
 

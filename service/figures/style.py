@@ -83,7 +83,7 @@ def styled(changes: Mapping[str, Any] | None = None) -> Iterator[None]:
     Parameters
     ----------
     changes : mapping, optional
-        Settings that differ in this figure.
+        Settings of this figure that replace settings of the common style.
     """
     settings: Any = STYLE | dict(changes or {})
     with _DRAWING, rc_context(settings):
@@ -105,7 +105,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def title_of(array: xr.DataArray) -> str:
-    """Return the long name and the unit of an array for an axis, with symbols typeset as in the paper."""
+    """Return the title of an axis: long name and unit of an array, with symbols typeset as in the paper."""
     name = str(array.attrs.get("long_name", array.name))
     units = str(array.attrs.get("units", "1"))
     if units == "1":
@@ -194,7 +194,10 @@ def is_logarithmic(values: NDArray[np.float64]) -> bool:
 
 
 def scale(axes: Axes, which: str, values: NDArray[np.float64]) -> None:
-    """Set the scale of an axis, "x" or "y", on which `values` are evenly spaced. A single value gets a tick."""
+    """Set the scale of an axis, "x" or "y", on which `values` are evenly spaced.
+
+    If there is only one value, the axis has one tick at this value.
+    """
     if values.size == 1:
         axes.set(**{f"{which}ticks": values})
     if is_logarithmic(values):

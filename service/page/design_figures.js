@@ -1,4 +1,4 @@
-/** The figures of a design: responses over the band, the amplitudes, and the mass of the particle. */
+/** The figures of a design: responses over the band, under several amplitudes, and over the particle mass. */
 /** @import { AtAmplitude, DesignAnswer, Frequency, OfMass, OtherName, OverBand, Worst } from "./types.js" */
 
 import { capital } from "./dom.js";
@@ -141,7 +141,7 @@ function between(share) {
 }
 
 /**
- * Draw the responses of the best damper for each mass of the particle, and of other dampers with this mass.
+ * Draw the response of the best damper over the mass of the particle, and of other dampers of equal mass.
  *
  * @param {string} id of the design
  * @param {OfMass[]} rows
@@ -192,7 +192,7 @@ export function calledOf(answer) {
   return answer.called ?? (given(answer) ? "as given" : "recommended");
 }
 
-/** Whether the verdict recommends another or no damper. @param {DesignAnswer} answer */
+/** Whether the verdict recommends another damper, or no damper. @param {DesignAnswer} answer */
 export function isBeaten(answer) {
   return !["recommended", "as given"].includes(calledOf(answer));
 }

@@ -249,7 +249,8 @@ function at(document, path) {
 }
 
 /**
- * Set the value at a path. undefined removes the value, and objects that become empty.
+ * Set the value at a path. If the new value is undefined, remove the entry, and remove objects that are
+ * then empty.
  *
  * @param {unknown} held
  * @param {string[]} path

@@ -44,7 +44,7 @@ const BEGINNING = {
 const beginning = (kind) => structuredClone(BEGINNING[/** @type {Kind} */ (kind)]);
 /** Kinds of excitation that are generated records. */
 const GENERATED = /** @type {Kind[]} */ (["sweep", "random_vibration", "shock"]);
-/** Initial values of fields of a sweep that replace each other, for example rate and duration. */
+/** Initial values of the alternative fields of a sweep: for example, the duration may replace the rate. */
 const USUAL = /** @type {Record<string, number>} */ ({
   rate_hz_per_s: 0.1,
   rate_octaves_per_minute: 1,
@@ -53,7 +53,7 @@ const USUAL = /** @type {Record<string, number>} */ ({
   base_velocity_m_per_s: 0.05,
   base_acceleration_m_per_s2: 1,
 });
-/** Quantity in units for each ratio to the base amplitude; records have no base amplitude. */
+/** Quantities in units that replace ratios to the base amplitude, because records have no base amplitude. */
 const IN_UNITS = { clearance_ratio: "clearance_m", friction_ratio: "friction_force_n" };
 
 /** @typedef {Record<string, unknown>} Excitation */

@@ -1,4 +1,4 @@
-/** The filter of a list by name and state, and of studies also by tag and range, kept in the address. */
+/** Filters a list by name and state, and studies also by tag and range. The address keeps the filter. */
 /** @import { Child, Kept } from "./types.js" */
 
 import { debounced, el, fill, picker } from "./dom.js";

@@ -196,7 +196,8 @@ function answered(place, found) {
 }
 
 /**
- * Number of significant digits with which half the width of an interval shows two digits; at least 4.
+ * Number of significant digits for a value with an interval; at least 4. Half the width of the interval has
+ * two digits if it is rounded to the same decimal place as the value.
  *
  * @param {number} low
  * @param {number} high

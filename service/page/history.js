@@ -27,7 +27,7 @@ export class History {
     return this.columns.impact.flatMap((struck, i) => (struck ? [i] : []));
   }
 
-  /** The displacement of the base over Z, at a time in cycles. @param {number} cycle */
+  /** The displacement of the base in units of Z, at a time in cycles. @param {number} cycle */
   base(cycle) {
     return this.at("u", cycle) - this.at("v", cycle);
   }
@@ -60,7 +60,7 @@ export class History {
     return span > 0 ? here + ((next - here) * (cycle - this.cycles[i])) / span : here;
   }
 
-  /** Position of the particle in its cavity, over Z: 0 in the middle, ± the clearance at the walls. */
+  /** Position of the particle in its cavity in units of Z: 0 in the middle, ± the clearance at the walls. */
   get inCavity() {
     return this.columns.p.map((p, i) => (p === null ? null : p - this.columns.u[i]));
   }

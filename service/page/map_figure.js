@@ -111,7 +111,7 @@ function contourLevels(z) {
 }
 
 /**
- * The response class or the status of every point of a map, whichever variable the map shows.
+ * The response class or the status of every point of a map. The map may show another variable.
  *
  * @param {MapAnswer} map
  * @param {"response_class" | "status"} name

@@ -149,7 +149,8 @@ export class ParallelPanel {
   }
 
   /**
-   * Let the pointer select a range: a drag along an axis makes a brush, and a click on the axis removes it.
+   * Let the pointer select a range. A drag along an axis makes a brush, and a click on the axis removes the
+   * brush.
    *
    * @param {Axis} axis
    * @param {SVGElement} handle

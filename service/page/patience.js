@@ -1,4 +1,4 @@
-/** Requests that may have to wait for the compiler, and reports of its progress. */
+/** Requests that may have to wait for the compiler, and reports of the compiler's progress. */
 /** @import { Answer, Readiness } from "./types.js" */
 
 import { send } from "./api.js";

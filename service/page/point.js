@@ -89,7 +89,11 @@ export class PointPanel {
     return Promise.all([ask(path, at, { signal }), along("run_time"), along("period")]);
   }
 
-  /** The index of the largest response, or of the selected frequency. @param {Curve} response */
+  /**
+   * The index of the selected frequency or, for the worst case over the frequencies, of the largest response.
+   *
+   * @param {Curve} response
+   */
   frequencyPlace(response) {
     const { selection } = this.session;
     if (!selection.worst || empty(response)) return selection.place[FREQUENCY];

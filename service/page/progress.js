@@ -1,4 +1,4 @@
-/** Shows the state and the progress of a study or a design, and the buttons that control it. */
+/** Shows the state and the progress of a study or a design, and the buttons to cancel, resume or delete. */
 /** @import { Listed, StudyRecord } from "./types.js" */
 
 import { ask, refusalBox } from "./api.js";

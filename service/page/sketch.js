@@ -21,7 +21,7 @@ const FLASH = 0.02;
 const STEP = 1 / 64;
 /** Ratio of the slip speed to the speed of the base below which the sketch shows sticking. */
 const STUCK = 1e-9;
-/** Distance of the particle from a wall, over the clearance, below which the sketch shows contact. */
+/** Distance of the particle from a wall, divided by the clearance, below which the sketch shows contact. */
 const RIDES = 1e-6;
 
 /**

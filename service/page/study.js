@@ -57,7 +57,7 @@ export async function studyView(root, { parts, query }) {
 }
 
 /**
- * A study and its selected point. The address gives the point; otherwise the best design is selected.
+ * A study and its selected point. If the address gives no point, the best design is selected.
  *
  * @param {string} id
  * @param {string} tab

@@ -202,7 +202,7 @@ export function line(history, y, name, shade, dash = "solid") {
 }
 
 /**
- * The curves of the position of the particle relative to the middle of its cavity, and of the walls.
+ * The curve of the particle's position relative to the middle of its cavity, and the lines of the two walls.
  *
  * @param {EarthquakeHistory} history
  * @param {number} clearance

@@ -11,7 +11,7 @@ import { orderOf } from "./vocabulary.js";
 const MOST = 32;
 /** Largest number of points of a study with a picture. For a larger study the service would read too much. */
 export const LARGEST = 1_000_000;
-/** The picture of a running study is redrawn this many times, after equal shares of the points. */
+/** Number of times that the picture of a running study is redrawn, after equal shares of the points. */
 const STEPS = 5;
 /** The colours of maps: nine equally spaced colours of matplotlib's colour scale cividis. */
 const CIVIDIS = [

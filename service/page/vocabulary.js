@@ -25,7 +25,7 @@ export const DIMENSIONS = WORDS.dimensions;
 /** Dimensions that have no meaning without a particle. */
 export const OF_PARTICLE = WORDS.of_particle;
 
-/** The dimensions of a design of a study. @param {Definition} definition */
+/** The dimensions of a study that describe a design. @param {Definition} definition */
 export function designDimensions(definition) {
   const without = definition.particle === false;
   const before = Object.entries(WORDS.before).filter(

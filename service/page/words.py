@@ -65,7 +65,7 @@ _IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_p
 """For each result that can be given in SI units, its name in SI units."""
 
 _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
-"""Unit of each result in SI units that is not a length."""
+"""SI unit of each result that is not a length, by the name of the result in SI units."""
 
 _KINDS = {"harmonic": HARMONIC, "suite": SUITE, "amplitudes": AMPLITUDES_KIND}
 """Kinds of study, by their names on the page."""
@@ -236,7 +236,10 @@ def _unit_of(meaning: str) -> str:
 
 
 def _prototype() -> dict[str, float]:
-    """Return the paper's prototype in SI units, excited at resonance, with the base amplitude for the smallest cavity."""
+    """Return the paper's prototype in SI units, excited at resonance.
+
+    The paper implies a base amplitude for each cavity; the value for the smallest cavity is used.
+    """
     defaults = {
         name: default
         for name, (_, default) in QUANTITIES.items()

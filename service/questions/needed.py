@@ -1,4 +1,7 @@
-"""Modules that answer questions. A service imports these modules after its start, before the first question."""
+"""Imports the modules that answer questions.
+
+A service imports this file after its start, before the first question.
+"""
 
 import numcodecs.blosc  # type: ignore[import-untyped]  # noqa: F401
 import scipy.optimize  # noqa: F401

@@ -45,7 +45,8 @@ class Subject:
     called : str
         The command or the route of the question, as a name in messages.
     http : bool
-        Whether the question came by HTTP. If so, the axes of a map must be named, and the size of a map is limited.
+        Whether the question came by HTTP. A request for a map by HTTP must name the axes, and the size of the
+        map is limited.
     """
 
     record: "Record"
@@ -90,7 +91,10 @@ class Subject:
 
     @cached_property
     def _stored(self) -> "Study | Suite | None":
-        """The definition of the study; None if it is damaged, because the cube can be read without it."""
+        """The definition of the study; None if the definition is damaged.
+
+        A damaged definition raises no error, because the cube can be read without the definition.
+        """
         from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 
         try:
@@ -222,7 +226,10 @@ class Question(Generic[A]):
         return (*BEFORE, *DIMENSIONS, *(() if self.kinds == (HARMONIC,) else (AMPLITUDE,)))
 
     def of(self, study: Subject, *asked: object) -> "xr.Dataset":
-        """Answer the question, given one value of each of `asks`. Refuse a study of a kind not in `kinds`."""
+        """Answer the question, given one value of each type in `asks`.
+
+        A study whose kind is not in `kinds` is refused.
+        """
         if SUITE not in self.kinds:
             from damperlab.studies.answers.suite import require_harmonic
 

@@ -1,1 +1,1 @@
-"""Reproduction of the paper: sections that compute its figures and tables again, and their report."""
+"""Reproduction of the paper: sections that compute its figures and tables again, and the complete report."""

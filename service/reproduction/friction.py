@@ -69,7 +69,7 @@ def figure_9(solve: Solve, quick: bool) -> Section:
 
 
 def figure_10(solve: Solve, quick: bool) -> Section:
-    """Find the friction ratio of each curve in Figure 10, and compare the ratios with the spring's law."""
+    """Compare the friction ratios of the curves in Figure 10 with the law of the spring, F_N = k_s Δs."""
     section = Section("Figures 10 and 9 compared: friction ratio of a spring compression")
     known = paper_numbers()
     damping, ratio = known["damping_ratio"].value, known["friction_ratio"].value

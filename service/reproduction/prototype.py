@@ -28,7 +28,8 @@ RANGES = {
     "particle_friction": (0.0, 0.2),
     "restitution": (0.2, 0.9),
 }
-"""Ranges of the fitted parameters. A search uses fractions of each range, logarithmic if the range starts above 0."""
+"""Ranges of the fitted parameters. A search uses fractions of each range, on a logarithmic scale if the range
+starts above 0."""
 ASSUMED = ("base_amplitude_m", "damping_ratio")
 """Parameters that every fit estimates."""
 STARTS = 4
@@ -68,7 +69,7 @@ class Prototype:
         return 0.25 * pi * (1.0 - 2.0 * self.damping_ratio * peak)
 
     def study(self) -> Study:
-        """Make the study of the particle alone and of the hybrid in each cavity."""
+        """Make one study of two dampers, the particle alone and the hybrid, with each cavity."""
         known = paper_numbers()
         lengths_m = [1e-3 * known[f"clearance_{k}_mm"].value for k in CAVITIES]
         particle = {"restitution": self.restitution, "mass_ratio": known["mass_ratio"].value}

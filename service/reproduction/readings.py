@@ -21,13 +21,13 @@ HARD: dict[str, dict[str, object]] = {
 
 LABELS = "labels of Figure 12"
 FRICTION_RATIOS = (0.6, 0.69, 0.8)
-"""Candidates for the friction ratio of the 4 mm compression, which the paper does not print."""
+"""Candidates for the friction ratio at a compression of 4 mm; the paper does not print this ratio."""
 CHOSEN_FRICTION = 0.69
 """Friction ratio with which friction alone gives X/Z of about 16.22, as in Table 3."""
 
 
 def clearances() -> dict[str, tuple[float, float, float]]:
-    """Return d/Z of the three cavities: as labelled, and for the base amplitude Z that each label implies."""
+    """Return d/Z of the three cavities: the labels of Figure 12, and d/Z for each Z that a label implies."""
     known = paper_numbers()
     lengths = [known[f"clearance_{k}_mm"].value for k in (1, 2, 3)]
     labels = [known[f"clearance_ratio_{k}"].value for k in (1, 2, 3)]

@@ -17,7 +17,7 @@ from damperlab.studies.vocabulary import Criterion
 SHOWN_FRICTION = (0.4, 0.6, 0.69, 0.8)
 """Friction ratios for the hybrid damper. The paper prints no friction ratio for the spring of Figure 14."""
 ALIKE = 0.15
-"""Largest relative difference of two peaks that the paper may call similar."""
+"""Largest relative difference at which two peaks count as similar."""
 
 
 def table_4(solve: Solve, quick: bool) -> Section:

@@ -1,8 +1,8 @@
 """Routes that FastAPI analyses at their first request, so that the service starts faster.
 
-Add the routes of a `LateRouter` to an application directly. `FastAPI.include_router` would call their functions without
-the parameters of the request. If FastAPI refuses a declaration, the first request raises the exception, as does
-`Application.openapi`.
+Add the routes of a `LateRouter` to an application directly. `FastAPI.include_router` would call the functions
+of the routes without the parameters of the request. If FastAPI refuses the declaration of a route, the
+exception is raised at the first request of the route, or when `Application.openapi` is called.
 """
 
 from collections.abc import Callable, Collection

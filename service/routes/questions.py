@@ -118,8 +118,8 @@ def answered(study: Record, answer: dict[str, Any]) -> Document:
     Raises
     ------
     Problem
-        If the study was cancelled or failed before any point of the answer was computed (status 409). The study must
-        then be resumed first.
+        If the study was cancelled or failed before any point of the answer was computed (status 409). Such a
+        study must be resumed before the question can be answered.
     """
     if study.state in ("cancelled", "failed") and answer.get("complete", 1) < 1:
         resume = f"POST /api/v1/studies/{study.id}/resume computes the missing points"

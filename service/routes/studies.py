@@ -341,7 +341,7 @@ async def differences(
 ) -> Document:
     """Give the number of points in which two versions differ, and the largest difference of each variable."""
     found = await computed(request, service, study, _differences, query.older)
-    # not cached: another version may become the previous version although this study does not change
+    # not cached: after a deletion, another study may be the previous version of this unchanged study
     return Document(found, headers={} if query.older else {"Cache-Control": "no-store"})
 
 

@@ -14,11 +14,11 @@ from damperlab.studies.faults import NOTHING, Fault, printable
 from damperlab.studies.store.provenance import submitter
 
 WITHOUT_A_KEY = "nobody"
-"""Name of a caller without a key in the audit log."""
+"""Name that the audit log uses for a caller without a key."""
 
 
 class Gate:
-    """ASGI middleware that refuses requests from foreign sites, requests without permission, and too many requests.
+    """ASGI middleware that refuses requests from foreign sites, without permission, or beyond the rate limit.
 
     Parameters
     ----------
@@ -54,7 +54,8 @@ class Gate:
             return
         client = (self.guard.proxies.client(headers) if believed else None) or peer
         scope["caller"], scope["client_address"] = caller, client
-        # set for every request, because the next request on the same connection would inherit the submitter
+        # set for every request; otherwise a request would inherit the submitter of the previous request
+        # on the same connection
         submitter.set(caller.owner or None if caller else None)
         noted = False
 

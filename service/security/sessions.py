@@ -17,7 +17,7 @@ class Sessions:
     """The active sessions. A session ends after eight hours, at the sign-out, or when its key becomes invalid."""
 
     def __init__(self) -> None:
-        # id of the key, hash of the key, and end of the session, by the hash of the cookie's value
+        # by the hash of the cookie's value: id of the session's key, hash of the key, and end of the session
         self._open: OrderedDict[bytes, tuple[str, str, float]] = OrderedDict()
 
     def begin(self, key: AccessKey) -> tuple[str, int]:
@@ -45,7 +45,7 @@ class Sessions:
         self._open.pop(_hashed(value), None)
 
     def _forget(self, now: float, key_id: str) -> None:
-        """Drop ended sessions, and the oldest sessions of a key until the key may have another session."""
+        """Drop ended sessions, and the oldest sessions of a key until one more session is allowed."""
         for each in [each for each, (_, _, ends) in self._open.items() if ends <= now]:
             del self._open[each]
         of_key = [each for each, (of, _, _) in self._open.items() if of == key_id]

@@ -100,7 +100,10 @@ class Later:
 
 
 async def _left(sent: asyncio.Event, receive: Receive) -> None:
-    """Wait until the client has left. Messages are read only after the event `sent`, when the body is complete."""
+    """Wait until the client has left.
+
+    No message is read before the event `sent`, which is set when the body of the request is complete.
+    """
     await sent.wait()
     while (await receive())["type"] != "http.disconnect":
         pass

@@ -1,11 +1,14 @@
-"""The command `damperlab`, also run by ``python -m damperlab``. Without the extra `service`, it only says what to install."""
+"""The command `damperlab`, also run by ``python -m damperlab``.
+
+Without the extra `service`, the command only says what to install.
+"""
 
 import gc
 import sys
 from importlib.util import find_spec
 
 NEEDED = ("typer", "pydantic_settings", "sqlalchemy", "distributed", "numba")
-"""Packages of the extra `service` without which no command works."""
+"""Packages that every command needs, and that the extra `service` installs."""
 
 
 def main() -> None:

@@ -1,1 +1,4 @@
-"""Functions that answer questions about the cube of a study. Each takes a Dataset and returns a Dataset."""
+"""Functions that answer questions about the cube of a study.
+
+Each function takes a Dataset and returns a Dataset.
+"""

@@ -61,7 +61,10 @@ def say_frequency(cube: "xr.Dataset", r: float, codes: bool = False, phrases: Ph
 
 
 def say_only(r: float, computed: bool, phrases: Phrases) -> str:
-    """Say that designs are judged at one frequency. If `computed` is set, say that no other was computed."""
+    """Say that designs are judged at one frequency.
+
+    If `computed` is True, say that the study has only this frequency.
+    """
     why = "was computed" if computed else "is judged"
     at = phrases.equal(FREQUENCY, r, ".10g")
     return f"Only one frequency {why}, {at}: the judgement applies to that frequency alone. {WHY}"

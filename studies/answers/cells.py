@@ -23,7 +23,10 @@ Key = tuple[float, ...]
 NOISE = 2.0
 """A difference smaller than this multiple of its standard error counts as zero."""
 LUCK = 4.0
-"""As `NOISE`, for a difference from the best value. The best of many values is low partly by chance."""
+"""Like `NOISE`, but for a difference from the best value.
+
+The factor is larger, because the best of many values is low partly by chance.
+"""
 STEEPEST = 2.0
 """A change over one cell is scaled to the neighbouring cell by the ratio of the cell widths, at most by this factor."""
 
@@ -63,8 +66,8 @@ class Cells:
         """Find the cells within `ranges`, and leave out a cell that a later study divides.
 
         If a range ends within a cell, the cell is cut at the end of the range. The value at the corner outside the
-        range is still used for the estimates. A study with another tolerance than the first study adds no cells, but
-        more accurate values are used.
+        range is still used for the estimates. A study whose tolerance differs from that of the first study
+        adds no cells, but its values replace less accurate values of the same designs.
         """
         grids = [_Grid.of(cube, question, ranges, varied) for cube in cubes.values()]
         best: dict[Key, tuple[float, float]] = {}
@@ -110,7 +113,7 @@ class Cells:
         return np.asarray(reached.all(axis=1))
 
     def flat(self, value: float, error: float) -> NDArray[np.bool_]:
-        """Return for each cell whether errors alone may explain why its corners exceed a value.
+        """Return for each cell whether errors alone can explain why the values at its corners exceed `value`.
 
         The result has the shape (n,).
         """

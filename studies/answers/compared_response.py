@@ -142,7 +142,11 @@ def compared_response(
 
 
 def spans_apart(ours: NDArray[Any], theirs: NDArray[Any]) -> tuple[str, str]:
-    """Describe the different values of a dimension in two studies, each by its ends; if these are equal, by one value too."""
+    """Describe the values of a dimension in each of two studies that have different values.
+
+    The values are described by their ends. If the two descriptions are equal, the value with the largest
+    difference is added to each.
+    """
     spans = _spanned(ours), _spanned(theirs)
     if spans[0] != spans[1] or ours.size != theirs.size:
         return spans
@@ -162,7 +166,10 @@ def _spanned(values: NDArray[Any]) -> str:
 
 
 def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:
-    """Return errors along a curve; a quantity without its own has the relative error of the amplitude."""
+    """Return the errors of a quantity along a curve.
+
+    A quantity without an error variable is assumed to have the relative error of the amplitude.
+    """
     own = OWN_ERRORS.get(metric)
     needed = (own,) if own else (metric, "amplitude_error", "amplitude_ratio")
     if any(name not in cube for name in needed):

@@ -3,7 +3,7 @@
 The mean of an irregular response is sometimes farther from the truth than a normal distribution of the stated error
 allows. The error of a mean is therefore assumed to follow Student's t distribution with `DEGREES` degrees of freedom.
 427 such means of random designs were compared with runs of 200,000 cycles: 2.3 % were off by more than `WIDTH` stated
-errors, and 1.4 % by more than 4.6 stated errors. Student's t distribution gives 5 % and 1 %.
+errors, and 1.4 % by more than 4.6 stated errors. Student's t distribution predicts 5 % and 1 %, respectively.
 """
 
 import math
@@ -20,7 +20,10 @@ CONFIDENCE = 0.95
 """Confidence level of the interval of each amplitude."""
 DEGREES = 4
 WIDTH = 2.7764451
-"""Half-width of the confidence interval in stated errors: the 97.5 % quantile of Student's t distribution."""
+"""Half-width of the confidence interval divided by the stated error.
+
+This is the 97.5 % quantile of Student's t distribution with `DEGREES` degrees of freedom.
+"""
 NODES = 512
 ALIKE = 1e-9
 """Largest relative difference at which two values without errors count as equal."""

@@ -79,7 +79,7 @@ class DesignQuestion:
         return design_of(self.axes)
 
     def place_of(self, design: "Mapping[str, Any] | xr.Dataset", cube: "xr.Dataset") -> dict[str, int]:
-        """Return the grid index of a design along each dimension of a design."""
+        """Return the grid index of a design along each of its dimensions."""
         return {name: nearest_place(cube[name].values, float(design[name])) for name in self.design}
 
     @property
@@ -138,7 +138,7 @@ class DesignQuestion:
 
 
 def judging_in_ratios(cube: "xr.Dataset", judging: Judging) -> Judging:
-    """Convert ranges in units into ranges of ratios. A range of frequencies becomes the band."""
+    """Convert ranges in SI units into ranges of ratios. A range of frequencies becomes the band."""
     units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
     if not units.keys() & judging.ranges.keys():
         return judging
@@ -191,7 +191,10 @@ def within(cube: "xr.Dataset", field: str, name: str, limits: tuple[float, float
 
 
 def axes_within(cube: "xr.Dataset", ranges: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
-    """Return the positions along every dimension whose values lie within ranges. The ranges may be in units."""
+    """Return the positions along every dimension whose values lie within ranges.
+
+    Ranges of quantities in SI units are allowed too.
+    """
     judging = judging_in_ratios(cube, Judging(ranges=ranges))
     wanted = dict(judging.ranges)
     if judging.band is not None:

@@ -36,13 +36,14 @@ def flatness(
     list of dict
         One entry for each dimension with more than one value. `dimension` is the name of the dimension, and `value` is
         the value of the design along this dimension. `low` and `high` are the ends of a range of grid points around the
-        design. Within this range every result is known, and exceeds the result of the design by at most the share
-        `LOSS`. `below` is the grid point below `low`, and `above` is the grid point above `high`; each is None at the
-        end of the axis. The borders of the range lie between `below` and `low`, and between `high` and `above`; they
-        are not interpolated. `resolved` says whether the neighbouring designs on both sides are known to be equally
-        good. `worse` says whether a neighbour is known to be worse. The response then changes by more than `LOSS` from
-        one grid point to the next, and a much better design may lie between the two. `unknown` says whether a neighbour
-        has no value because it was not computed, failed, or is left out.
+        design. From `low` to `high`, every result is known, and exceeds the result of the design by at most
+        the share `LOSS`. `below` is the grid point below `low`, and `above` is the grid point above `high`;
+        each is None at the end of the axis. The borders of the range lie between `below` and `low`, and
+        between `high` and `above`; they are not interpolated. `resolved` says whether the neighbouring
+        designs on both sides are known to be equally good. `worse` says whether a neighbour is known to be
+        worse. If a neighbour is worse, the response changes by more than `LOSS` from one grid point to the
+        next, and a much better design may lie between the two. `unknown` says whether a neighbour has no
+        value because it was not computed, failed, or is left out.
     """
     found = []
     for name in question.design:
@@ -134,8 +135,9 @@ def ends_of_damper(
     Returns
     -------
     dict of list
-        The end and the value, by dimension. An axis is left out if all dampers along the axis are at most a tenth
-        worse than the best damper.
+        By dimension: the end of the axis at which the best damper lies, "lower" or "upper", and the value at
+        this end. An axis is left out if all dampers along the axis are at most a tenth worse than the best
+        damper.
     """
     cases = {name: index for name, index in counting.items() if name not in best}
     ends: dict[str, list[Any]] = {}

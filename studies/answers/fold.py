@@ -10,9 +10,10 @@ from damperlab.studies.variables import ResponseClass, Status
 class Extremum:
     """The largest value (sign 1) or the smallest value (sign −1) along the first axis, with accompanying variables.
 
-    If a point failed, the largest value is unknown, because the response at this point may be unbounded. The
-    accompanying variables are then taken at the failed point. The smallest value is taken over the points that have a
-    value. If several points have the same value, a point at which the mass moves is preferred.
+    If a point failed, the largest value is unknown, because the response at this point may be unbounded. For
+    an unknown largest value, the accompanying variables are taken at the failed point. The smallest value is
+    taken over the points that have a value. If several points have the same value, a point at which the mass
+    moves is preferred.
     """
 
     def __init__(self, sign: float) -> None:
@@ -52,7 +53,10 @@ class Extremum:
 
 
 def _moves(beside: Mapping[str, np.ndarray], ranked: np.ndarray) -> np.ndarray | None:
-    """Mark points that have a value and where the mass is known to move; None without response classes."""
+    """Mark the points that have a value and at which the mass is known to move.
+
+    Return None if `beside` contains no response classes.
+    """
     if "response_class" not in beside:
         return None
     held = (ResponseClass.UNKNOWN, ResponseClass.LOCKED)

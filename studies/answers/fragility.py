@@ -43,10 +43,11 @@ NARROWEST = 1e-3
 SETTLED, MANY = 3.0, 10
 """Largest ratio of interval ends at which a median counts as settled, and number of records that is usually enough."""
 FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
-"""Statuses of a failed run that may count as exceeding the limit, as in incremental dynamic analysis.
+"""Statuses of a failed run that can count as exceeding the limit, as in incremental dynamic analysis.
 
-A failed run counts if no larger scale of the same record has a result or is still to be computed. If failed
-runs did not count, records whose runs fail at large scales would make the damper look too good.
+A failed run counts as exceeding the limit, unless a larger scale of the same record has a result or is still
+to be computed. If failed runs did not count, records whose runs fail at large scales would make the damper
+look too good.
 """
 
 
@@ -68,7 +69,7 @@ class Fitted(NamedTuple):
 
 
 def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
-    """Fit the probability that a result exceeds a limit, over the scale of the records.
+    """Fit the probability that a result exceeds a limit, as a function of the scale of the records.
 
     Each record gives one observation, since runs under the same record are not independent. The observation is the
     scale at which the result reaches the limit, interpolated as in incremental dynamic analysis [2]_. The observation

@@ -22,11 +22,14 @@ FREQUENCY = "frequency_ratio"
 HIGHER = 1.1
 """A hidden peak is reported only if it may exceed the largest value by this factor."""
 PER_BANDWIDTH = 4
-"""Number of steps per bandwidth that resolves a resonance. A computed peak is then at most 3 % too low."""
+"""Number of steps per bandwidth that resolves a resonance.
+
+With this number of steps, a computed peak is at most 3 % too low.
+"""
 MOST_FREQUENCIES = 1001
 """Number of frequencies that is advised if a narrow resonance would need more.
 
-If halving all steps gives a larger number, that number is advised.
+If halving all steps gives more than `MOST_FREQUENCIES` frequencies, halving all steps is advised.
 """
 
 PEAK_BETWEEN = "Between the frequencies computed a peak may be more than a tenth higher."
@@ -71,10 +74,11 @@ def hidden(
     * A resonance raises the response at both ends, as in `may_hide`. The height of the resonance is at most 1/(2ζ), the
       height without a damper. The interval overlaps the range of natural frequencies, from 1/√(1 + β), where the
       particle moves with the structure, to 1.
-    * The particle strikes at one end only. The response then jumps within the interval. One end may lie on the flank
-      of a resonance, and the flank may extend as far as the other end. For an infinite height P, the formula
-      in `may_hide` is X = 1/((1 + β)|r² − r₀²|). So a flank with the value X at one end reaches at most
-      1/(1/X − (1 + β) Δ(r²)) within the interval. The flank is unbounded if this denominator is not positive.
+    * The particle strikes at one end only, so the response jumps within the interval. One end may lie on the
+      flank of a resonance, and the flank may extend as far as the other end. For an infinite height P, the
+      formula in `may_hide` is X = 1/((1 + β)|r² − r₀²|). So a flank with the value X at one end reaches at
+      most 1/(1/X − (1 + β) Δ(r²)) within the interval. The flank is unbounded if the denominator of this
+      expression is not positive.
       A flank rises towards the range of natural frequencies.
 
     No peak hides between two frequencies at which friction holds the mass, because the force that is required to hold

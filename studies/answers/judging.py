@@ -35,7 +35,7 @@ def may_strike(kinds: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def new_tally() -> dict[str, int]:
-    """Return zero counters of all designs, and of the designs that are left out for each reason."""
+    """Return counters with the value 0: for all designs, and for the designs left out for each reason."""
     return dict.fromkeys(("designs", *REASONS), 0)
 
 
@@ -183,7 +183,10 @@ def described(cube: "xr.Dataset", question: DesignQuestion, found: Mapping[str, 
 
 
 def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
-    """Describe the limits on the results of designs, as ratios and, if the study is given in units, also in units."""
+    """Describe the limits on the results of designs.
+
+    The limits are written as ratios, and also in physical units if the study is given in physical units.
+    """
 
     def spelled(name: str, *ends: float) -> str:
         over = f" {OVER[name]}" if name in OVER_MORE_THAN_Z else ""

@@ -47,8 +47,8 @@ class LinearPeaks:
         Parameters
         ----------
         r : ndarray, (n,)
-            Ascending frequency ratios. The band extends from the first to the last. For a single frequency ratio, no
-            peaks are computed.
+            Ascending frequency ratios. The band extends from the first to the last frequency ratio. For a
+            single frequency ratio, no peaks are computed.
         damping_ratios : sequence of float
             Damping ratios of the structures.
         mass_ratio : float
@@ -83,7 +83,8 @@ class LinearPeaks:
     ) -> list[tuple[str, str, str]]:
         """Return the rows of a short answer.
 
-        If `beaten`, the tuned mass damper has no row, because a sentence of the answer names it.
+        If `beaten` is True, the tuned mass damper has no row, because a sentence of the answer names
+        this damper.
         """
         found = []
         if not (beaten or isnan(self.tuned)):

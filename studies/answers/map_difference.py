@@ -44,8 +44,8 @@ def map_difference(
     Parameters
     ----------
     cube, other : Dataset
-        The cubes of two studies of the same kind. They have equal values along the axes of the map and along
-        the reduced dimensions. The note names other differences between the studies.
+        The cubes of two studies of the same kind. The two cubes have equal values along the axes of the map
+        and along the reduced dimensions. The note names other differences between the studies.
     x, y, selection, over, reduce
         As in `resonance_map`. For names in SI units (`clearance_m`, `amplitude_m`), the values of each study are
         converted with the structure of that study.
@@ -189,7 +189,10 @@ def _apart(
 
 
 def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """Return the dimensions along which the maps are taken at different values, with names in units if possible."""
+    """Return the dimensions along which the maps are taken at different values.
+
+    A name in SI units, such as `clearance_m`, replaces the name of the ratio if both studies have it.
+    """
     names = [str(name) for name in first.coords if first[name].ndim == 0]
     pairs = {name: (first[name].item(), second[name].item()) for name in names}
     apart = [

@@ -50,7 +50,7 @@ def check_reach(name: str, values: NDArray[np.float64], wanted: float) -> None:
     Parameters
     ----------
     name : str
-        Name of the dimension in the question, which may be a name in units.
+        Name of the dimension in the question, such as `clearance_ratio` or `clearance_m`.
     values : ndarray, shape (n,)
         The values of the axis, in the unit of `name`.
     wanted : float

@@ -1,4 +1,4 @@
-"""Sentences for the notes of answers, in ratios or in units."""
+"""Sentences for the notes of answers, with quantities as ratios or in physical units."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any

@@ -27,11 +27,13 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     Returns
     -------
     Dataset
-        Lazily computed cube over ratios. The attribute `study` is a definition with the chosen base amplitude. If the
-        velocity or the acceleration of the base is constant, the dimensions are unchanged, with one base amplitude,
-        since the ratios of a damper vary with the frequency.
+        Lazily computed cube over ratios. The attribute `study` is a definition with the chosen base
+        amplitude. If the velocity or the acceleration of the base is constant, the ratios of a damper vary
+        with the frequency. In this case, the cube keeps its dimensions, but has only the chosen base
+        amplitude.
     mapping of float
-        The wanted point in the returned cube. The base amplitude is left out if the cube is over ratios.
+        The wanted point in the returned cube. The base amplitude is left out if the returned cube has no
+        dimension of base amplitudes.
 
     Raises
     ------

@@ -114,7 +114,7 @@ def merged_designs(
     ids = list(cubes)
     cubes = dict(zip(ids, alike(cubes.values()), strict=True))
     cube = cubes[ids[0]]
-    # converted here, because follow-ups may have no units
+    # use the units of the first study, because follow-ups may be given in ratios alone
     judging = judging_in_ratios(cube, judging)
     question = DesignQuestion.ask(cube, judging, top)
     judging = replace(judging, objective=question.objective)

@@ -53,9 +53,10 @@ def studies_with_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Jud
     Returns
     -------
     tuple of Study
-        One study over `COEFFICIENTS`. For a study over base amplitudes, one study for each coefficient. Empty in these
-        cases: the recommended damper does not work by impacts; the study is in ratios or incomplete; friction or gravity
-        already acts on the particle; friction cannot be combined with the contact or the solver.
+        One study over `COEFFICIENTS` or, if the ranked study is over base amplitudes, one study for each
+        coefficient. The tuple is empty in these cases: the recommended damper does not work by impacts; the
+        ranked study is in ratios or incomplete; friction or gravity already acts on the particle; friction
+        cannot be combined with the contact or the solver.
     """
     kind, lead = kind_of(cube.sizes), leading(ranked)
     if kind is SUITE or lead is None or not _strikes(lead) or ranked.attrs["complete"] < 1:
@@ -81,7 +82,7 @@ def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) ->
     Returns
     -------
     Refinement
-        The studies to compute. There are none if the ranking already has the result.
+        The studies to compute; no studies if the ranking already has the result.
 
     Raises
     ------
@@ -104,7 +105,10 @@ def find_friction(cube: "xr.Dataset", ranked: "xr.Dataset", judging: Judging) ->
 
 
 def _strikes(lead: Mapping[str, Any]) -> bool:
-    """Whether the recommended damper works by impacts. Over base amplitudes, every particle is assumed to strike."""
+    """Whether the recommended damper works by impacts.
+
+    In a study over base amplitudes, every particle with mass is assumed to strike.
+    """
     if "impact_share" in lead:
         return bool(lead["impact_share"] != 0.0)  # NaN if unknown
     return bool(lead["mass_ratio"] > 0.0)
@@ -170,7 +174,7 @@ def _over_amplitudes(
 
 
 _MADE = tuple(DERIVATIONS[name].source for name in ("damping_ratio", "mass_ratio", FREQUENCY))
-"""Quantities in units that are left out of a follow-up, because the follow-up has the corresponding ratios."""
+"""Physical quantities that a follow-up does not contain, because it contains the corresponding ratios."""
 
 
 def friction_note(
@@ -223,7 +227,9 @@ def has_friction_added(cube: "xr.Dataset", ranked: "xr.Dataset") -> bool:
 def with_friction(
     ranked: "xr.Dataset", cube: "xr.Dataset", judging: Judging, cubes: "Iterable[xr.Dataset]"
 ) -> "xr.Dataset":
-    """Add the note of `friction_note` to a ranking or, without a note, the command that finds the friction.
+    """Add the note of `friction_note` to a ranking.
+
+    If there is no note yet, add the command that finds the largest friction.
 
     Parameters
     ----------
@@ -250,7 +256,7 @@ def with_friction(
 
 
 def _told(words: Mapping[str, Any], said: str, notes: list[NoteDocument]) -> dict[str, Any]:
-    """Return the brief and, if there are any, the notes of an answer, with additions.
+    """Return the brief of an answer with additions, and also the notes if the answer has notes.
 
     `said` is appended to the row of the acceleration, and `notes` to the notes.
     """

@@ -253,7 +253,7 @@ def said(cube: "xr.Dataset", say: Callable[[Phrases], dict[str, Any]]) -> dict[s
 
 
 def together(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
-    """Combine the texts of two answers, in ratios and in units."""
+    """Combine the texts of two answers, separately for ratios and for physical units."""
     words = {**first, **second}
     if "in_units" in first and "in_units" in second:
         words["in_units"] = {**first["in_units"], **second["in_units"]}
@@ -261,7 +261,7 @@ def together(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, A
 
 
 def noted(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
-    """Join the notes of two answers, in ratios and in units."""
+    """Join the notes of two answers, separately for ratios and for physical units."""
     words = {**second, "note": f"{first['note']} {second['note']}".strip()}
     if "in_units" in second:
         words["in_units"] = noted(first.get("in_units", first), second["in_units"])
@@ -269,7 +269,10 @@ def noted(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]
 
 
 def first_said(answer: Mapping[str, Any], sentences: list[str]) -> dict[str, Any]:
-    """Return the attributes of an answer with sentences in front of its short answer, in ratios and in units."""
+    """Put sentences in front of a short answer, and return the attributes of the answer.
+
+    The sentences are added to both versions of the short answer: in ratios, and in physical units.
+    """
     words = dict(answer)
     if sentences and "brief" in words:
         words["verdict"] = [*sentences, *words["brief"]["sentences"]]

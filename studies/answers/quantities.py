@@ -38,8 +38,9 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
     Returns
     -------
     Dataset
-        The answer with a coordinate or variable in units for each ratio, such as `clearance_m` and
-        `amplitude_m`. If a ratio occurs only in answers, the unit is appended to its name, as in `hybrid_m`.
+        The answer with a further coordinate or variable in SI units for each ratio. Examples are
+        `clearance_m` and `amplitude_m`. If a ratio occurs only in answers, the unit is appended to its name,
+        as in `hybrid_m`.
         Nothing is added if the study is given in ratios alone.
     """
     known = {each.source: each for each in quantities_of(definition)}
@@ -62,7 +63,9 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
 
 
 def in_quantities(answer: D, metric: str) -> tuple[D, str]:
-    """Return a map, and the name of its result. If the answer contains units, axes and result have units.
+    """Return a map with axes in SI units, and the name of the result in SI units.
+
+    Axes and results that the answer contains only as ratios stay ratios.
 
     Parameters
     ----------

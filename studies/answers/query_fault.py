@@ -23,7 +23,7 @@ class QueryFault(UserError, ValueError):
         self.fault = fault
 
     def __reduce__(self) -> tuple[type["QueryFault"], tuple[Fault]]:
-        """Pickle the error by its fault, so that the error can be sent to another process."""
+        """Pickle only the fault of the error, so that another process can make the error from the fault."""
         return type(self), (self.fault,)
 
 

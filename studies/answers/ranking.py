@@ -40,8 +40,8 @@ def ranked_designs(
     opened : callable
         Function that returns the cubes of the study and of the follow-ups in the ranking.
     motions : callable, optional
-        Function that returns the records of a ground-motion suite, by their ids. Without it, no tuned mass damper is
-        computed for a suite.
+        Function that returns the records of a ground-motion suite, by their ids. Without this function, no
+        tuned mass damper is computed for a suite.
 
     Returns
     -------

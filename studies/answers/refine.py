@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 
 PARTS = {1: 8, 2: 4}
 """Number of parts into which a cell next to the best design is divided along each parameter, by the number of
-parameters. With more parameters, and for all other cells, the number is 2.
+parameters. The number is 2 for three or more parameters, and for all cells that are not next to the best
+design.
 """
 AT_ONCE = 12
 """Largest number of cells away from the best design that are divided in one round."""
@@ -160,7 +161,10 @@ def refine_optimum(
 def _with_friction(
     answer: Refinement, rubbing: Study, cubes: "Iterable[xr.Dataset]", judging: Judging
 ) -> Refinement:
-    """Add the note of `friction_note` to a known optimum or, without a note, the study that it needs."""
+    """Add the note of `friction_note` to a known optimum.
+
+    If there is no note yet, add the study that the note requires.
+    """
     note = friction_note((rubbing,), cubes, judging, answer.found["value"])
     if note is None:
         return replace(answer, studies=(rubbing,), points=rubbing.points)

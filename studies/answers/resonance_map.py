@@ -1,4 +1,4 @@
-"""Map of one metric over two dimensions. The other dimensions are fixed, or one of these dimensions is reduced."""
+"""Map of one metric over two dimensions. Each of the other dimensions is fixed or reduced."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -64,8 +64,8 @@ def resonance_map(
 
     If the question names no frequency, the map shows the largest value of a quantity over the frequencies of the study.
     A map at r = 1 alone would recommend designs that are very bad at frequencies a few per cent away. Likewise, a map
-    shows the largest value over the records of a suite, or over the base amplitudes of a study. With `over`, the largest
-    values are then reduced along that dimension.
+    shows the largest value over the records of a suite, or over the base amplitudes of a study. If `over`
+    names a further dimension, the largest values are then reduced along this dimension.
 
     Parameters
     ----------
@@ -84,11 +84,12 @@ def resonance_map(
     -------
     Dataset
         Dimensions (y, x). The variables are the metric and, if the cube has them, `amplitude_error`, `response_class`
-        and `status`. After a reduction to the maximum or minimum, these variables are taken at the point of the
-        extremum, which `<over>_at` names. If a failed point leaves the maximum unknown, they are taken at the failed
-        point. Among points with the same value, one at which the mass moves is preferred. For a mean, the error is the
-        mean error and the status is the worst status; there is no class. After a reduction, `computed_share` is the
-        share of the reduced points that were computed. The other dimensions are scalar coordinates. Attributes:
+        and `status`. After a reduction to the maximum or minimum, all variables are taken at the point of the
+        extremum, and `<over>_at` is the coordinate of this point. If a failed point leaves the maximum
+        unknown, the variables are taken at the failed point. Among points with the same value, one at which
+        the mass moves is preferred. For a mean, the error is the mean error and the status is the worst
+        status; there is no class. After a reduction, `computed_share` is the share of the reduced points that
+        were computed. The other dimensions are scalar coordinates. Attributes:
         `complete` (share of the points of the slice that were computed), `points`, `points_failed`, `reduce`, `over`,
         `note` (the choices in words), and `worst_over` (the second dimension over which the largest value was taken, if
         there is one).
@@ -178,7 +179,10 @@ def _in_units(
     selection: Selection,
     reduce: Reduction | None,
 ) -> "xr.Dataset":
-    """Answer a question in units: convert the question to ratios, and axes and metric of the answer to units."""
+    """Answer a question in SI units.
+
+    The question is converted to ratios, and the axes and the metric of the answer are converted to SI units.
+    """
     import xarray as xr
 
     x, y, over = named
@@ -214,7 +218,7 @@ def _reduced(
     reduce: str,
     index: Mapping[str, int],
 ) -> "xr.Dataset":
-    """Reduce a map along the first dimension of `along`, after taking the maximum over the second one, if any."""
+    """Take the maximum over the second dimension of `along`, if given, and reduce along the first one."""
     y, x = dims
     over, inner = along
     extent, each = cube.sizes[over], 1 if inner is None else cube.sizes[inner]

@@ -218,7 +218,7 @@ def finite(dimension: str, wanted: object) -> float:
 
 
 def in_ratios(cube: "xr.Dataset", at: At) -> At:
-    """Convert wanted values, some of them in units, to values along the cube's dimensions.
+    """Convert wanted values, which can be in SI units, to values along the cube's dimensions.
 
     Raises
     ------
@@ -242,7 +242,8 @@ def in_ratios(cube: "xr.Dataset", at: At) -> At:
 def companions(cube: "xr.Dataset", metric: str) -> list[str]:
     """Return the names of `COMPANIONS` that the cube has.
 
-    For an amplitude in metres, `amplitude_error_m` replaces `amplitude_error` if the cube has that variable.
+    For an amplitude in metres, `amplitude_error_m` replaces `amplitude_error` if the cube has
+    `amplitude_error_m`.
     """
     in_units = metric in AMPLITUDES.values() and "amplitude_error_m" in cube.data_vars
     names = ("amplitude_error_m" if name == "amplitude_error" and in_units else name for name in COMPANIONS)

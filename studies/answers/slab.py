@@ -41,7 +41,7 @@ class Slab:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Number of designs along each dimension of a design."""
+        """Number of grid indices along each dimension in `designs`."""
         return tuple(self.index[name].size for name in self.designs)
 
     @property

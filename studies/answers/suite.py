@@ -268,8 +268,8 @@ def _linear_peaks(met: "xr.Dataset", answer: "xr.Dataset") -> LinearPeaks:
 def _linear_under_records(met: "xr.Dataset", answer: "xr.Dataset", motions: Motions) -> LinearPeaks:
     """Compute the worst cases without a damper, and with a tuned mass damper that has the mass of the best damper.
 
-    The tuned mass damper is tuned for a harmonic base. Nothing is computed for several natural frequencies, because the
-    structure for which to tune the damper is then unknown.
+    The tuned mass damper is tuned for a harmonic base. If the suite has several natural frequencies, nothing
+    is computed, because it is not known for which structure to tune the damper.
     """
     metric, suite = answer.attrs["metric"], definition_of(met)
     if metric not in MEASURES or met.sizes["natural_frequency_hz"] > 1:

@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DETUNING = 0.02
-"""An answer suggests a comparison with this detuning of the tuned mass damper if its detuning is smaller."""
+"""Detuning of the tuned mass damper for which an answer suggests a further comparison.
+
+The answer suggests this comparison if its own tuned mass damper is less detuned.
+"""
 
 
 def is_judged(answer: "xr.Dataset") -> bool:
@@ -32,8 +35,8 @@ def is_judged(answer: "xr.Dataset") -> bool:
 
     One value above the tuned mass damper's peak proves that the study's peak is higher. The study's peak is
     known to be lower if every frequency has a value, and no response between two frequencies can be as high
-    as the tuned mass damper's peak. Such a response is a resonance, or a flank where the particle begins to
-    strike.
+    as the tuned mass damper's peak. Between two frequencies, only a resonance, or a flank where the particle
+    begins to strike, can be as high.
 
     Parameters
     ----------

@@ -103,12 +103,13 @@ def verdict(
     Returns
     -------
     dict
-        Attributes of the answer. `confidence` is the confidence of each limit, and `as_good` the number of further
-        designs that may be the best within their errors. `chance_of_another` is the probability that one of these
-        designs is the best; it is left out if errors are unknown. `best_with_impacts` is left out if there is no such
-        design. `clamped` is present if friction clamps the structure of the best design. `next_frequencies`, the
-        frequencies to compute next, is present if only one frequency was judged. `acceleration_g` is the largest
-        acceleration of the structure, if it is known.
+        Attributes of the answer. `confidence` is the confidence of `lowest` and of `highest`, and `as_good`
+        the number of further designs that may be the best within their errors. `chance_of_another` is the
+        probability that a design other than the first is the best; it is left out if errors are unknown.
+        `best_with_impacts` is left out if no design with impacts is known. `clamped` is present if friction
+        clamps the structure of the best design. `next_frequencies`, the frequencies to compute next, is
+        present if only one frequency was judged. `acceleration_g` is the largest acceleration of the
+        structure, if it is known.
         `brief` is the short answer, `verdict` holds the sentences of the short answer, and `notes` all remarks as data.
         `doubts` are the notes that cast doubt on the best value, each with its `kind` (`DOUBTS`). `in_units`
         has the same texts in units, and is left out if the study is given in ratios alone.
@@ -120,7 +121,7 @@ def verdict(
     values, highest = ranked["value"].values, ranked["highest"].values
     errors = np.where(np.isnan(highest), np.nan, ranked["error"].values)
     may_be = contend(ranked["lowest"].values, highest)
-    # the first design has the best value, and so index 0 in `values[may_be]`
+    # the first design has the best value, and is therefore at index 0 of `values[may_be]`
     chance = chance_of_another(values[may_be], errors[may_be], 0)
     found: dict[str, Any] = {"confidence": CONFIDENCE, "as_good": int(may_be[1:].sum())}
     if not math.isnan(chance):
@@ -178,7 +179,7 @@ class _Known:
     def nearly_clamped(self) -> bool:
         """Whether friction nearly clamps the structure in the best design, although the particle strikes.
 
-        This is reported only if the best design is the recommended design and the base moves; otherwise it is False.
+        The property is False if a force excites the structure, or if the best design is not recommended.
         """
         based = excitation_of(self.cube) != "force"
         return (
@@ -189,13 +190,13 @@ class _Known:
     def lead(self) -> Row:
         """The recommended design.
 
-        This is the best design. If friction clamps that design, the best design with impacts replaces it.
+        This is the best design. If friction clamps the best design, the best design with impacts replaces it.
         """
         return self.active if self.active is not None and self.clamped else self.best
 
     @property
     def striking(self) -> Row | None:
-        """The best design with impacts, or None. It is needed only if the recommended design has no impacts."""
+        """The best design with impacts, if the recommended design has no impacts; otherwise None."""
         return self.active if self.lead is self.best and self.best["impact_share"] == 0 else None
 
     @cached_property
@@ -212,7 +213,7 @@ class _Known:
 
     @property
     def others(self) -> list[Row]:
-        """The next designs of the ranking."""
+        """The designs that follow the recommended design in the ranking, at most `OTHERS`."""
         lead = self.lead
         return [
             row

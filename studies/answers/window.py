@@ -30,11 +30,11 @@ def window(
         The answer of `resonance_map`, dimensions (y, x), whose first variable is the metric. In an answer of
         `map_difference`, the difference is used instead of the metric.
     ranges : mapping of (float, float) or None
-        Lowest and highest value of either dimension.
+        Lowest and highest value along each dimension.
     most : int, optional
-        Largest number of values along either dimension, 2 or more. The first and the last value of the part are kept.
-        If `most` is at least 3, the grid line through the largest value is kept too. If `most` is at least 4, the grid
-        line through the smallest value is also kept.
+        Largest number of values along each dimension, 2 or more. The first and the last value of the part are
+        kept. If `most` is at least 3, the grid line through the largest value is kept too. If `most` is at
+        least 4, the grid line through the smallest value is also kept.
 
     Returns
     -------
@@ -80,7 +80,10 @@ def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list
 
 
 def _spread(places: NDArray[np.intp], most: int, wanted: list[int]) -> NDArray[np.intp]:
-    """Return both ends and evenly spaced positions; the nearest is moved to each position in `wanted`."""
+    """Return evenly spaced positions, both ends included.
+
+    Each position in `wanted` replaces the nearest of the evenly spaced positions, except the ends.
+    """
     kept = np.round(np.linspace(0, places.size - 1, max(FEWEST, most))).astype(np.intp)
     fixed = {0, kept.size - 1}
     for place in wanted:

@@ -60,8 +60,8 @@ class Beside:
         Worst case without tolerances.
     detuned : float
         Worst case if the absorber's natural frequency is also off by up to `DETUNED` in either direction.
-        Under records only errors of exactly ±`DETUNED` are computed, for the nominal structure and for the
-        structure with the worst case.
+        The responses to records are computed for errors of exactly ±`DETUNED` alone, on the nominal structure
+        and on the structure with the worst case.
     stroke, detuned_stroke : float
         Largest displacement of the absorber's mass relative to the structure, within the tolerances: as tuned, and with
         a natural frequency that is off by up to `DETUNED`.
@@ -106,7 +106,7 @@ def least_beside(asked: Specification, mass_ratio: float) -> float | None:
 def _tuned(asked: Specification, mass_ratio: float) -> list[tuple[Absorber, bool]]:
     """Return each tuned absorber, and whether it is tuned for the bands.
 
-    The list is empty if there is no mass, or a record is missing.
+    The list is empty if `mass_ratio` is 0, or if the samples of a record are missing.
     """
     if mass_ratio <= 0.0 or any(
         source.id not in records.motions for records in asked.records for source in records.sources

@@ -14,11 +14,11 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, highest
 Floats = NDArray[np.float64]
 SAMPLES, FEWER = 4001, 601
 """Numbers of frequencies at which a response without a closed form is sampled, for example an acceleration or the rms
-over the band. The search for tuning and damping uses the smaller number.
+over the band. The search for tuning and damping uses `FEWER`.
 """
 BESIDE, FEWER_BESIDE = 60, 12
-"""Numbers of additional frequencies on either side of each peak of X/Z, if the rms is judged. These frequencies become
-denser towards the peak, because a narrow peak may lie between two samples.
+"""Numbers of additional frequencies on either side of each peak of X/Z, if the rms is judged. The additional
+frequencies become denser towards the peak, because a narrow peak may lie between two samples.
 """
 CLOSEST, FARTHEST = 1e-6, 0.3
 """Smallest and largest relative distance of the additional frequencies from a peak."""
@@ -115,7 +115,8 @@ def _sampled(
 def _is_closed(excitation: Excitation, judged: Judged) -> bool:
     """Whether the judged quantity is X/Z times a constant, whose largest value has a closed form.
 
-    An acceleration is included if the acceleration of the base is constant, because the powers of the frequency cancel.
+    An acceleration is such a quantity if the amplitude of the base acceleration is constant, because the
+    ratio of the two accelerations is X/Z.
     """
     motion = excitation.motion
     return (
@@ -172,7 +173,7 @@ def response(
     damping_ratio: float | Floats,
     r: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the amplitude ratio of the structure, absolute or relative to the base, or of the absorber's stroke.
+    """Return the amplitude ratio of the structure's absolute or relative motion, or of the absorber's stroke.
 
     For the formula see `damperlab.studies.tmd.transfer.amplitude_ratio`. The stroke, relative to the structure, is
     λ²/(γ² − λ² + 2iζγλ) times the structure's displacement.

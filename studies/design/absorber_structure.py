@@ -94,12 +94,13 @@ def over_bands(
 def hardest(
     asked: Specification, absorber: Absorber, judged: Judged, detuning: float = 0.0
 ) -> tuple[float, dict[str, float]]:
-    """Return the largest judged value over the bands within the tolerances, and the deviations that cause this value.
+    """Return the largest judged value over the bands and all tolerances, and the deviations that cause it.
 
     The worst damping is at an end of the tolerance. The worst values of natural frequency, mass and tuning
     may lie anywhere within the tolerances, because a lightly damped structure may move most if a narrow peak
-    coincides with an end of a band. These quantities are searched one after the other, starting from each
-    structure of a coarse grid. The structures with the highest values are then refined.
+    coincides with an end of a band. Natural frequency, mass and tuning are varied one after the other,
+    starting from each structure of a coarse grid. Ever smaller steps are then tried around the structures
+    with the highest values.
 
     Parameters
     ----------

@@ -14,11 +14,12 @@ from damperlab.studies.tmd.absorber import Absorber
 
 BELOW, ABOVE, APART = 0.4, 0.5, 0.025
 """The search extends `BELOW` and `ABOVE` the tuning with the smallest peak over all frequencies, in steps of `APART`.
-All three numbers are logarithms of frequency ratios.
+`BELOW`, `ABOVE` and `APART` are logarithms of frequency ratios.
 """
 BESIDE_BAND, FARTHEST = 0.25, 2.3
-"""The search also extends `BESIDE_BAND` beyond each band, which may be far from resonance, but at most `FARTHEST` from
-the tuning with the smallest peak. Both numbers are logarithms of frequency ratios.
+"""The search also covers each band, and extends `BESIDE_BAND` beyond both ends of the band. A band may be far
+from resonance, but the search extends at most `FARTHEST` from the tuning with the smallest peak.
+`BESIDE_BAND` and `FARTHEST` are logarithms of frequency ratios.
 """
 DAMPINGS = np.exp(np.linspace(-5.0, 1.0, 13))
 """Damping ratios of the search, relative to the damping ratio with the smallest peak over all frequencies."""
@@ -29,16 +30,17 @@ WIDE = (0.05, 0.8)
 SIDE = np.linspace(-1.0, 1.0, 5)
 CLOSER, ROUNDS, FEW = 0.7, 20, 6
 """The grid of `SIDE` × `SIDE` points around the best point is narrowed by the factor `CLOSER`, `ROUNDS`
-times. A first search does the same around each of many starts, but narrows the grid only `FEW` times.
+times. A first search, around each of many starts, narrows the grid only `FEW` times.
 """
 ALONG = np.linspace(-1.0, 1.0, 9)
 ASIDE, NARROWER, HALVINGS, STRETCHES = 0.03, 0.3, 8, 5
 """The best tuning is followed along the values `ALONG` of the damping. For each damping, tunings are tried
-whose logarithms differ by up to `ASIDE`. This range is halved `HALVINGS` times. Then the ranges of damping
-and tuning are multiplied by `NARROWER`. All this is done `STRETCHES` times.
+whose logarithms differ by up to `ASIDE`, and this range of tunings is halved `HALVINGS` times. The best
+tuning is followed `STRETCHES` times; each time, the ranges of damping and tuning are then multiplied by
+`NARROWER`.
 """
 EXCHANGES, ENOUGH = 6, 1.01
-"""Largest number of exchanges, and ratio of worst case to expected worst case above which one is made.
+"""Largest number of exchanges, and ratio of worst case to expected worst case that requires an exchange.
 
 An exchange adds the structure with the worst case to the structures for which the absorber is tuned.
 """
@@ -111,9 +113,9 @@ def _lows(heights: Floats) -> set[tuple[int, int]]:
 def _least(
     worst: Callable[[Floats, Floats], Floats], tunings: Floats, dampings: Floats, rounds: int = ROUNDS
 ) -> tuple[Floats, Floats, Floats]:
-    """Refine n absorbers by ever finer grids of `SIDE` × `SIDE` points around each.
+    """Refine each of n absorbers by ever finer grids of `SIDE` × `SIDE` points.
 
-    Return the least value, the tuning and the damping ratio of each, all of shape (n,).
+    Return the least value, the tuning and the damping ratio of each refined absorber, all of shape (n,).
     """
     (wide, high), (p, q) = WIDE, (side.ravel() for side in np.meshgrid(SIDE, SIDE, indexing="ij"))
     values = np.full(tunings.size, math.inf)

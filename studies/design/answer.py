@@ -402,7 +402,7 @@ def _absorber(found: Found) -> BesideAbsorber | None:
 
 
 def _of_mass(found: Found, one: OfMass) -> BestOfMass:
-    """Return the best damper found for a mass as a document."""
+    """Return, as a document, the best damper found for a mass."""
     best: BestOfMass = {
         "design": design_document(one.build, found.asked),
         "worst": worst_document(found.asked, one.score),

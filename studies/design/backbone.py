@@ -83,7 +83,7 @@ def peaks_of(found: Found) -> list[tuple[Amplitude, Curve, int]]:
 
 
 def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> "xr.Dataset":
-    """Return the responses under the amplitudes of an answer as a Dataset.
+    """Return, as a Dataset, the responses in the entry `amplitudes` of an answer.
 
     Parameters
     ----------
@@ -93,10 +93,10 @@ def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> "xr.Dataset":
     Returns
     -------
     Dataset
-        `value` and `ratio` have the dimensions `amplitude` and `frequency_ratio`. Values are NaN where nothing was
-        computed, because every amplitude has additional frequencies around its own peak. `worst`, `worst_ratio`,
-        `worst_frequency_ratio` and `asked` have the dimension `amplitude` alone; `asked` is true for amplitudes within
-        the specified range.
+        `value` and `ratio` have the dimensions `amplitude` and `frequency_ratio`. Every amplitude has
+        additional frequencies around its own peak, so values are NaN at frequencies that were not computed
+        for an amplitude. `worst`, `worst_ratio`, `worst_frequency_ratio` and `asked` have the dimension
+        `amplitude` alone; `asked` is true for amplitudes within the specified range.
     """
     import xarray as xr
 

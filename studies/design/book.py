@@ -36,7 +36,7 @@ VARIABLES = (
     "impacts_per_cycle",
     "response_class",
 )
-"""Variables stored for every point. The variables of the measure and of the limits are added."""
+"""Variables stored for every point, in addition to the variables of the measure and of the limits."""
 BESIDE = {ratio: name for name, ratio in RATIOS_OF.items()}
 """For each ratio, the dimension that replaces this ratio in studies over base amplitudes."""
 WORST = "amplitude_ratio_worst"
@@ -323,7 +323,7 @@ class Book:
 def _beside(cube: "xr.Dataset") -> Iterator[float]:
     """Yield the value of each ratio in `BEFORE`, or 0 for a ratio that the study lacks.
 
-    For a study over base amplitudes, yield friction coefficient and tilt of the cavity instead.
+    For a study over base amplitudes, yield friction coefficient and tilt of the cavity instead of the ratios.
     """
     if AMPLITUDE in cube.sizes:
         yield from cavity_of(definition_of(cube)["physical"]).numbers.values()

@@ -25,18 +25,20 @@ Place = tuple[float, float, float, float, float]
 Law = tuple[()] | tuple[str] | tuple[str, float, float, float]
 """The constant quantity of the excitation. The tuple is empty for a base displacement, and contains "force" for a
 force. For a base velocity or acceleration, the tuple contains the name of the quantity, the base amplitude Z at the
-natural frequency, and the structure's mass and natural frequency. For a record, id and scale replace the name and Z.
+natural frequency, and the structure's mass and natural frequency. For a record, the tuple contains id and
+scale of the record instead of the name and Z.
 """
 FORCE = ("force",)
 Inside = tuple[float, ...]
 """Parameters of the forces on a particle: the contact time relative to 1/ω_n (0 if contacts take no time), and the
-ratios in `BEFORE`. The numbers of the `Cavity` replace these ratios under a record, and under a constant
-velocity or acceleration of the base.
+ratios in `BEFORE`. Under a record, and under a constant velocity or acceleration of the base, the numbers of
+the `Cavity` replace the ratios in `BEFORE`.
 """
 NOTHING_INSIDE: Inside = (0.0,) * (1 + len(BEFORE))
 Spot = tuple[Law, Place, Inside]
 """Parameters of a damper under an amplitude. For a constant displacement or force, all parameters are ratios.
-Otherwise d [m] and F_f [N] replace d/Z and γ_F, and under a record m [kg] also replaces β.
+For a base velocity or acceleration, and for a record, d [m] and F_f [N] replace d/Z and γ_F. For a record,
+m [kg] also replaces β.
 """
 
 

@@ -62,7 +62,8 @@ class Curve:
     def errors_of(self, variable: str) -> NDArray[np.float64]:
         """Return the standard error of a variable, shape (n,).
 
-        An acceleration has the relative error of the amplitude, any other variable the absolute error.
+        An acceleration has the same relative error as the amplitude; any other variable has the same absolute
+        error as the amplitude.
         """
         errors: NDArray[np.float64] = np.nan_to_num(self["amplitude_error"])
         if variable not in ACCELERATIONS:

@@ -73,7 +73,7 @@ def designing(asked: Specification, budget: int) -> Rounds:
     asked : Specification
         The specification.
     budget : int
-        Largest number of points. The search leaves at least a quarter of these points for the later steps.
+        Largest number of points. The search leaves at least a quarter of the budget for the later steps.
 
     Raises
     ------

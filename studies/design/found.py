@@ -111,7 +111,10 @@ class Found:
 
     @property
     def binding(self) -> Excitation:
-        """The excitation of the stated worst case or, for a record, of the worst case over the bands."""
+        """The excitation with the stated worst case.
+
+        If that worst case is under a record, the excitation with the worst case over the bands.
+        """
         assert self.over is not None  # callers make sure that there is a band
         return binding(self.asked, self.stated, self.over)
 

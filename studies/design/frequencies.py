@@ -1,9 +1,10 @@
 """Frequencies of a response over the band, chosen so that the peak of the response is found reliably.
 
 A particle that stays on its wall is added mass, and the structure then resonates at r = 1/√(1+β). Without forces of the
-particle, the structure resonates at r = 1. Between these frequencies, and within a margin beyond, samples are spaced
-by the half width of the structure's own resonance, ζ. So at least one sample reaches 1/√(1 + ¼) of the height of such a
-resonance (a Lorentzian, half a step off its peak). Every maximum of that height is then bracketed.
+particle, the structure resonates at r = 1. Between 1/√(1+β) and 1, and within a margin on either side,
+samples are spaced by the half width of the structure's own resonance, ζ. A resonance of this half width is a
+Lorentzian whose peak is at most half a step from a sample, so this sample reaches 1/√(1 + ¼) of the height of
+the peak. Every maximum that reaches the share `SHOWN` of the largest sample is then bracketed.
 """
 
 import math
@@ -50,8 +51,8 @@ class Survey:
     step : float
         Step of the samples between the resonances.
     fine, coarse : tuple of float
-        All sampled frequencies, and the fewer frequencies at which a candidate is computed first. Neither list includes
-        the ends of the band.
+        All sampled frequencies, and a selection of these for the first computation of a candidate. Neither tuple
+        includes the ends of the band.
     """
 
     low: float
@@ -103,7 +104,7 @@ class Survey:
 def _towards(edge: float, end: float) -> list[float]:
     """Return frequencies from the edge of the resonances to an end of the band, in growing steps.
 
-    The list is empty if the band ends before that edge.
+    The list is empty if the band ends before the edge of the resonances.
     """
     if (end - edge) * (edge - 1.0) <= 0.0:
         return []
@@ -150,8 +151,8 @@ def _inside(one: float, other: float) -> set[float]:
 def onsets(r: NDArray[np.float64], impacts: NDArray[np.float64]) -> tuple[float, ...]:
     """Return further frequencies in the intervals in which impacts set in or end.
 
-    The response may jump there. Between the two sides of the jump, a third response may occupy a narrow range of
-    frequencies.
+    Where impacts set in or end, the response may jump. Between the two sides of the jump, a third response
+    may occupy a narrow range of frequencies.
 
     Parameters
     ----------
@@ -161,7 +162,7 @@ def onsets(r: NDArray[np.float64], impacts: NDArray[np.float64]) -> tuple[float,
     Returns
     -------
     tuple of float
-        Ascending frequencies. Empty if none of these intervals is wider than `NARROW`.
+        Ascending frequencies; empty if impacts neither set in nor end in an interval wider than `NARROW`.
     """
     places = np.flatnonzero((impacts[:-1] > 0.0) != (impacts[1:] > 0.0))
     return tuple(sorted(each for k in places for each in _inside(r[k], r[k + 1])))
@@ -170,8 +171,8 @@ def onsets(r: NDArray[np.float64], impacts: NDArray[np.float64]) -> tuple[float,
 def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
     """Return further frequencies in the wider intervals where the response is near its largest value.
 
-    A peak that is narrower than the spacing of the samples may lie on the flank of a higher peak. Such a peak is no
-    maximum of the samples, so `brackets` misses the peak.
+    A peak that is narrower than the spacing of the samples may lie on the flank of a higher peak. On the
+    flank no sample is a maximum, so `brackets` misses the narrow peak.
 
     Parameters
     ----------
@@ -196,8 +197,10 @@ def rise(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
     """Estimate the difference between the largest sample and the peak next to this sample.
 
     On an interval next to the sample, the response is assumed to rise no more steeply than on the intervals before and
-    after. The peak is where the lines with these two slopes meet. If the lines meet outside the interval, the response
-    jumps. The response is then assumed to rise up to the jump, as steeply as before the sample.
+    after. The peak is where two lines meet: the line through the sample with the slope before the interval,
+    and the line through the next sample with the slope after the interval. If the two lines meet outside the
+    interval, the response jumps. Up to a jump, the response is assumed to rise as steeply as before the
+    sample.
     """
     place = int(values.argmax())
     return max(

@@ -29,7 +29,7 @@ SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
 WIDEST, FINEST = 1 / 8, 1 / 16
 """Largest and smallest step of the other quantities, as fractions of their ranges."""
 FULL = 2
-"""Largest number of quantities that are changed together. With more, each step changes one quantity."""
+"""Largest number of quantities that are changed together. With more quantities, each step changes one."""
 POOL = 4
 """Number of dampers from the main search with which the search for a mass starts."""
 SAME = 1e-9

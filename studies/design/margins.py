@@ -26,8 +26,8 @@ FEW = 3
 class Margin:
     """Range of one quantity while all others stay.
 
-    Limits are kept from `low` to `high`, and exceeded at `fails_below` and `fails_above`. The last two are None if no
-    examined value exceeds a limit.
+    Limits are kept from `low` to `high`, and exceeded at `fails_below` and `fails_above`. `fails_below` is
+    None if no smaller examined value exceeds a limit, and `fails_above` if no larger examined value does.
     """
 
     low: Measured
@@ -114,7 +114,7 @@ def _value(search: Search, build: Build, name: str, share: float) -> float | Non
 def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:
     """Return the builds that exceed the limits on the damper by at most `stated.violation`.
 
-    All other builds fail, so their response need not be computed.
+    Builds with a larger excess fail, so the responses of those builds need not be computed.
     """
     return [each for row in rows for each in row if each.excess(search.asked) <= stated.violation]
 
@@ -122,7 +122,8 @@ def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> lis
 def _fails(search: Search, moved: Build, stated: Score) -> bool:
     """Whether a build exceeds a limit by more than `stated.violation`, or exceeds the bound of the measure.
 
-    If the measure has no limit, the bound is `WITHIN` times the stated worst case. Otherwise there is no bound.
+    If the measure has a limit, there is no bound; otherwise the bound is `WITHIN` times the stated worst
+    case.
     """
     if moved.excess(search.asked) > stated.violation:
         return True

@@ -1,8 +1,9 @@
 """scipy's optimisers as generators, which request values instead of computing them.
 
 Each generator yields the candidates whose values it needs next, and continues once these values are known. A function
-of scipy calls its objective and waits for the value. So an optimiser is restarted with the known values, and runs until
-a value is missing. The requests depend only on the values. Restarting costs little compared with computing values.
+of scipy calls its objective and waits for the value. So an optimiser is restarted with the known values, and is stopped
+when it asks for an unknown value. The requests depend only on the values. Restarting costs little compared with computing
+values.
 """
 
 from collections.abc import Generator, Mapping, Sequence
@@ -27,8 +28,8 @@ SIZES = (1 / 12, 1 / 48)
 FAR = 1 / 8
 """Distance between the starts of the first simplices, as a fraction of the ranges."""
 SHRUNK = 1 / 4
-"""A simplex ends when it has shrunk to this fraction of its first size. The values at the corners are no criterion,
-because these values never agree at a jump of the response.
+"""A simplex ends when it has shrunk to this fraction of its first size. The values at the corners
+of the simplex do not decide when it ends, because these values never agree at a jump of the response.
 """
 MOST_STEPS = 30
 """Largest number of evaluations of a simplex for each quantity."""

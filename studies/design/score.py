@@ -70,7 +70,10 @@ class Score:
 
     @property
     def sure(self) -> tuple[float, float]:
-        """Like `rank`, but with the upper bound: the smallest of many values may be small by chance."""
+        """Sort key like `rank`, but with the upper bound instead of the value.
+
+        The smallest of many values may be small by chance.
+        """
         return self.violation, self.most
 
     @property

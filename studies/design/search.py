@@ -7,9 +7,10 @@ value does not show whether it is better than the best.
 The search is a generator: it yields the points that it needs next, and continues when these points are in the book.
 The requests depend only on the specification and on the values in the book.
 
-The value of a damper is its worst case, nominal and at the corners of its tolerances. Every maximum over the frequency
-is bracketed equally finely. A worst case can only grow as more frequencies are computed, so a damper is refined only
-while it may be near the best. The recommended damper is refined most.
+The value of a damper is the worst case of the nominal build and of the builds at the corners of the
+tolerances. Every maximum over the frequency is bracketed equally finely. A worst case can only grow as more
+frequencies are computed, so a damper is refined only while it may be near the best. The recommended damper is
+refined most.
 """
 
 import math
@@ -43,8 +44,8 @@ BETWEEN, SURE = 4, 6
 Two rounds of brackets follow, up to level `SURE`.
 """
 ONSETS = 2
-"""Number of times that the intervals in which impacts set in are divided. Their width is then a 64th of the survey's
-steps.
+"""Number of times that the intervals in which impacts set in are divided. After the divisions, the intervals
+have a 64th of the width of the survey's steps.
 """
 NEAR = 0.95
 """After the first round of brackets, a maximum is bracketed only if it reaches this share of the largest value. A build
@@ -188,9 +189,9 @@ class Search:
     def _undecided(self) -> list[Candidate]:
         """Return the candidates that are most likely to be better than the best candidate.
 
-        Only a lower bound of the value of such a candidate is known, and this bound is less than the best
-        value. At most `LIKELY` candidates are returned, those with the smallest bounds, so that these are
-        decided even if the budget ends the search.
+        For each returned candidate, only a lower bound of the value is known, and this bound is less than the
+        best value. At most `LIKELY` candidates are returned, the smallest bounds first. So the most likely
+        candidates are computed even if the budget then ends the search.
         """
         least = self.worth(self.robust[self.best()])
         found = (each for each in self.examined.items() if each[0] not in self.robust and each[1] < least)
@@ -238,7 +239,7 @@ class Search:
     def assured(self) -> Asks:
         """Refine the best candidate up to level `SURE`.
 
-        If another candidate is best afterwards, or may be, it is refined too.
+        Other candidates that may then be better are computed closely. A new best candidate is refined too.
         """
         self._tell("the best damper at more frequencies")
         refined: set[Candidate] = set()
@@ -273,13 +274,13 @@ class Search:
         return score(self.book, build, self.amplitudes)
 
     def judged(self, candidate: Candidate) -> Score:
-        """Return the worst case of a candidate from the known results, nominal and at the corners of its tolerances."""
+        """Return the known worst case of a candidate, over the nominal build and the corners."""
         return worst(map(self._known_of, filter(self.looked_at, self.with_corners(candidate))))
 
     def _known_of(self, build: Build) -> Score:
         """Return the score of a build from its known results.
 
-        If the peaks of a build were not bracketed, its response is small. The error then omits the possible
+        If the peaks of a build were not bracketed, its response is small, and its error omits the possible
         rise of the response between computed frequencies.
         """
         one = self.score(build)

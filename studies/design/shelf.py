@@ -2,7 +2,7 @@
 
 Each file is written completely or not at all, and is changed by one process only. `REQUEST` is written once, `ROUND`
 by the search, and `END` by the first process that ends the design. So a process that is killed at any moment leaves a
-design that can be continued. A new name and a deletion date are additional files.
+design that can be continued. A new name and a deletion date are stored in additional files.
 """
 
 import json
@@ -167,7 +167,8 @@ class Shelf:
             asked = parse_specification(request["specification"])
             digest, name = asked.digest, asked.name
         except StudyFaults:
-            # another version, with other keys, stored the specification: keep the design, whose search reports the fault
+            # a version with other keys stored the specification: keep the design, because its search then
+            # reports the fault
             digest, name = design_id, str(request["specification"].get("name", ""))
         return Kept(
             id=design_id,

@@ -68,8 +68,9 @@ class Space:
 
 
 FACTORIAL = 3
-"""Largest number of tolerances for which every corner is examined. For more tolerances, a balanced fraction of the
-corners is examined: the two-level design `HADAMARD`, with a column for each tolerance.
+"""Largest number of tolerances for which every corner is examined. With more than `FACTORIAL` tolerances, a
+balanced fraction of the corners is examined: the two-level design `HADAMARD`, with a column for each
+tolerance.
 """
 HADAMARD = (
     (1, 1, 1, 1, 1, 1, 1),

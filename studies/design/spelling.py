@@ -71,8 +71,8 @@ def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
 def allowing(asked: Specification, noise: float) -> str:
     """Describe the margin added to computed values.
 
-    The confidence refers to the error of the computed values. The part of the margin for frequencies that
-    were not computed has no confidence.
+    The confidence refers only to the error of the computed values, and not to the part of the margin for
+    frequencies that were not computed.
     """
     error = f"for its error (confidence {asked.confidence:.3g}) and " if noise else ""
     return f"with a margin {error}for frequencies that were not computed,"

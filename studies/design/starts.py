@@ -211,8 +211,8 @@ def _reached(
 ) -> Iterator[Reached]:
     """Yield the responses at one frequency, the most frequent response first.
 
-    All variables are stored for the most frequent response. The search has computed all variables of the
-    response from rest; a response with the same amplitude is the response from rest. For other responses only
+    All variables are stored for the most frequent response. For the response from rest, the search has
+    computed all variables; this response is recognised by its amplitude. For all other responses, only
     amplitude and share are known. `unit` converts `variable` into the unit of the measure.
     """
     for rank, (share, amplitude) in enumerate(BY_RANK):

@@ -64,7 +64,7 @@ class Surroundings:
 
     @property
     def _has_mass(self) -> bool:
-        """Whether the damper has a particle, or the mass of the particle is chosen."""
+        """Whether the damper has a particle or, if the mass is free, may have one."""
         return self.build.particle_mass_kg > 0.0 or self.search.asked.choices["particle_mass_kg"].free
 
     def _alternative(self, name: str) -> Part:

@@ -86,7 +86,7 @@ def called_of(found: Found, damper: Damper) -> str:
     """Return a name for the damper found.
 
     The name is "as given" if nothing was chosen, and "recommended" if the verdict is to build this damper. Otherwise
-    the damper is called the best of its kind.
+    the name is "best" with the kind of the damper.
     """
     if not found.asked.free:
         return "as given"
@@ -101,7 +101,9 @@ def is_as_good(theirs: Score, ours: Score) -> bool:
 
 
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
-    """Return the kind of damper to build, and its results, which are None for the damper found.
+    """Return the kind of damper to build, and its results.
+
+    The results are None if the damper found is to be built.
 
     `bare` is the result of `_without_damper`.
     """
@@ -268,7 +270,7 @@ def _draws(found: Found) -> int:
     """Count the records drawn from the random process that causes the worst case; 0 if no random record causes it.
 
     A further value of a continuous distribution exceeds the largest of n values with probability 1/(n + 1). The
-    probability is larger if the damper was chosen for these n values.
+    probability is larger if the damper was chosen for the n records that gave the n values.
     """
     under = found.stated.under
     if not isinstance(under, Case):
@@ -289,7 +291,7 @@ def _nearly_clamped(found: Found, build: Build) -> bool:
 
 
 def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
-    """Return twice the largest amplitude, the result under this amplitude, and whether the result is exact.
+    """Return the doubled largest amplitude, the result under it, and whether the result is exact.
 
     None if the result does not grow by more than `GROWS` times the growth of the amplitude.
     """
@@ -412,7 +414,7 @@ def _accelerations(asked: Specification, build: Build, curve: Curve) -> NDArray[
 def _with_friction(found: Found) -> str:
     """Describe the largest friction of the particle at which the damper keeps its limits.
 
-    The text is empty if this friction cannot be computed.
+    The text is empty if the margin of the particle friction is unknown, or if the response is unbounded.
     """
     margin = found.margins.get(PARTICLE_FRICTION.name)
     if MOVED in found.left_out:
@@ -500,7 +502,7 @@ def _span_end(asked: Specification, name: str, value: float) -> str:
 
 
 def _reach(asked: Specification, value: float, most: float) -> str:
-    """Write the upper bound of a worst case. Add the computed value if the two values clearly differ."""
+    """Write the upper bound of a worst case, with the computed value if the two clearly differ."""
     if not clearly_less(value, most):
         return response(asked, rounded_up(most, 3), 3)
     return f"{response(asked, rounded_up(most, 3), 3)} ({response(asked, value, 3)} computed)"

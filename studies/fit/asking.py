@@ -32,7 +32,7 @@ DEFAULT_RANGES: dict[str, tuple[float, float]] = {
     "friction_ratio": (0.0, 1.2),
     "particle_friction_coefficient": (0.0, 0.5),
 }
-"""Default ranges of parameters. A friction ratio above this range would lock the structure at resonance."""
+"""Default ranges of parameters. A friction ratio above its range would lock the structure at resonance."""
 
 
 def make_question(
@@ -70,7 +70,8 @@ def make_question(
     ------
     StudyFaults
         If, for example, a quantity is neither known, estimated nor measured, a range has impossible values, no
-        parameter is estimated, or there are no more rows than parameters. The exception contains all faults.
+        parameter is estimated, or there are at least as many parameters as rows. The exception contains all
+        faults.
     """
     faults: list[Fault] = []
     numbers, ranges, settings, usual = gathered(structure, known or {}, fit, faults)
@@ -210,7 +211,7 @@ def not_free(name: str, free: Sequence[str], of: str = "") -> Fault:
 
 
 def of_particle(names: Iterable[str]) -> Iterator[Fault]:
-    """Yield a fault for each particle parameter to estimate, because the scene has no particle."""
+    """Yield a fault for each particle parameter to estimate, in a definition without a particle."""
     for name in names:
         if RATIO_OF.get(name, name) in (*OF_PARTICLE, *BEFORE):
             told = f"{name} cannot be estimated in a scene without a particle."

@@ -22,16 +22,17 @@ NEAR_END = 0.25
 """An interval reaches an end of the range only if its distance from that end is at most this share of its own width.
 
 If all values in a range agree equally well, the interval for the confidence c covers the share c of the
-range, and ends (1 − c)/2 of the range before either end. For c ≥ 2/3, this distance is at most a quarter of
-the interval's width.
+range, and ends (1 − c)/2 of the range before either end. For c ≥ 2/3, the distance (1 − c)/2 is at most a
+quarter of the interval's width.
 """
 ALIKE = 0.95
 """Absolute correlation above which the data do not separate two parameters, unless both have narrow intervals."""
 NARROW = 0.1
-"""Width of an interval, relative to the value, up to which a parameter is known well enough on its own.
+"""Width of an interval, relative to the value, up to which a parameter counts as known.
 
-A design counts as equally good up to a tenth. The interval allows for every value of the other parameters, so a
-correlation within a narrow interval changes nothing.
+The limit is a tenth, because a design counts as equally good if its value is at most a tenth worse. The
+interval of a parameter allows for every value of the other parameters. So a parameter with a narrow
+interval is known, even if it is correlated with another parameter.
 """
 BARELY = 0.99
 """Limit that replaces `ALIKE` for a pair with a parameter that the data do not determine."""

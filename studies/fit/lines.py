@@ -103,7 +103,10 @@ def read_bytes(path: Path | str) -> bytes:
 
 
 def lines_of(text: bytes | str) -> Lines:
-    """Split a table into lines. Raise StudyFaults if the table is too large, empty or cut off, or states a factor.
+    """Split a table into lines.
+
+    Raise StudyFaults if the table is too large, empty or cut off, or if a comment gives a factor for the
+    samples.
 
     Lines that begin with # or % are comments. If the first line that is not a comment has no words, the
     comment directly above it is the heading.

@@ -21,7 +21,7 @@ from damperlab.studies.quantity import FREQUENCY_RATIO
 from damperlab.studies.spelled_numbers import read_decimal
 
 MOST_ROWS = 2_000
-"""Largest number of rows. A fit computes the response of each row some hundred times."""
+"""Largest number of rows. A fit computes the response of each row hundreds of times."""
 _FEW_LINES = 30
 """Number of lines among which a heading is sought if the first line is not a heading."""
 LARGEST = 1e12

@@ -29,7 +29,7 @@ FREE: tuple[str, ...] = (*(name for name in NAMED if name not in ("mass_kg", "ba
 relative to them.
 """
 BESIDE_AXES = ("damping_ratio", *BEFORE)
-"""Ratios outside the `axes` of a study."""
+"""Ratios that a study states as keys of their own, instead of in `axes`."""
 METRICS = ("amplitude_ratio", "amplitude_error", "impacts_per_cycle", "stick_fraction", "response_class")
 """Results computed for each measured row."""
 

@@ -10,7 +10,7 @@ from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.spelling import quantity, spelled
 
 TOO_GOOD = 0.999
-"""Probability of chi-square above which model and measurement agree better than chance allows."""
+"""p-value of the chi-square test above which model and measurement agree better than chance allows."""
 CORRELATED = 1.2
 """Correlated residuals are mentioned if they widen the intervals by more than this factor."""
 POOR = 0.2

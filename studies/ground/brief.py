@@ -9,7 +9,9 @@ from damperlab.studies.ground.motion import doubt_of
 from damperlab.studies.spelling import quantity
 
 SAME = 0.02
-"""Relative difference below which peaks count as equal. Among equal dampers, the simplest damper is recommended."""
+"""Relative difference below which peaks count as equal. Among dampers with equal peaks, the simplest
+damper is recommended.
+"""
 PEAK, SHAKEN = "peak_relative_displacement_m", "peak_absolute_acceleration_m_s2"
 DAMPERS: dict[str, Damper] = {
     "none": "no_damper",

@@ -37,7 +37,9 @@ _BEFORE_THOUSANDS, _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}"), re.compile(
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 _LONG_STEP_S = 0.1
-"""Time step [s] from which the file must state the unit of time. Without a unit, such times may be row numbers."""
+"""Smallest time step [s] that is refused if the file states no unit of time: the column may contain row
+numbers or milliseconds.
+"""
 
 
 def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | None = None) -> GroundMotion:
@@ -141,8 +143,8 @@ def _at(number: int) -> str:
 def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row], list[Line]]:
     """Separate a file into the lines above the samples, the samples, and remarks.
 
-    `begin` is the number of the line that announces the samples, or 0 if no line announces them. Remarks are the other
-    words of this line, and comments among and below the samples.
+    `begin` is the number of the line that announces the samples, or 0 if no line announces them. Remarks are
+    comments among and below the samples, and any further words in the line that announces the samples.
     """
     head: list[Line] = []
     rows: list[Row] = []

@@ -49,7 +49,7 @@ SCHEMAS: dict[str, dict[str, Any]] = {
 }
 """JSON schema of the document of each method."""
 WRITTEN = '{"kanai_tajimi": {"seed": 1}} or one of sweep, random_vibration and shock with its keys'
-"""Text in messages that shows how a document defines a generated record."""
+"""Part of a message: how a document defines a generated record."""
 SEEDED = ("kanai_tajimi", "random_vibration")
 """Methods that draw random numbers."""
 MOST_SEEDS = 100

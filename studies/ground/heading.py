@@ -29,7 +29,9 @@ _AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
 _OF_SAMPLES, _DIRECTIONS = ("an acceleration", "a velocity", "a reading"), ("v",)
-"""Quantities that the unit of the samples may denote, and unit symbols that usually mean a direction."""
+"""Kinds of quantity whose units contradict a given unit of acceleration, and unit symbols that are ignored
+because they usually name a direction.
+"""
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _ACCELERATION_COLUMN = re.compile(rf"^a[xyzgh]?$|{_ACCELERATION.pattern}", re.IGNORECASE)
 _COMMA = r',(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^(\[]*[)\]])'

@@ -160,7 +160,7 @@ def _at_rest(wave: NDArray[np.float64], omega: float) -> NDArray[np.float64]:
     for soil in wave[1:].tolist():
         last = filtered[-1]
         coasting = speed + last / 2.0
-        # x'' = soil − 2ζω·x' − ω²·x with both integrals up to this sample
+        # x'' = soil − 2ζω·x' − ω²·x, where x' and x are the integrals of x'' up to this sample
         new = (soil - 2.0 * loss * coasting - 4.0 * spring * (way + (speed + coasting) / 2.0)) / total
         further = coasting + new / 2.0
         way += (speed + further) / 2.0

@@ -65,8 +65,8 @@ class Earthquake:
 
 
 MOST_NAMED = 20
-"""Largest number of listed cases that are checked, because finding the known name nearest to an unknown one
-takes time.
+"""Largest number of listed cases that are checked. The number is limited because the search for a known name
+that resembles an unknown name takes time.
 """
 KEYS = (*QUANTITIES, *(each.name for each in fields_of(Compared)), "contact")
 

@@ -33,7 +33,7 @@ LEVELS: dict[str, Quantity] = {
     ),
     "psd_g2_per_hz": Quantity("psd_g2_per_hz", "level there [g²/Hz]", 1e-12, 1e6, "give it in g²/Hz"),
 }
-"""Keys for the levels of the table. A document uses one key, which determines the unit of the levels."""
+"""Keys for the levels of the table. A document has one of the keys, which states the unit."""
 DURATION = Quantity("duration_s", "time at full level [s]", 0.01, 1e5, "some tens of seconds are usual")
 NUMBERS = {DURATION.name: (DURATION, None)}
 MOST_POINTS = 100
@@ -153,7 +153,7 @@ class RandomVibration:
         return f"random vibration from {low:.6g} to {high:.6g} Hz, seed {self.seed}"
 
     def words_at(self, scale: float) -> str:
-        """Return a phrase that describes the base motion, scaled by a factor."""
+        """Return a phrase that describes the base motion after multiplication by a factor."""
         return f"under random vibration {self._told(scale)}"
 
     def _told(self, scale: float) -> str:

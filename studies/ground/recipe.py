@@ -36,7 +36,7 @@ def read_numbers(
     document : object
         The document as written by the user.
     place : str
-        Name of the method, with which the field of every fault begins.
+        Name of the method. The field of every fault begins with this name.
     numbers : Numbers
         Bounds and defaults of the numbers to read.
     others : tuple of str
@@ -116,7 +116,7 @@ def one_of(
     what: str,
     usual: str,
 ) -> str:
-    """Return the first known key in a document. A missing key or a second known key is a fault."""
+    """Return the first known key in a document. Record a fault if the document has none or several."""
     given = [key for key in known if key in document]
     allowed = f"one of {', '.join(known)}"
     if not given:
@@ -148,7 +148,10 @@ def ramps(time_s: Floats, duration_s: float, rise_s: float, fall_s: float) -> tu
 
 
 def _step(share: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return a smooth step from 0 to 1 with its first two derivatives. Three derivatives vanish at both ends."""
+    """Return a smooth step from 0 to 1, and its first two derivatives.
+
+    The first three derivatives of the step are 0 at both ends.
+    """
     s = np.clip(share, 0.0, 1.0)
     rest = 1.0 - s
     square, both = s * s, s * rest

@@ -65,7 +65,7 @@ class Shelf:
         return cls(Path(os.devnull))  # a path below which no folder can exist
 
     def ids(self) -> tuple[str, ...]:
-        """Return the ids of all records, first those of the built-in records."""
+        """Return the ids of all records; built-in records come first."""
         return (*builtin_ids(), *self._uploaded())
 
     def summaries(self) -> list[dict[str, Any]]:

@@ -63,7 +63,7 @@ class Shock:
 
     @property
     def samples(self) -> int:
-        """Number of samples of the pulse and of the rest, which has at least one sample."""
+        """Number of samples: those of the pulse, then at least one sample of zero acceleration."""
         return SAMPLES_PER_PULSE + 1 + max(1, math.ceil(self.rest_s / self.step_s))
 
     def motion(self, name: str = "") -> GroundMotion:
@@ -88,7 +88,7 @@ class Shock:
         return self._told(1.0)
 
     def words_at(self, scale: float) -> str:
-        """Return a phrase that describes the base motion, scaled by a factor."""
+        """Return a phrase that describes the base motion after multiplication by a factor."""
         return f"under a {self._told(scale)}"
 
     def _told(self, scale: float) -> str:

@@ -97,8 +97,9 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
         Id of a record, name of an earthquake, mapping with one of `GENERATED` such as ``{"sweep": {…}}``, or a
         `RecordSource.document`.
     shelf : Shelf, optional
-        Store of records. Without a store, the samples of an entry with ``sha256`` are not checked, as in a stored
-        study, and an entry without ``sha256`` must be a built-in record.
+        Store of records. Without a store, the samples of an entry with ``sha256`` are not checked, because
+        such an entry is from a stored study. An entry without ``sha256`` must then be a built-in or generated
+        record.
 
     Returns
     -------

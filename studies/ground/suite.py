@@ -27,7 +27,7 @@ AXES: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != RECORD)
 NUMBERS = ("mass_kg", "tail_s", "perturbation_m", *MADE_BY.values())
 
 _SCHEME = b"damperlab survey 1"
-"""First part of the hashed content. Change this value only if suites are computed or stored differently."""
+"""First part of the hashed content. Keep this value unless the computation or storage of suites changes."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +173,9 @@ class Suite:
 def windows_of(
     source: RecordSource, natural_frequency_hz: NDArray[np.float64] | float, tail_s: float
 ) -> NDArray[np.float64]:
-    """Estimate the number of time steps of a run. For high natural frequencies, the steps of the record are divided."""
+    """Estimate the number of time steps of a run.
+
+    At high natural frequencies, a run takes several time steps for each step of the record.
+    """
     shortest = np.minimum(source.step_s, 0.4 / (2.0 * math.pi * np.asarray(natural_frequency_hz)))
     return np.asarray((source.duration_s + tail_s) / shortest)

@@ -30,7 +30,9 @@ MOST_SAMPLES = 4_000_000
 MOST_RUNS = 1_000_000_000
 """Largest number of runs of a suite, which has one run for each point and start."""
 MOST_WINDOWS = 200_000
-"""Largest number of time steps of one run, because a stiff structure under a long record could take seconds."""
+"""Largest number of time steps of one run. Without this limit, a run of a stiff structure under a long record
+could take seconds.
+"""
 LARGEST_SEED = 2**63 - 1
 
 

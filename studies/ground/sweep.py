@@ -156,7 +156,7 @@ class Sweep:
         return self.words_at(1.0)
 
     def words_at(self, scale: float) -> str:
-        """Return the description of the base motion, scaled by a factor."""
+        """Return a phrase that describes the base motion after multiplication by a factor."""
         constant, unit = SPELLED[self.order]
         value = scale * self.amplitude
         level = f"{value:.4g} {unit}"

@@ -25,7 +25,9 @@ PACES: dict[str, Quantity] = {
         Quantity("duration_s", "duration of a sweep at a constant rate in Hz/s [s]", 1e-3, 1e6, "give it in s"),
     )
 }  # fmt: skip
-"""Keys for the rate of a sweep, which is positive also in a run-down. A document has exactly one of these keys."""
+"""Keys for the rate of a sweep, which is positive also in a run-down. A document has exactly one of
+the keys.
+"""
 AMPLITUDES: dict[str, Quantity] = {
     each.name: each
     for each in (

@@ -13,7 +13,9 @@ DIMENSIONS: dict[str, tuple[str, str]] = {
     "clearance_m": ("m", "clearance d"),
     "friction_force_n": ("N", "friction force F_f"),
 }
-"""Unit and meaning of each dimension of the cube, in order. Quantities that change least within a block come first."""
+"""Unit and meaning of each dimension of the cube, in order. Dimensions along which a block has few values
+come first.
+"""
 
 SYMBOLS: dict[str, str] = {
     "natural_frequency_hz": "f_n",

@@ -185,7 +185,10 @@ class DamperFields(SceneFields):
         return self._read(field, raw, CONTACT_TIME) or 0.0
 
     def _touching(self, choices: dict[str, Choice], structure: Structure | None) -> None:
-        """Read a contact time for all restitutions, and check that no contact time exceeds the natural period."""
+        """Read the common contact time of all restitutions.
+
+        Check that no contact time exceeds the natural period.
+        """
         choice, name = choices.get("restitution"), CONTACT_TIME.name
         if choice is None:
             return

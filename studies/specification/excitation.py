@@ -49,7 +49,9 @@ MOTIONS = {
         Motion("force_n", "N", "force amplitude", force=True),
     )
 }
-"""Quantities that may be constant over the band. Each quantity is given as an amplitude, not as an rms value."""
+"""Quantities, one of which is constant over the band of an excitation. Each quantity is given as an
+amplitude, not as an rms value.
+"""
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ class LimitFields(ToleranceFields):
     """Reads limits."""
 
     def _limit_values(self) -> dict[str, float]:
-        """Return the numbers in `limits` by key. Checks that need other fields follow in `_limits`."""
+        """Return the numbers in `limits` by key. `_limits` makes the checks that need other fields."""
         known = LIMIT_QUANTITIES | RATIO_QUANTITIES
         raw = self._mapping("limits", tuple(known), self.document.get("limits", {})) or {}
         found: dict[str, float] = {}

@@ -25,7 +25,8 @@ class Measure:
     order : int
         Order of the time derivative in a measure over a band: 0 for a displacement, 2 for an acceleration.
     mean : bool
-        Whether the measure is the rms over the band instead of the largest value. Every hertz has equal weight.
+        Whether the measure is the rms over the band instead of the largest value. The mean is taken over the
+        frequency, not over the logarithm of the frequency.
     """
 
     name: str
@@ -44,7 +45,7 @@ class Measure:
 
     @property
     def kind(self) -> str:
-        """Words that distinguish the measure from a displacement in the same sentence."""
+        """Words that a sentence adds to the measure if the sentence also names a displacement."""
         if self.words.endswith("against its base"):
             return " against the base"
         return " rms" if self.factor < 1.0 else ""
@@ -137,7 +138,7 @@ class Limit:
     def has_error(self, by_records: bool) -> bool:
         """Return whether results have an error estimate.
 
-        A length always has one, and an acceleration only over a band.
+        A length always has an error estimate; an acceleration has an error estimate only over a band.
         """
         return self.unit == "m" or (not by_records and self.over_band[0] in ACCELERATIONS)
 

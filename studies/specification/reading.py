@@ -101,7 +101,7 @@ def load_specification(text: bytes | str, written_in: Format) -> Any:
 
 
 def _of_specification(fault: Fault) -> Fault:
-    """Replace words about studies in a fault of the text reader."""
+    """Adapt a fault that the text reader found, so that it mentions a specification instead of a study."""
     advice = "write less: a specification has few values" if "axes" in fault.advice else fault.advice
     return replace(fault, advice=advice, message=fault.message.replace("a study", "a specification"))
 

@@ -91,7 +91,7 @@ class RecordFields(Fields):
         return groups
 
     def _unitless(self) -> None:
-        """Refuse records for a structure in ratios."""
+        """Refuse records if the structure is given in ratios."""
         for keys, advice in (
             (("mass_kg",), "add the mass"),
             (("natural_frequency_hz", "stiffness_n_per_m"), "add it, or `stiffness_n_per_m`"),

@@ -251,5 +251,5 @@ class SceneFields(RecordFields):
 
 
 def _has_amplitude(excitation: object) -> bool:
-    """Whether an excitation has an amplitude in SI units or consists of records."""
+    """Whether an excitation is given in SI units, either as an amplitude or as records."""
     return isinstance(excitation, Mapping) and any(key in excitation for key in (*MOTIONS, *OF_RECORDS))

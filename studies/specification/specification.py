@@ -29,7 +29,7 @@ RATIO_OF = {
     "particle_mass_kg": "mass_ratio",
     "restitution": "restitution",
 }
-"""The dimension of a study for each quantity of the damper."""
+"""For each quantity of the damper, the corresponding dimension of a study."""
 STARTS = 12
 """Number of initial states of one damper, including rest."""
 JUDGES = {
@@ -51,7 +51,8 @@ class Structure:
     Parameters
     ----------
     mass_kg, natural_frequency_hz : float
-        Mass M and natural frequency ω_n/2π. A specification in ratios has 1 kg and 1/2π Hz, so that k = 1 N/m.
+        Mass M and natural frequency ω_n/2π. In a specification in ratios, M = 1 kg and ω_n = 1 rad/s, so that
+        k = 1 N/m.
     damping_ratio : float
         Damping ratio ζ.
     stiffness_given, dashpot_given : bool
@@ -178,7 +179,7 @@ class Choice:
         return next((name for name, *known in each if known == [value, contact_time_s]), "")
 
     def _place(self, share: float) -> int:
-        """Return the index in `values` that is nearest to a fraction of the list's length."""
+        """Return the index nearest to a fraction: 0 is the first of `values`, and 1 the last."""
         return round(share * (len(self.values) - 1))
 
 
@@ -210,7 +211,10 @@ class Tolerance:
         return self.size * value if self.relative else self.size
 
     def most(self, limit: float) -> float:
-        """Return the largest value that stays within a limit including the tolerance; at most 0 if there is none."""
+        """Return the largest value that, with its tolerance, stays within a limit.
+
+        The result is 0 or negative if no positive value does.
+        """
         return limit / (1.0 + self.size) if self.relative else limit - self.size
 
 
@@ -310,7 +314,10 @@ class Specification:
         return (RECORD_MEASURES if isinstance(under, Case) else MEASURES)[self.measure.name]
 
     def limit_key(self, limit: str) -> str:
-        """Return the name of a limit in the document. In a specification in ratios, this is the name of the ratio."""
+        """Return the name of a limit in the document.
+
+        If the specification is in ratios, the result is the name of the limit as a ratio.
+        """
         return limit if self.in_units else (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).ratio
 
     def as_limited(self, limit: str, value: float) -> float:
@@ -318,7 +325,7 @@ class Specification:
         return value if self.in_units else value / ratio_unit(limit, self.largest_m, self.structure)
 
     def limited(self, limit: str, under: Under) -> tuple[str, ...]:
-        """Return the variables whose product a limit restricts under an excitation; empty if there are none."""
+        """Return the variables whose product is limited under an excitation; empty if none is limited."""
         about = LIMITS[limit]
         if isinstance(under, Case):
             return (about.under_record,) if about.under_record else ()

@@ -80,7 +80,7 @@ def minimax(mass_ratio: float, structural_damping: float, excitation: Excitation
     Absorber
         The absorber. On a lightly damped structure, the response has two peaks of equal height. Tuning and damping are
         then accurate to about 1e-10 of the width of the resonance, √μ + ζ_s. If a single maximum remains, tuning and
-        damping are accurate to about 1e-7, and the height of the maximum to rounding.
+        damping are accurate to about 1e-7, but the height of the maximum is exact except for rounding errors.
     """
     from scipy.optimize import minimize, root  # the light client imports this module, and has no scipy
 

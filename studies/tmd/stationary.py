@@ -18,11 +18,12 @@ class Heights:
     """The amplitude ratio of n absorbers, each on its own structure or all on one structure.
 
     With s = λ², |H|² is a ratio N/D of polynomials in s (degrees 3 and 4), so its stationary points are roots of N′D −
-    ND′. With a light absorber on a lightly damped structure, all these points lie within about √μ of s = 1. There,
-    polynomials in powers of s lose their accuracy by cancellation. So the polynomials are formed around a centre c, in
-    t = (s − c)/δ, where δ is the width of the features near the centre. The centres are s = 1, and also s = 0 for an
-    absorber that is tuned far below the structure. All roots are used: an additional point does no harm when the
-    largest value is sought. An error in the position of a peak changes its height only to second order.
+    ND′. With a light absorber on a lightly damped structure, all these points lie within about √μ of s = 1.
+    Near s = 1, polynomials in powers of s lose their accuracy by cancellation. So the polynomials are formed
+    around a centre c, in t = (s − c)/δ, where δ is the width of the features near the centre. The centres are
+    s = 1, and also s = 0 for an absorber that is tuned far below the structure. All roots are used: an
+    additional point does no harm when the largest value is sought. An error in the position of a peak changes
+    its height only to second order.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ class Heights:
         return tuple(np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))  # type: ignore[return-value]
 
     def width(self) -> Floats:
-        """Return the width in s of the features around s = 1, at most 1, (n,)."""
+        """Return the width δ of the features around the centre s = 1. The width is at most 1; shape (n,)."""
         near = np.sqrt(self.mass_ratio) + self.structural_damping + self.damping_ratio + np.abs(self.offset)
         return np.asarray(np.clip(near, NARROWEST, 1.0))
 

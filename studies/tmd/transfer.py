@@ -119,7 +119,7 @@ def highest(
     places = np.append(places[0][inside], ends)
     values = np.append(values[0][inside], amplitude_ratio(ends, absorber, structural_damping, excitation))
     most = float(values.max())
-    # of peaks that are equal within rounding, as with an optimal tuning, take the peak at the lowest frequency
+    # an optimal tuning gives peaks that are equal within rounding: take the one at the lowest frequency
     return Peak(most, float(places[values >= most * (1.0 - ALIKE)].min()))
 
 

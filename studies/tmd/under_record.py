@@ -18,19 +18,25 @@ from damperlab.studies.tmd.absorber import Absorber
 Floats = NDArray[np.float64]
 
 STROKE = "peak_stroke_m"
-"""Name of the largest displacement of the absorber relative to the structure. Suites have no such variable."""
+"""Name of the result for the largest displacement of the absorber relative to the structure.
+
+Ground-motion suites do not have a variable of this name.
+"""
 MEASURES = tuple(
     f"{kind}_{of}"
     for of in ("relative_displacement_m", "absolute_displacement_m", "absolute_acceleration_m_s2")
     for kind in ("peak", "rms")
 )
-"""Names of the other results."""
+"""Names of the results that ground-motion suites also have."""
 V, W, Q, Q_RATE, S, S_RATE, A, J = range(8)
 """Indices of the unknowns: displacement and velocity of the structure relative to the base (v, v'), of the
 absorber relative to the structure (q, q'), and displacement, velocity, acceleration and jerk of the base.
 """
 LONGEST = 0.4
-"""Longest panel, in units of 1/ω of the fastest motion. The power series of a panel then ends within rounding."""
+"""Longest panel, in units of 1/ω of the fastest motion.
+
+In a panel of this length, the omitted terms of the power series are smaller than rounding errors.
+"""
 TERMS = 16
 """Number of terms of the power series."""
 
@@ -63,7 +69,7 @@ class LinearResponse:
         return self.window * (len(self.states) - 1)
 
     def measure(self, name: str) -> float:
-        """Return a result in SI units, by the name of a ground-motion suite's variable in `MEASURES`, or `STROKE`."""
+        """Return the result with the given name, in SI units. The name is `STROKE` or one of `MEASURES`."""
         kind, _, of = name.partition("_")
         row = self._rows[of]
         if kind == "peak":
@@ -81,7 +87,7 @@ class LinearResponse:
         }
 
     def integral(self, form: Floats) -> float:
-        """Return the integral of x·Fx over the time, from the matrix F, (8, 8).
+        """Return the time integral of x·Fx for a given matrix F, (8, 8).
 
         The integral over a panel is a quadratic form of the state at its start. C. F. Van Loan, Computing integrals
         involving the matrix exponential, IEEE Trans. Autom. Control 23 (1978) 395.
@@ -165,8 +171,8 @@ def response_under(
 def _followed(free: Floats, pushes: Floats) -> Floats:
     """Return x₁ … xₙ of the recurrence xₖ₊₁ = F xₖ + pₖ from x₀ = 0, shape (n, 6).
 
-    The recurrence is followed in about √n blocks at the same time, each from zero. Then F, F², … carry the state at the
-    start of each block through the block.
+    The recurrence is first computed in about √n blocks simultaneously, as if each block started from zero.
+    Then the powers F, F², … add the effect of the state at the start of each block.
     """
     count, size = pushes.shape
     length = math.isqrt(count) + 1

@@ -45,7 +45,7 @@ TRANSIENT = "a transient longer than the run"
 WARNED = "a transient that the answer warns of"
 """Verdict instead of `TRANSIENT` if the status of the answer reports a stable orbit nearby."""
 _REMEMBERED = 1024  # a period is searched in this number of half cycles, at the end of an integration
-_EXACT = 1e-6  # allowed relative difference of amplitudes on the same orbit, because a transient remains
+_EXACT = 1e-6  # allowed relative difference of amplitudes on the same orbit, due to a remaining transient
 
 Halves = NDArray[np.float64]
 
@@ -108,7 +108,7 @@ class Compared(NamedTuple):
 
 
 def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
-    """Yield random points from the complete cube without end, with contact models in the order of `models`."""
+    """Yield random points of the complete cube endlessly, with contact models in the order of `models`."""
     random = np.random.default_rng(seed)
     turn = 0
     while True:

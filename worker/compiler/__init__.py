@@ -8,9 +8,9 @@ In this package, a function that other kernels call remains LLVM IR (`Part`). On
 machine code (`Whole`), with one private copy of each called function. So the bits of a result depend only on the
 sources and the target, not on other functions that the process has compiled or loaded.
 
-The compiler differs from numba in three other respects. A branch on a field that is None is omitted, so that a function
-can receive a complete scene (`FoldTypeTests`). A product and a sum in one expression of the source are rounded once
-(`FromTyped`). A kernel may call `_replace` of a named tuple (`replace`).
+The compiler differs from numba in three other respects. Whether a field is None is tested at compile time, so
+that a function can receive a complete scene (`FoldTypeTests`). A product and a sum in one expression of the
+source are rounded once (`FromTyped`). A kernel may call `_replace` of a named tuple (`replace`).
 
 The compiler uses numba's documented `pipeline_class`; numba is not patched.
 """

@@ -47,7 +47,7 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
         super()._optimize_final_module()
         for function in self._final_module.functions:
             # The functions become private, so that the loader does not use another kernel's copy.
-            # They become private only after the optimisation, so that inlining is unaffected.
+            # The functions remain public during the optimisation, so that inlining is unaffected.
             if not function.is_declaration and function.linkage == binding.Linkage.linkonce_odr:
                 function.linkage = binding.Linkage.internal
 

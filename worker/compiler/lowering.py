@@ -18,8 +18,9 @@ _DOUBLE = llvm.DoubleType()
 class FromTyped(lowering.Lower):  # type: ignore[misc]
     """Lowers typed IR to LLVM IR, with two differences from numba.
 
-    An argument that is never reassigned remains a value. If several blocks use an argument, numba would store it in
-    memory, and load all of it at each use. LLVM would then have to remove most of these loads.
+    An argument that is never reassigned remains an LLVM value and is not stored in memory. If several blocks
+    use an argument, numba by default stores the argument in memory, and loads all of it at each use. LLVM
+    would then have to remove most of these loads.
 
     A product and a sum in one expression are rounded once, as in C (FP_CONTRACT ON).
 
@@ -124,7 +125,7 @@ class LowerPart(Lowering):
     _library = Part
 
     def run_pass(self, state: Any) -> bool:
-        """Lower a function to IR. Its callers receive a placeholder without code, which is never called."""
+        """Lower a function to IR. The callers receive a placeholder without code, which is never executed."""
         super().run_pass(state)
         lowered = state["cr"]
         name = lowered.fndesc.qualname

@@ -1,8 +1,9 @@
 """Check that the compiler was written for the installed version of numba.
 
 The compiler overrides and calls methods outside numba's public interface, reviewed in the version that pyproject.toml
-allows. If the source of such a method differs, numba compiles kernels without this compiler (`ALONE`). Compilation is
-then slower and is repeated in every process, and the last digits of results differ.
+allows. If the installed numba lacks one of these methods or defines the method differently, numba compiles
+kernels without this compiler (`ALONE`). Compilation is then slower and is repeated in every process, and the
+last digits of results differ.
 """
 
 import hashlib

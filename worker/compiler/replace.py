@@ -12,7 +12,10 @@ _KEY = "damperlab_replace"
 
 
 class _Replace(AbstractTemplate):  # type: ignore[misc]
-    """Types a call of `_replace`: one argument for each field, which is an ellipsis for a field that is kept."""
+    """Types a call of `_replace`.
+
+    The call has one argument for each field; an ellipsis means that the field is kept.
+    """
 
     key = _KEY
     this: Any

@@ -25,9 +25,9 @@ def target_of(triple: str, features: dict[str, bool], wanted: str = "") -> tuple
     Returns
     -------
     processor, features : str
-        Processor and features in LLVM's notation. An x86-64 processor without AVX2 gets the baseline `x86-64`. This
-        code is slower and gives different last bits, because a product and a sum are rounded twice. Other architectures
-        get `generic`.
+        Processor and features in LLVM's notation. An x86-64 processor without AVX2 gets the baseline
+        `x86-64`. Code for the baseline is slower and gives different last bits, because a product and a sum
+        are rounded twice. Other architectures get `generic`.
     """
     if not triple.startswith("x86_64"):
         return "generic", ""

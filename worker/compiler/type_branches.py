@@ -71,7 +71,10 @@ def _definition(name: ir.Var, code: Any) -> Any:
 
 
 def _type_of(value: Any, code: Any, arguments: Any) -> Any:
-    """Return the type of an argument, of a field of an argument, or of the constant None; None for other values."""
+    """Return the numba type of an argument, of a field of an argument, or of the constant None.
+
+    For any other value, return None.
+    """
     if isinstance(value, ir.Var):
         value = _definition(value, code)
     if isinstance(value, ir.Arg):

@@ -131,7 +131,7 @@ class Standings:
     def __init__(self) -> None:
         self.states: dict[str, WorkerState] = {}
         self.news: list[str] = []
-        """Unreported messages about events, such as the exclusion of a worker. They end without a full stop."""
+        """Unreported messages about events, such as the exclusion of a worker, without a period at the end."""
         self._threads = 0
 
     @property
@@ -173,7 +173,7 @@ class Standings:
     def leave_out(self, address: str, reason: str, again_at: float = _NEVER) -> None:
         """Exclude a worker from new blocks. The worker may still finish the blocks that it has received.
 
-        The reason is a sentence without a full stop. The worker is tested again at the time `again_at` of the caller's
+        The reason is a sentence without a period at the end. The worker is tested again at the time `again_at` of the caller's
         clock; by default it is not tested again.
         """
         worker = self.states.get(address)

@@ -154,7 +154,7 @@ def _settled(archive: Archive, region: Region) -> _End:
 
 
 def _laid(archive: Archive, region: Region, newest: int) -> tuple[Surface, Matrix, float]:
-    """Fit polynomials to all responses in a region. Also return the variance of measurement plus model."""
+    """Fit polynomials to all responses in a region. Also return the total variance of data and model."""
     near = region.holds(archive.places)
     near[-newest:] = True
     surface = fit_surface(region, archive.places[near], archive.amplitude[near])

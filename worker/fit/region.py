@@ -12,7 +12,7 @@ from damperlab.worker.fit.singular_values import covariance_of, inverse, length_
 Matrix = NDArray[np.float64]
 
 RADIUS, EDGE = 2.5, 1.2
-"""Radius of a region in standard deviations, and factor on the radius up to which the polynomials are used."""
+"""Radius of a region in standard deviations. The polynomials are used up to `EDGE` times this radius."""
 FULL, WIDER = 0.85, 2.0
 """Limit on the standard deviation of draws, relative to that of uniform draws, and growth factor of a region.
 

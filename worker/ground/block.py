@@ -33,7 +33,7 @@ def solve_suite_block(
     motion_of : callable
         Function that returns the samples of a given record.
     known : ndarray of bool, shape block.shape, optional
-        Mask of points with known results. These points are not computed and keep fill values.
+        Mask of points with known results. The masked points are skipped, so they keep their fill values.
 
     Returns
     -------

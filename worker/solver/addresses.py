@@ -120,8 +120,8 @@ else:
     def on_addresses(typingctx: Any, value: Any) -> Any:
         """Return a nested named tuple with addresses in place of its arrays.
 
-        The arrays must be contiguous and must outlive the result. For a remaining array, numba would count the
-        references at every event.
+        The arrays must be contiguous and must outlive the result. If the tuple still contained an array,
+        numba would count the references to the array at every event.
         """
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

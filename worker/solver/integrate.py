@@ -69,7 +69,7 @@ def half_cycle_on_addresses(
 ) -> tuple[State, int]:
     """`half_cycle` with addresses in place of the arrays of scene, meter and log.
 
-    A caller that integrates many half cycles can thus replace the arrays only once.
+    A caller that integrates many half cycles can convert the arrays to addresses just once.
     """
     base, curves = scene.base, curves_of(scene)
     since = 0.0  # time since the last transition
@@ -120,8 +120,9 @@ def half_cycle_on_addresses(
 def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
     """Return the rest of a panel as a segment, and whether this segment provably contains no event.
 
-    A complete panel is first integrated by its matrix, and the proof uses the states at both ends. For part of a panel,
-    the proof uses only the start state, and the end state is computed later.
+    A complete panel is first integrated by its matrix, and the absence of events is proved from the states at
+    both ends. For part of a panel, the absence of events is proved from the start state alone, and the end
+    state is computed later.
     """
     regime = regime_of(state, scene)
     bounds = motion_bounds(state, regime, span, scene.base)

@@ -2,10 +2,10 @@
 
 A sliding particle has p'' = κ sgn(u' − p') and pulls the mass in the opposite direction with the force
 βκ sgn(u' − p'). While |u''| ≤ κ, friction can carry the particle along with the mass. A pushing wall carries
-the particle along at any u''. Gravity adds −G to p'', and the condition for friction becomes |u'' + G| ≤ κ.
-With gravity, u is measured from the rest position of the mass with the particle on its lower wall. While the
-particle slides, its weight does not act on the mass; this corresponds to a force βG on the mass against
-gravity.
+the particle along at any u''. Gravity adds −G to p''; friction can then carry the particle while
+|u'' + G| ≤ κ. With gravity, u is measured from the rest position of the mass with the particle on its lower
+wall. While the particle slides, its weight does not act on the mass; this corresponds to a force βG on the
+mass against gravity.
 """
 
 from damperlab.worker.jit import inlined

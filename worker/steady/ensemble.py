@@ -39,18 +39,19 @@ def drawn_starts(
     n, seed : int
         Number of starts, and the study's seed.
     coordinates : sequence of float
-        The six coordinates of the point. The draw depends only on these coordinates and the seed, not on the division
-        of a study into blocks. A longer ensemble begins with the starts of a shorter ensemble.
+        The six coordinates of the point. The draw depends only on the coordinates and the seed, not on the
+        division of a study into blocks. A longer ensemble begins with the starts of a shorter ensemble.
     damping_ratio, frequency_ratio, friction, particle, forced
         Parameters of `settle`.
 
     Yields
     ------
     State
-        The mass has the displacement and velocity of u = a sin(rτ + ψ) at τ = 0, with uniformly distributed ψ and ln a.
-        The lower limit of a is the amplitude of the base, or the static displacement under a force. The upper limit is
-        the amplitude of the structure alone (at least 2 Z, at most `HIGHEST`). The position of the particle in its
-        cavity and the velocity of the particle relative to the mass, within ± a r, are uniformly distributed.
+        The mass has the displacement and velocity of u = a sin(rτ + ψ) at τ = 0, with uniformly distributed ψ
+        and ln a. The lower limit of a is the amplitude of the base, or the static displacement under a force.
+        The upper limit is the amplitude of the structure alone (at least 2 Z, at most `HIGHEST`). The
+        position of the particle in its cavity is uniformly distributed. The velocity of the particle relative
+        to the mass is uniformly distributed between −a r and a r.
     """
     yield at_rest(frequency_ratio, friction, particle, forced)
     bits = np.asarray(coordinates, dtype="<f8").view("<u8")
@@ -78,12 +79,13 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
 
     Notes
     -----
-    Periodic responses are equal if class, period and impacts per period agree, and if the amplitudes agree within 10⁻⁶
-    plus four times the error. Modulated and chaotic responses are treated as one kind, since no finite run
-    distinguishes the two with certainty. Two such responses are equal if the mean amplitudes agree within four standard
-    errors. Responses are sorted by amplitude, and successive equal responses form one group. The rest positions of a
-    locked mass form an interval and are treated as one response, but different motions of the particle are different
-    responses. Mirror images agree in every measure and are treated as one response.
+    Periodic responses are equal if class, period and impacts per period agree, and if the amplitudes agree
+    within 10⁻⁶ plus four times the error. Modulated and chaotic responses are treated as one kind, since no
+    finite run distinguishes the two with certainty. Two modulated or chaotic responses are equal if the mean
+    amplitudes agree within four standard errors. Responses are sorted by amplitude, and successive equal
+    responses form one group. The rest positions of a locked mass form an interval and are treated as one
+    response, but different motions of the particle are different responses. Mirror images agree in every
+    measure and are treated as one response.
     """
     kinds: dict[tuple[int, ...], list[int]] = {}
     for index, response in enumerate(responses):
@@ -106,9 +108,9 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
 def ensemble_values(responses: Sequence[Response]) -> dict[str, float | int]:
     """Return all variables of a design point from the responses of its starts.
 
-    These are the variables of the most frequent response, measured from the first start that leads to it, and the variables
-    of the ensemble. `cycles` is the total over all starts. If every start failed, the response is the failed response of
-    the first start.
+    The result contains the variables of the ensemble, and the variables of the most frequent response,
+    measured from the first start that leads to this response. `cycles` is the total over all starts. If every
+    start failed, the response is the failed response of the first start.
     """
     found = attractors(responses)
     stored = responses[found[0][0]] if found else responses[0]

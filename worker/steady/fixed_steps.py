@@ -38,12 +38,12 @@ def settle_stepped(
 
     Notes
     -----
-    The run stops if the peaks of the last 64 cycles vary by less than `tolerance`, including their estimated future
-    change. This change is the remainder of a geometric series, since a free vibration of the structure decays as
-    exp(−ζτ), and other transients decay faster. After a burn-in, the run also stops if the peaks show no trend and the
-    standard error of their mean is below `tolerance`. The run ends at `max_cycles` at the latest. `amplitude_error`
-    covers only the variation within the run, not the error of the integration method, which is of first order in the
-    step.
+    The run stops if the peaks of the last 64 cycles vary by less than `tolerance`, including their estimated
+    future change. The future change is estimated as the remainder of a geometric series, since a free
+    vibration of the structure decays as exp(−ζτ), and other transients decay faster. After a burn-in, the run
+    also stops if the peaks show no trend and the standard error of their mean is below `tolerance`. The run
+    ends at `max_cycles` at the latest. `amplitude_error` covers only the variation within the run, not the
+    error of the integration method, which is of first order in the step.
     """
     halves = np.empty((2 * settings.max_cycles + 1, 2))
     peaks = np.empty((2, settings.max_cycles))

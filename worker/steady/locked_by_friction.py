@@ -45,8 +45,8 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
     Let P be the largest forcing: r² for a shaken base, 1 for a force. For γ_F ≥ P every rest position
     |v| ≤ γ_F − P is locked permanently. From a distance x outside this range, the mass slips inwards by about
     4.5 x²/(P r²) in each cycle. So x falls only as 1/N over N cycles. Therefore the limit is computed
-    directly, not by integration. A particle, if there is one, must be at rest and must not be hit by a wall.
-    Its position then does not change.
+    directly, not by integration. A particle, if there is one, must be at rest and must not be hit by a wall,
+    so that the position of the particle does not change.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -137,18 +137,19 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     faster than the larger of s and c (1 + e)/(1 − e). Once |v| ≤ γ_F − P, mass and particle only lose energy. In all
     impacts together, the particle transmits at most the velocity W = β (s + c) (1 + e)/(1 − e) to the mass.
 
-    Let τ be the time from a maximum of the forcing, |rτ| ≤ π. The forcing is below the limit of friction and spring by
-    at least P (1 − cos rτ) ≥ 2P (rτ/π)². So a slip that begins with the velocity W and passes one maximum ends within
-    the time 2a + W π²/(2P r² a²), for any a up to π/r; here a = W^¼. If |v| is below γ_F − P by a margin, W divided by
-    this margin is also a bound on the time. The mass may also move with the velocity W during a creep slip and during a
-    contact, so the durations of both are added. A compliant wall whose largest force stays within the margin does not
-    move the mass.
+    Let τ be the time from a maximum of the forcing, |rτ| ≤ π. The forcing is below the limit of friction and
+    spring by at least P (1 − cos rτ) ≥ 2P (rτ/π)². So a slip that begins with the velocity W and passes one
+    maximum ends within the time 2a + W π²/(2P r² a²), for any a up to π/r; here a = W^¼. If |v| is below
+    γ_F − P by a margin, W divided by this margin is also a bound on the duration of the slip. The mass can
+    also move with the velocity W during a creep slip and during a contact, so the durations of a creep slip
+    and of a contact are added. A compliant wall whose largest force stays within the margin does not move the
+    mass.
 
-    Impacts that move the mass outwards increase the creep. So the bound is computed a second time, for an
-    outward displacement of twice the first bound. Two assumptions are confirmed by integrations, but not
-    proved. First, the impacts during the creep, at most one per cycle, move the mass no farther than the
-    bound allows. Second, if the second bound exceeds twice the first bound, twice the first bound still holds
-    as a bound.
+    Impacts that move the mass outwards increase the creep. So, from the first bound b, a second bound is
+    computed for a mass displaced outwards by 2b; the smaller of 2b and the second bound is returned. Two
+    assumptions are confirmed by integrations, but not proved. First, the impacts during the creep, at most
+    one per cycle, move the mass no farther than the bound allows. Second, 2b is a valid bound even if the
+    second bound exceeds 2b.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -172,7 +173,8 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 def slows_down(scene: Scene) -> bool:
     """Whether every motion under a force ends with mass and particle at rest: friction withstands the force, and e < 1.
 
-    If so, the mean peak does not describe a steady response, even if the error of the mean is small.
+    The mean peak of a motion that ends at rest does not describe a steady response, even if the error of the
+    mean is small.
     """
     if scene.friction is not None:
         if scene.particle is not None and has_force(scene.base) and not rubs(scene.particle):
@@ -184,7 +186,7 @@ def slows_down(scene: Scene) -> bool:
 
 @kernel
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
-    """Bound on the displacement of a locked mass by all impacts, from a position `moved` farther outwards."""
+    """Bound on the distance that all impacts together move a locked mass, with |v| increased by `moved`."""
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
     restitution = _restitution_of_a_held_wall(particle)
@@ -217,9 +219,9 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
 def _restitution_of_a_held_wall(particle: Particle) -> float:
     """Largest restitution at a wall while friction holds the mass at rest.
 
-    An impact on a held mass involves the mass β of the particle instead of the reduced mass β/(1 + β). At a
-    compliant wall, the damping ratio is then smaller by the factor √(1 + β). So the restitution is at most eᵃ
-    with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
+    An impact on a held mass involves the mass β of the particle instead of the reduced mass β/(1 + β). The
+    larger mass reduces the damping ratio at a compliant wall by the factor √(1 + β). So the restitution is at
+    most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
     """
     if particle.wall is not None:
         return 1.0 - (1.0 - particle.restitution) / sqrt(1.0 + particle.mass_ratio)

@@ -100,7 +100,7 @@ def begin_probe(probe: Scene, scene: Scene, halves: int) -> None:
 
 @kernel
 def _room(scene: Scene, halves: int) -> int:
-    """Largest allowed number of events in a number of half cycles."""
+    """Largest allowed number of events in `halves` half cycles."""
     room: int = halves * (_EVENTS_AT_ONCE // 2 + _EVENTS_PER_WINDOW * scene.base.windows)
     return room
 
@@ -151,7 +151,7 @@ def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
 def advance(
     state: State, half: int, halves: int, row: int, scene: Scene, notes: Notes
 ) -> tuple[State, int, int]:
-    """Integrate half cycles. After each one, record the section point and, with a meter, a row of the trace.
+    """Integrate half cycles, and record for each the section point and, while metering, a row of the trace.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def advance(
     outcome : int
         ARRIVED, or the reason for an early end.
     """
-    # unpacked once, because numba counts references on unpacking, which would take a third of the run time
+    # unpacked once: in the loop, unpacking would take a third of the run time, as numba counts references
     trace, ring, struck = notes.trace, notes.ring, notes.struck
     meter, counts = notes.meter, scene.counts
     counts[BUDGET] = counts[SEGMENTS] + _room(scene, halves)

@@ -160,7 +160,7 @@ def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: No
     """Return the locked state of the run, or the locked state to which the run tends, and a bound on the remaining
     displacement.
 
-    The period of the returned orbit is 0 if no such state exists.
+    The period of the returned orbit is 0 if no locked state was found.
     """
     if scene.particle is not None and scene.particle.friction is not None:
         if scene.friction is not None and not has_force(scene.base):
@@ -210,7 +210,7 @@ def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
 
 @kernel
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
-    """Whether the particle moves but met no wall in the cycles of a mean, so that an impact is to come."""
+    """Whether an impact is still to come: the particle moves, but met no wall in the cycles of the mean."""
     if scene.particle is not None:
         before = notes.trace[2 * mean.first, IMPACTS_SO_FAR]
         after = notes.trace[2 * mean.last, IMPACTS_SO_FAR]
@@ -223,8 +223,9 @@ def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> 
 def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
     """Whether the peaks of the metered cycles grow without a visible bound.
 
-    At resonance without viscous damping and without impacts, a cycle of amplitude A gains the energy π A and loses 4
-    γ_F A to friction. So growth never ends if γ_F < π/4. In all other cases the trend of the peaks decides.
+    At resonance without viscous damping and without impacts, a cycle of amplitude A gains the energy π A and
+    loses 4 γ_F A to friction. So growth never ends if γ_F < π/4. In all other cases, the result follows from
+    the trend of the peaks.
     """
     undamped = scene.base.two_zeta == 0.0 and scene.base.frequency_ratio == 1.0 and scene.counts[IMPACTS] == 0
     undamped = undamped and not rubs(scene.particle)

@@ -96,7 +96,7 @@ def settle(
 
     1. The run repeats, within rounding or within `periodic_tolerance`, on an orbit that does not repel the run.
     2. Newton's method finds a stable periodic orbit, and the run approaches this orbit as the linearisation predicts.
-    3. Friction holds the mass permanently, or the mass creeps to such a position.
+    3. Friction holds the mass permanently, or the mass creeps towards a permanently locked position.
     4. Under a force, the particle slows down, and the remaining displacement of the mass is within `tolerance`.
     5. After a burn-in, the standard error of the mean peak is below `tolerance`, a moving particle has met a wall, and
        the run does not tend to rest.
@@ -215,7 +215,7 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
 
 @kernel
 def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, notes: Notes) -> int:
-    """Shortest part of the period after which the state already repeats within the error of the orbit.
+    """Shortest divisor of the period after which the state repeats, within the error of the orbit.
 
     There is no search for another orbit, because just beyond a period doubling a shorter, repelling orbit is
     very near.

@@ -8,7 +8,10 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.steady.response.standard_errors import Estimate
 
 LARGEST_BURN_IN = 0.2
-"""Largest burn-in, as a fraction of `max_cycles` and of the allowed events; without damping, the only limit."""
+"""Largest burn-in, as a fraction of `max_cycles` and of the allowed events.
+
+Without damping, nothing else limits the burn-in.
+"""
 FEWEST_MEASURED = 768
 """Least number of measured cycles for which a standard error is used."""
 

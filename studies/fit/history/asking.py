@@ -31,16 +31,18 @@ from damperlab.studies.variables import MADE_BY
 SWING, LEAST_SWINGS = 0.2, 4
 """A free decay gives default ranges if at least `LEAST_SWINGS` half cycles exceed `SWING` of the largest amplitude."""
 SLOWER, FASTER = 0.9, 1.25
-"""Bounds of the natural frequency, as multiples of the frequency of a decay. A particle lowers this frequency."""
+"""Bounds of the natural frequency, as multiples of the frequency of a decay, which a particle lowers."""
 MOST_FRICTION = 1.5
 """Largest friction in the search, as a multiple of the friction that alone would explain the median decay."""
 IN_UNITS = ("friction_force_n", "damping_n_s_per_m", "particle_mass_kg")
-"""Quantities of which only the ratio to the mass of the structure has an effect."""
+"""Quantities that affect the response only through their ratio to the mass of the structure."""
 OF_SETTINGS = ("name", "particle", "contact")
 SAMPLED = 8.0
 """Fewest samples per period of the structure."""
 NEAR_START, NOISY = 0.1, 6.0
-"""Search range of the release position around the first sample, as a share of the sample and in standard deviations."""
+"""The search range of the release position extends from the first sample by `NEAR_START` times the value of
+the sample, or by `NOISY` standard deviations if that is more.
+"""
 
 
 def make_history_question(
@@ -171,7 +173,7 @@ def _missing(numbers: Mapping[str, float], ranges: Mapping[str, Any], particle: 
 def _contact(
     settings: Mapping[str, Any], numbers: Mapping[str, float], free: list[Free], faults: list[Fault]
 ) -> Contact:
-    """Read the contact as a study does, including the limits of each model on mass ratio and restitution."""
+    """Read the contact model as a study does, and check its limits on mass ratio and restitution."""
     contact: Contact = INSTANT
     for end in ("low", "high"):
         values = dict(numbers) | {each.name: getattr(each, end) for each in free}

@@ -59,7 +59,7 @@ class FittedHistory(Outcome):
 
     @property
     def probability(self) -> float | None:
-        """Probability of at least this chi-square for a right model; None without a given deviation."""
+        """p-value of the chi-square test; None if the measurement states no standard deviations."""
         if self.question.measured.deviation_m is None:
             return None
         from scipy.special import chdtrc

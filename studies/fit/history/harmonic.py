@@ -67,8 +67,9 @@ def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
 
     If the base moved, the result is the amplitude of a sine at the natural frequency with the base's largest
     acceleration. After a release at X, the result is the base amplitude under which the structure vibrates with the
-    amplitude X at resonance, if the particle has no effect. A base that is a quarter of a cycle ahead supplies the
-    energy πkZX per cycle. Damping dissipates 2πζkX² and friction 4FX, so Z = 2ζX + 4F/(πk).
+    amplitude X at resonance, if the particle has no effect. At resonance, the base leads the structure by a
+    quarter of a cycle, and supplies the energy πkZX per cycle. Damping dissipates 2πζkX² and friction 4FX, so
+    Z = 2ζX + 4F/(πk).
 
     Parameters
     ----------

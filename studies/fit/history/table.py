@@ -22,9 +22,9 @@ of the fall to `BEYOND`. A release within the phase `AT_ONCE_RAD` after the firs
 the first row.
 """
 FALL, WINDOW = (0.8, 0.3), 5
-"""The fall after a release is examined from the first to the second value of `FALL`, shares of the largest
-displacement. The position before the release is fitted to at most `WINDOW` times as many samples as the
-fall has.
+"""The release is located from the samples in which the displacement falls from the first to the second value
+of `FALL`, as shares of the largest displacement. The position before the release is fitted to at most
+`WINDOW` times as many samples as this fall has.
 """
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
@@ -172,7 +172,7 @@ def _released(moved: np.ndarray) -> int | None:
 
 
 def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -> list[Fault]:
-    """Find faults of the beginning of the history."""
+    """Find faults in the first displacement, in the free decay and in the motion of the base."""
     largest = float(np.abs(moved).max())
     first = abs(float(moved[0]))
     field = DISPLACEMENT

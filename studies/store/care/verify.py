@@ -253,7 +253,9 @@ def _damaged_mark(mark: Row[Any]) -> Damage:
 
 
 def _row(row: Row[Any], sums: Mapping[str, Any]) -> str | None:
-    """Compare the sums in a study's row with the done-marks. Times are not compared, because of rounding errors."""
+    """Compare the totals in a study's row with the done-marks of its blocks. Times are not compared, because
+    sums of times have rounding errors.
+    """
     wrong = [
         f"{name} is {getattr(row, name)}, but the done-marks say {value}"
         for name, value in sums.items()

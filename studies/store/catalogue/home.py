@@ -59,7 +59,7 @@ def require_catalogue(data_dir: Path) -> None:
         marked = any((place / MARKER).exists() for place in (data_dir, cubes))
         holds = _holds_cubes(Folder(cubes).shelves())
         owned = not catalogue.exists() and (marked or holds)
-        # look for the catalogue again: another process may just have created the catalogue, and then the owner marker
+        # look for the catalogue again: another process may just have created both catalogue and owner marker
         if not owned or catalogue.exists():
             return
     except OSError:

@@ -151,8 +151,8 @@ class States(Lookup):
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
         """Record the solver of a study before the first block is computed, and return the record of the study.
 
-        `facts` is the provenance from the workers. If no block is done, their solver replaces the solver that
-        was recorded at submission. If blocks are done, the recorded solver is kept, and the caller must
+        `facts` is the provenance from the workers. If no block is done, the workers' solver replaces the solver
+        that was recorded at submission. If blocks are done, the recorded solver is kept, and the caller must
         compare the provenance of the record with `facts`. Nothing changes if the `identity` in `facts` is
         already recorded, or if another owner has the claim.
 

@@ -54,8 +54,8 @@ class Beginning:
     def agrees(self, place: Place, rows: int, trials: Trials) -> bool:
         """Return whether the best parameters of a longer beginning also fit this beginning.
 
-        Because late impacts make chi-square rugged, a parameter set may fit a longer beginning by chance. Such a set
-        does not fit the first part.
+        Because late impacts make chi-square rugged, a parameter set may fit a longer beginning by chance. A
+        set that fits only by chance does not fit this shorter beginning.
         """
         over_this = trials.place(place.shares, self.rows)
         limit = chdtri(place.shares.size, SURPRISE)

@@ -101,7 +101,7 @@ def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning
 
 
 def beginnings(question: HistoryQuestion) -> list[int]:
-    """Return the number of rows of each beginning. The last beginning is the whole history."""
+    """Return the number of samples in each beginning. The last beginning is the whole history."""
     whole = question.measured.rows
     periods = PERIODS / (question.frequency_hz * question.measured.step_s)
     rows = max(periods, LEAST_ROWS * len(question.free))
@@ -115,7 +115,7 @@ def beginnings(question: HistoryQuestion) -> list[int]:
 def _begin(trials: Trials, rows: int) -> list[Place]:
     """Spread parameter sets over the ranges, and return the best sets.
 
-    These fit either the first `rows` samples or the whole history best.
+    The best sets are those that best fit the first `rows` samples, and those that best fit the whole history.
     """
     # imported here, because the import is slow
     from scipy.stats.qmc import Halton

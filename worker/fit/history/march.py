@@ -58,7 +58,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     run = run_on_record(ready, friction, particle, start, budget, log)
     if run.outcome != ARRIVED or log.cursor[0] > log.capacity:
         return np.full(rows, np.nan)
-    # a panel starts at every sample, and a segment at the start of every panel
+    # every sample is the start of a panel, and every start of a panel is the start of a segment
     logged = Logged(*stored_rows(log).T)
     starts, v = logged.start, logged.v
     pieces = base.windows // (rows - 1)
@@ -93,7 +93,7 @@ def built(question: HistoryQuestion, given: Mapping[str, float]) -> tuple[Struct
 
 
 def scenes_of(question: HistoryQuestion) -> list[Scene]:
-    """Return the scene of a fit of a time history, which does not depend on the ranges."""
+    """Return the scene that a fit of a time history needs. The scene does not depend on the ranges."""
     given = question.given(question.values(np.full(len(question.free), 0.5)))
     structure, damper = built(question, given)
     scale = Scale(1.0, structure.omega, structure.mass_kg)

@@ -64,7 +64,7 @@ class Spread:
             slopes = trials.slopes(place.shares, rows, sizes) / scatter
             pulls, directions = principal(product(slopes.T, slopes))
             along = np.sqrt(np.maximum(1.0 / (pulls + PRIOR), 1e-18))
-            # with steps that ignore correlations, correlated parameters do not leave the valley of chi-square
+            # standard deviations with the other parameters fixed: such steps stay in the valley of chi-square
             sizes = 1.0 / np.sqrt((slopes**2).sum(axis=0) + PRIOR)
         return cls(place.shares, directions, along, slopes, residual / scatter)
 

@@ -9,7 +9,7 @@ from damperlab.worker.solver.scene import Scene
 # The error is of the order of (remaining time)³. Remaining times are fractions of a panel.
 #
 # A chatter is completed at the remaining time `_CHATTER_LEFT` if the acceleration of the wall is steady.
-# The mass must not come to rest in this time.
+# The mass must not come to rest within the remaining time.
 _CHATTER_LEFT = 5e-6
 # Largest relative change of the wall's acceleration within `_CHATTER_LEFT` that is considered steady.
 _STEADY_PUSH = 1e-3

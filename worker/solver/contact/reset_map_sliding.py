@@ -80,7 +80,10 @@ def _pull(state: State, direction: float, particle: Particle, friction: float) -
 
 @inlined
 def _response(state: State, pull: float, inertia: float, phase: Phase, scene: Scene) -> tuple[float, float]:
-    """Direction of slip and u'' of bodies with a given inertia, under a pull of the particle."""
+    """Slip direction and acceleration u'' of the mass.
+
+    `inertia` includes a particle that moves with the mass, and `pull` is the force of a sliding particle.
+    """
     base = scene.base
     slip = 0.0
     offset = pull
@@ -122,7 +125,8 @@ def _together(
     Parameters
     ----------
     state : State
-        State with the common velocity. Its slip is used only if the mass moves; its contact and sliding are not used.
+        State with the common velocity. The slip in this state is used only if the mass moves; the contact and
+        the sliding in this state are not used.
     loose : float
         Direction in which the particle certainly starts to slide; 0 if the direction is to be determined.
     slips : bool

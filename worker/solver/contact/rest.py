@@ -23,7 +23,7 @@ STILL = 1e-9
 def slip_from_rest(
     v: float, wall_force: float, inertia: float, must_slip: bool, phase: Phase, scene: Scene
 ) -> float:
-    """Direction in which a mass at rest on the base slips; 0 if friction holds the mass, or without friction.
+    """Direction in which a mass starts to slip from rest; 0 without friction, or if friction holds the mass.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def slip_from_rest(
 
 @inlined
 def slip_at(w: float, slip: float, scene: Scene) -> float:
-    """Direction of slip at a velocity w; `slip` if the mass is at rest, or without friction."""
+    """Direction of slip at a velocity w: the sign of w, but `slip` at w = 0 or without friction."""
     if scene.friction is not None:
         if w != 0.0:
             return 1.0 if w > 0.0 else -1.0
@@ -66,7 +66,7 @@ def acceleration_alone(v: float, w: float, slip: float, phase: Phase, scene: Sce
 
 @inlined
 def meet(state: State, wall: float, phase: Phase, scene: Scene, meter: Meter | None) -> tuple[float, bool]:
-    """Return the approach speed at a rigid wall, and whether this is an impact, which is counted.
+    """Return the approach speed at a rigid wall, and whether the contact is an impact. Impacts are counted.
 
     A touch of the wall that the particle has just left is no impact.
     """

@@ -16,10 +16,10 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) ->
 
     Notes
     -----
-    Let W and X be bounds on |w| and |x| over a span of slip of length T, where x is the displacement from the shifted
-    spring centre. Then W = |w₀| + T (κ(2ζ W + X) + max |s''|) and X = |x₀| + T W. These equations are solved for W. A
-    force on the structure adds its largest value to X in the first equation. T is at most a panel
-    (`taylor.LARGEST_WINDOW`), so the denominator of W stays above 0.5.
+    Let W and X be bounds on |w| and |x| over a span of slip of length T, where x is the displacement from the
+    shifted spring centre. Then W = |w₀| + T (κ(2ζ W + X) + max |s''|) and X = |x₀| + T W. These equations are
+    solved for W. Under a force on the structure, X in the first equation is increased by the largest force. T
+    is at most a panel (`taylor.LARGEST_WINDOW`), so the denominator of W stays above 0.5.
     """
     base_most = base_derivative_bound(base, span.phase, 2)
     if regime.sticks:
@@ -35,7 +35,7 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) ->
 
 @inlined
 def u_derivative_bound(order: int, segment: Segment, base: Excitation) -> float:
-    """Bound on the derivative of u of a given order, 2 to 5, over a segment.
+    """Bound on the `order`-th derivative of u over a segment, for `order` 2 to 5.
 
     The bound follows from derivatives of the equation of motion.
     """

@@ -20,8 +20,8 @@ from damperlab.worker.solver.state import State
 def is_free_between(segment: Segment, scene: Scene) -> bool:
     """Whether bounds prove that a complete panel has no event.
 
-    Each event is a zero of a function of time. Inside a panel of length h, this function is at least its smaller end
-    value minus h²/8 times a bound on its curvature.
+    Each event is a zero of a function f(t). Inside a panel of length h, f(t) ≥ min(f(0), f(h)) − B h²/8,
+    where B is a bound on |f''|.
     """
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     window: float = base.window

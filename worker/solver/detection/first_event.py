@@ -98,7 +98,7 @@ def _wall_event(
 ) -> tuple[float, int]:
     """Find the time at which a particle in flight meets a wall.
 
-    Return the earlier of this event and the event (t, kind).
+    Return time and kind of this contact or of the event (t, kind), whichever is earlier.
     """
     start, scratch = segment.start, curves.scratch
     order = start.gap_order

@@ -144,8 +144,8 @@ def travel(base: Excitation, phase: Phase, end: Phase) -> float:
 def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, out: Floats) -> None:
     """Write the Taylor coefficients of `sign` times the friction force that holds the mass.
 
-    The constant part that balances the spring is omitted. The other part balances the inertial force on a shaken base,
-    or the exciting force.
+    The friction force balances the spring force and, in addition, the inertial force on a shaken base or the
+    exciting force. The constant part that balances the spring force is omitted.
     """
     if isinstance(base, RecordBase):
         factor = sign * inertia
@@ -161,7 +161,7 @@ def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, 
 
 @inlined
 def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
-    """Bound on the derivative of s of a given order, 2 to 5, until the end of the panel."""
+    """Bound on the `order`-th derivative of s until the end of the panel, for `order` 2 to 5."""
     if isinstance(base, RecordBase):
         if order == 2:
             return phase.most
@@ -173,7 +173,7 @@ def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
 
 @inlined
 def with_force_bound(bound: float, base: Excitation, order: int) -> float:
-    """Return `bound` plus a bound on the derivative of the exciting force of a given order, 0 to 3."""
+    """Return `bound` plus a bound on the `order`-th derivative of the exciting force, for `order` 0 to 3."""
     if isinstance(base, RecordBase):
         return bound
     return bound + _times_power(base.force, base.frequency_ratio, order)
@@ -222,7 +222,7 @@ def has_force(base: Excitation) -> bool:
 
 @inlined
 def amplitudes(base: Excitation) -> tuple[float, float]:
-    """Ratios of s and of the force on the structure to the function with the Taylor coefficients `base.rows`."""
+    """Factors by which the function expanded in `base.rows` gives s and the force on the structure."""
     if isinstance(base, RecordBase):
         return 1.0, 0.0
     return base.displacement, base.force

@@ -18,8 +18,8 @@ from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, base_rows
 class Sine(NamedTuple):
     """A harmonic excitation over half a cycle: a base displacement s or a force, equal to sin φ.
 
-    Lengths are divided by the amplitude Z of the base or, under a force of amplitude F₀, by F₀/k. One kernel serves
-    both, because a force and a shaken base differ only in their amplitudes.
+    Lengths are divided by the amplitude Z of the base or, under a force of amplitude F₀, by F₀/k. A force and
+    a shaken base differ only in their amplitudes, so one kernel serves both.
 
     Attributes
     ----------

@@ -144,7 +144,7 @@ def _contact_motion(
 def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, between: bool) -> int:
     """Number of fast coordinates, from the two rates of the contact and the fastest rate of the other coordinates.
 
-    If `between`, the number is 1 if y and y' are both fast and y' is much faster than y, else 0.
+    If `between` is True, return 1 when y and y' are both fast and y' is much faster than y, and 0 otherwise.
     """
     fast = 0
     if contact_slow >= _APART * others:

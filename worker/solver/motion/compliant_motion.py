@@ -19,10 +19,10 @@ the wall is overdamped and yields slowly, else y and y'. Let r be the other coor
     q = Pr + f,   r = ξ + Bf,   ξ' = Gξ,   f' = Λf,
     A_qr + A_qq P = PG,   G = A_rr + A_rq P,   Λ = A_qq − P A_rq,   BΛ = GB + A_rq.
 
-P solves a Riccati equation and B a linear equation. P and B are found by iteration. Each step multiplies the error by
-about the ratio of slow to fast rates. A strongly damped wall has two very different rates, both fast compared with the
-structure. Then y' soon follows from the other coordinates, while y still decays. For this case a third expansion treats
-y as a slow coordinate (`Contact.slipping_between`).
+P solves a Riccati equation and B a linear equation. P and B are found by iteration. Each iteration multiplies
+the error by about the ratio of slow to fast rates. The contact with a strongly damped wall has two very
+different rates, both fast compared with the structure: y' soon follows from the other coordinates, while y
+still decays. For such a wall, a third expansion treats y as a slow coordinate (`Contact.slipping_between`).
 """
 
 from typing import NamedTuple
@@ -139,16 +139,18 @@ class Buffers(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """The motion in contact with a compliant wall. In a scene, it replaces the `LinearMotion` of sustained contact.
+    """The motion in contact with a compliant wall.
+
+    In a scene, a `Contact` replaces the `LinearMotion` of sustained contact.
 
     Attributes
     ----------
     slipping, held : CompliantMotion
         The motion in contact while the mass slips, and while friction holds the mass.
     slipping_between, held_between : CompliantMotion
-        The motions `slipping` and `held` with only y' treated as fast. `fast` is 1 if y and y' are both fast and their
-        rates are very different. Otherwise `fast` is 0, and the motion is not used. Only `slow_rows` are used; `rows`
-        contains zeros.
+        The motions `slipping` and `held` with only y' treated as fast. These two motions are used only if y
+        and y' are both fast and have very different rates: `fast` is then 1, otherwise 0. Only `slow_rows`
+        are used; `rows` contains zeros.
     buffers : Buffers
         Work arrays.
     """

@@ -70,9 +70,9 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
 
     Notes
     -----
-    At most 400 intervals are examined. Motions within a panel need only a few intervals, but a cluster of four or five
-    roots in a hundredth of the interval would need more than 400. In this case `end` is returned if the function is
-    negative there, else inf.
+    At most 400 intervals are examined. Motions within a panel need only a few intervals, but a cluster of
+    four or five roots in a hundredth of the interval would need more than 400. If 400 intervals are not
+    sufficient, the result is `end` if the function is negative at `end`, else inf.
     """
     if start == 0.0:
         f0 = sign * polynomial[0]

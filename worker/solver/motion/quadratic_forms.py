@@ -1,8 +1,8 @@
 """Integrals over a complete panel without events, as quadratic forms of the state at the start of the panel.
 
 Between events, the quantities x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ). So the work done, the loss
-in the dashpot and the mean square over a panel of fixed length are quadratic in these four numbers. Each of
-these integrals has ten coefficients, which are the same for every panel.
+in the dashpot and the mean square over a panel of fixed length are quadratic in (x₀, w₀, sin φ, cos φ). Each
+integral has ten coefficients, which are the same for every panel.
 """
 
 import numpy as np
@@ -31,7 +31,7 @@ WEIGHTS: NDArray[np.float64] = np.array(_HALF + _HALF[::-1])
 _POINTS = 6
 
 PAIRS = 10
-"""Number of products of two of four numbers, including squares."""
+"""Number of pairwise products of four numbers, including the squares."""
 WORK, LOSS, SQUARED, MEAN = 0, PAIRS, 2 * PAIRS, 3 * PAIRS
 """Offsets of the coefficients of each integral in `motion_forms`."""
 
@@ -85,10 +85,10 @@ def motion_forms(
     Returns
     -------
     array, shape (3 · PAIRS + 4,)
-        Ten coefficients each of the work ∫ g w − (2ζw + x) s', of ∫2ζw² and of ∫(x + s)², then four coefficients of
-        ∫(x + s). The first two integrals are quadratic in (x₀, w₀, sin φ, cos φ), with the products in the order 00 01
-        02 03 11 12 13 22 23 33. The last two integrals use (x₀ + s₀, w₀ + s₀', sin φ, cos φ). These coordinates avoid
-        cancellation for r ≪ 1 and for r ≫ 1.
+        Ten coefficients each of the work ∫ g w − (2ζw + x) s', of ∫2ζw² and of ∫(x + s)², then four
+        coefficients of ∫(x + s). The first two integrals are quadratic in (x₀, w₀, sin φ, cos φ), with the
+        products in the order 00 01 02 03 11 12 13 22 23 33. The last two integrals use (x₀ + s₀, w₀ + s₀',
+        sin φ, cos φ), to avoid cancellation for r ≪ 1 and for r ≫ 1.
     """
     forms = filled(3 * PAIRS + 4, 0.0)
     of_absolute = np.empty((4, TERMS))
@@ -131,7 +131,7 @@ def motion_forms(
 
 @inlined
 def products(a: float, b: float, c: float, d: float) -> tuple[float, ...]:
-    """The ten products of two of four numbers, including squares."""
+    """The ten pairwise products of four numbers, including the squares."""
     return a * a, a * b, a * c, a * d, b * b, b * c, b * d, c * c, c * d, d * d
 
 

@@ -5,9 +5,10 @@ without transcendental functions. Unlike the textbook form (particular plus homo
 cancellation near resonance or at ζ = 0, r = 1. Panels are short enough for the remainder to lie below rounding:
 0.4^16/16! ≈ 2e-20.
 
-The coefficients are linear in (x, w, sin φ, cos φ) at the start of a segment. The recurrence is therefore evaluated
-only once per motion, for a unit value of each of these four numbers. The coefficients of a segment are a weighted sum
-of the four resulting rows, which the processor computes with vector instructions.
+The coefficients are linear in (x, w, sin φ, cos φ) at the start of a segment. The recurrence is therefore
+evaluated only once per motion, in turn for a unit value of x, w, sin φ and cos φ. The coefficients of a
+segment are a weighted sum of the four rows that result; the processor computes this sum with vector
+instructions.
 """
 
 import numpy as np
@@ -96,7 +97,7 @@ def combine(x: float, w: float, sine: float, cosine: float, rows: Floats, out: F
 
 @inlined
 def stick(v: float, relative: Floats, absolute: Floats) -> None:
-    """Write the coefficients of the motion while friction holds the mass, so that v is constant.
+    """Write the coefficients of the motion of a mass that friction holds at a constant v.
 
     On entry, `absolute` contains the coefficients of s.
     """

@@ -123,9 +123,9 @@ def vibration_after(vibration: Vibration, rates: Floats, t: float) -> Vibration:
 
     Notes
     -----
-    Let Λ = [[a, b], [c, d]], m = (a + d)/2 < 0 and δ = ((a − d)/2)² + bc. Then exp(Λt) = e^(mt) (cosh(√δ t) + (Λ − m)
-    sinh(√δ t)/√δ). For δ < 0, cos and sin of √−δ t replace cosh and sinh. The smaller rate is det Λ divided by the
-    larger rate, because m + √δ would cancel.
+    Let Λ = [[a, b], [c, d]], m = (a + d)/2 < 0 and δ = ((a − d)/2)² + bc. Then exp(Λt) = e^(mt) (cosh(√δ t) +
+    (Λ − m) sinh(√δ t)/√δ). For δ < 0, cos and sin of √−δ t replace cosh and sinh. The smaller rate is
+    computed as det Λ divided by the larger rate, because the sum m + √δ would lose digits by cancellation.
     """
     first, second = vibration
     a, b, c, d = rates[0], rates[1], rates[2], rates[3]

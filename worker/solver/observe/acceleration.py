@@ -17,9 +17,9 @@ def measure_acceleration(
 ) -> None:
     """Add ∫u''² of a segment of length t, and raise the peak of |u''|, if u'' is measured.
 
-    u'' jumps where slip stops or reverses and where the particle meets, joins or leaves a wall. At such a time, each of
-    the two adjacent segments uses its own end value, and neither includes the impulse between them. The work array
-    `acceleration` receives the coefficients of u''.
+    u'' jumps where slip stops or reverses and where the particle meets, joins or leaves a wall. At a jump,
+    each of the two adjacent segments uses its own end value, and neither segment includes the impulse between
+    the two. The work array `acceleration` receives the coefficients of u''.
     """
     if meter.acceleration is not None:
         add_square(meter, t, absolute, acceleration)

@@ -62,9 +62,9 @@ def measure(meter: Meter | None, segment: Segment, whole: bool, scene: Scene, cu
 def _measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
     """Add the sliding time and the friction loss of a particle that slides in its cavity.
 
-    The work of a shaken base is integrated from the offset of the spring centre, which includes the pull of the
-    particle. The spring does not transmit this pull, so the work of the pull is added here, for a slipping and for a
-    sticking mass.
+    The work of a shaken base is integrated from the offset of the spring centre, which includes the pull of
+    the particle. The spring does not transmit the pull of the particle, so the work of this pull is added
+    here, whether the mass slips or sticks.
     """
     if scene.particle is not None:
         if scene.particle.friction is not None:

@@ -49,8 +49,8 @@ from damperlab.worker.solver.observe.peaks import largest
 from damperlab.worker.solver.scene import Scene
 
 LEAST_DECAY = 1e-9
-"""Least |tr Λ| t of a long step. For smaller values, the integral J (`measure_vibration`) is inaccurate, because J is a
-difference of two end values, divided by tr Λ.
+"""Least |tr Λ| t of a long step. For smaller |tr Λ| t, the integral J (`measure_vibration`) is inaccurate,
+because J is a difference of two end values, divided by tr Λ.
 """
 _DROWNED = 1e-16  # below this fraction of the peak, a vibration does not change the digits of the peak
 
@@ -227,8 +227,8 @@ def _raise_acceleration(
     """Raise the peak to the largest |u''| of a long step, for slow motion and vibration together.
 
     The length of the step does not depend on u'', so that measuring u'' does not change the motion. The step
-    is divided into spans in which a polynomial represents the vibration. The division ends when slow motion
-    and envelope of the vibration exclude a higher value.
+    is divided into spans in which a polynomial represents the vibration. The search ends as soon as the slow
+    motion and the envelope of the vibration exclude a higher |u''| in the rest of the step.
     """
     sums, motion, buffers = meter.sums, regime.motion, buffers_of(scene)
     slow, both, scratch = buffers.rate, buffers.start, buffers.scratch

@@ -225,7 +225,7 @@ def _highest(
         # The first estimate is the root of a parabola for the slope.
         # The parabola matches slope and curvature at the start, and the slope at the end.
         # Two Newton steps follow, and each step squares the error of the time.
-        # The error of the extremum is of the order of the square of this error.
+        # The error of the extremum is of second order in the error of the time.
         half = 0.5 * curve
         last = (rate_end - rate - curve * t) / (t * t)
         root = sqrt(max(half * half - last * rate, 0.0))

@@ -20,7 +20,7 @@ PARTICLE_LOSS = 9  # Energy lost by the friction of the particle.
 SLIDING = 10  # Time in which the particle slides.
 RELATIVE_SQUARE = 11  # ∫ v² dτ, only under a record.
 ACCELERATION_SQUARE = 12  # ∫ u''² dτ.
-ACCELERATION_PEAK = 13  # Largest |u''|; under a harmonic excitation since the last reset.
+ACCELERATION_PEAK = 13  # Largest |u''| since the last reset or, under a record, of the complete motion.
 METERS = 14
 
 

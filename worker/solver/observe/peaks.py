@@ -18,7 +18,8 @@ def raised(
 ) -> float:
     """Return the largest of `peak` and all extrema of |polynomial − less| inside a segment of length t.
 
-    `rate` contains the coefficients of the rate of the polynomial, and `rate_curvature` bounds its second derivative.
+    `rate` contains the coefficients of the derivative of the polynomial, and `rate_curvature` is a bound on
+    the second derivative of `rate`.
     """
     sign = 1.0 if rate[0] > 0.0 else -1.0
     at = 0.0

@@ -41,7 +41,7 @@ _LONG = 256
 # Relative distance at which a run has reached an orbit, whatever the first distance.
 _AT_THE_ORBIT = 1e-8
 # Limits for comparing one stretch of the run with the linearisation, relative to the distance from the orbit.
-_OFF_PREDICTION = 0.25  # A run leaves the orbit if the deviation from the prediction is larger.
+_OFF_PREDICTION = 0.25  # A run leaves the orbit if the deviation from the prediction exceeds this fraction.
 _NEARER = 0.7  # A run approaches the orbit if the distance falls to this fraction in the stretch.
 _NO_PREDICTION = 1e-4  # No prediction is needed if the distance falls to this fraction in the stretch.
 _ROUNDING = 1e-10  # Relative distance from the orbit that rounding alone can cause.
@@ -88,7 +88,8 @@ def stable_orbit_nearby(
     Parameters
     ----------
     spare : float
-        Largest number of half cycles that may be integrated. Newton's method is not started if more might be needed.
+        Largest number of half cycles that may be integrated. Newton's method is not started if it might need
+        more half cycles.
 
     Returns
     -------
@@ -126,7 +127,7 @@ def is_beside_stable_orbit(
 ) -> bool:
     """Whether Newton's method from the present state leads to a stable orbit of this period.
 
-    If so, a run that does not repeat may be a transient that ends on this orbit.
+    Near a stable orbit, a run that does not repeat may be a transient that ends on this orbit.
     """
     reach = _FAR_REACH * look.scale
     _, found, _ = newton_orbit(state, period_halves, reach, look, scene, probe, notes)
@@ -167,10 +168,12 @@ def closing_in(
 
     If the run leaves the orbit, the period of the returned candidate is 0.
 
-    The run must approach the orbit as the linearisation predicts, stretch after stretch, until the distance has fallen
-    to `_CLOSED_IN` times the first distance. After `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient. This long
-    test is necessary, because a run may seem for a while to approach an orbit whose basin ends close by. A stretch with
-    more or fewer impacts than the orbit confirms nothing, because the linearisation does not apply to this stretch.
+    The run must approach the orbit as the linearisation predicts, stretch after stretch, until the distance
+    has fallen to `_CLOSED_IN` times the first distance. After `_LONG` half cycles, a fall to
+    `_CLOSED_IN_SLOWLY` times the first distance is sufficient. The test over many half cycles is necessary,
+    because a run may seem for a while to approach an orbit whose basin ends close by. If the
+    number of impacts in a stretch differs from that of the orbit, the stretch is no confirmation, because the
+    linearisation does not apply to it.
     Without impacts, the candidate is dropped unless the orbit attracts all motions (`attracts_all`).
     """
     orbit = candidate.orbit
@@ -216,7 +219,7 @@ def _impacts_of(orbit: Orbit, scene: Scene, probe: Scene) -> int:
 
 @kernel
 def _follows(point: Array, periods: int, look: SectionLook, notes: Notes) -> int:
-    """Compare the run with the linearisation, `periods` periods after its departure from the orbit was noted.
+    """Compare the run's deviation from the orbit with the linearisation, over the last `periods` periods.
 
     Parameters
     ----------

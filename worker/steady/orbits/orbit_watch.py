@@ -60,7 +60,8 @@ def look_nearby(
 ) -> tuple[Nearby, Orbit]:
     """Test the pending candidate or, if there is none, search for a new candidate.
 
-    Return the results, and the orbit to which the run tends. The period of the orbit is 0 if there is no such orbit.
+    Return the results, and the orbit to which the run tends. If no orbit is confirmed, the period of the
+    returned orbit is 0.
     """
     candidate, next_try, halves_spent, rival = nearby
     confirmed = False
@@ -93,8 +94,8 @@ def look_farther(
 ) -> Nearby:
     """Search for a more distant stable orbit, once in `_FAR_EVERY` metered half cycles.
 
-    A run that does not repeat may end on such an orbit. The half cycles of this rare search are not added to
-    `halves_spent`, because they would use up the allowance of the nearby searches.
+    A run that does not repeat may end on a distant stable orbit. The half cycles of this rare search are not
+    added to `halves_spent`, because they would use up the allowance of the nearby searches.
     """
     if metered_halves < 0 or metered_halves % _FAR_EVERY != 0 or nearby.rival:
         return nearby

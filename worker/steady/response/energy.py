@@ -51,9 +51,9 @@ def energy_residual(sums: NDArray[np.float64], stored_before: float, stored_afte
 def unbalanced(work: float, losses: float, stored_before: float, stored_after: float, peak: float) -> float:
     """Return the residual of the energy balance, relative to the largest energy.
 
-    The residual is |input work − losses − change of stored energy|. The largest energy is the maximum of input work,
-    losses, both stored energies and ½ peak². The term ½ peak² is the maximum if almost no net work is done, without
-    losses or with a locked mass.
+    The residual is |input work − losses − change of stored energy|. The largest energy is the maximum of
+    input work, losses, both stored energies and ½ peak². The term ½ peak² is the maximum if almost no net
+    work is done: without losses, or with a locked mass.
     """
     scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)
     if scale == 0.0:  # there is no motion, because friction withstands the force

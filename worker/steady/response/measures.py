@@ -162,8 +162,8 @@ def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks
 
     A remaining transient may be negligible in a mean but determine the largest peak. The burn-in follows from
     the decay of the structure alone, but a mass with a particle settles more slowly. If the largest peak of
-    these cycles is below the mean peak, the mean peak is used. If these cycles have no impact, the largest
-    impact speed of all metered cycles is used.
+    the last three quarters is below the mean peak, the mean peak is used. If the last three quarters have no
+    impact, the largest impact speed of all metered cycles is used.
     """
     first = stretch.first + (stretch.last - stretch.first) // 8 * 2
     peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)
@@ -204,8 +204,8 @@ def measured_response(
 ) -> Response:
     """Compute the response from the totals of the metered half cycles, without class, period, multiplier and status.
 
-    The measures that need integrals are NaN if `energies` is None. `acceleration` is the mean peak of |u''| and
-    ∫u''² dτ; the measures of u'' are NaN if it is None.
+    The measures that need integrals are NaN if `energies` is None. `acceleration` contains the mean peak of
+    |u''| and ∫u''² dτ; the measures of u'' are NaN if `acceleration` is None.
     """
     cycles = 0.5 * (stretch.last - stretch.first)
     time = cycles * 2.0 * pi / frequency_ratio

@@ -63,10 +63,11 @@ class Estimate(NamedTuple):
 def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple[float, float]:
     """Mean of samples[first:last], a stationary series of correlated samples, and its standard error.
 
-    The error comes from batches of 1/61 of the range. Batches of 1/19 are used if they give a significantly larger error.
-    Batches shorter than the correlation time understate the error, but an error from few batches is less certain. 1.96
-    times the error is the half width of a 95 % interval. For fewer than 80 samples, the correlation cannot be estimated,
-    and the error is the largest sample minus the smallest.
+    The error comes from batches with 1/61 of the samples, or with 1/19 of the samples if the longer batches
+    give a significantly larger error. Batches shorter than the correlation time understate the error, but an
+    error from few batches is less certain. 1.96 times the error is the half width of a 95 % interval. For
+    fewer than 80 samples, the correlation cannot be estimated, and the error is the largest sample minus the
+    smallest.
 
     Notes
     -----
@@ -107,13 +108,14 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
 
     Notes
     -----
-    By the marginal standard error rule (MSER, White 1997), the transient is the initial part whose omission minimises
-    Σ(xᵢ − x̄)²/n² of the rest. The transient consists of groups of 16 samples and is at most half of the range. The
-    transient is omitted only if its mean differs from the mean of the rest by three standard errors. The rule alone
-    would select a part of little variation from a correlated series, and so understate the error. Batch means alone
-    would treat a trend as noise. So the series is considered stationary only if the remaining batches do not rise or
-    fall more often than by chance (Mann 1945, Kendall 1975). If a trend remains, its future change is added to the
-    error. This change is the remainder of a geometric series through the means of three thirds of the range.
+    By the marginal standard error rule (MSER, White 1997), the transient is the initial part whose omission
+    minimises Σ(xᵢ − x̄)²/n² of the rest. The transient consists of groups of 16 samples and is at most half
+    of the range. The transient is omitted only if its mean differs from the mean of the rest by three
+    standard errors. The rule alone would select a part of little variation from a correlated series, and so
+    understate the error. Batch means alone would treat a trend as noise. So the series is considered
+    stationary only if the remaining batches do not rise or fall more often than by chance (Mann 1945, Kendall
+    1975). If a trend remains, the future change of the mean is added to the error. The future change is
+    estimated as the remainder of a geometric series through the means of three thirds of the range.
     """
     cut = _transient(samples, first, last)
     mean, error = mean_and_error(samples, cut, last)

@@ -147,9 +147,9 @@ def largest_in(trace: NDArray[np.float64], first: int, last: int, column: int) -
 def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64]) -> None:
     """Compute the peaks of each cycle from the metered half cycles, the rows 1 … `rows` of a trace.
 
-    `peaks`, shape (2, ≥ rows // 2), receives for each cycle the mean of the peaks of the two one-cycle intervals that begin
-    in this cycle, so that a motion and its mirror image have equal peaks. The last cycle has only one such interval if no
-    half cycle follows.
+    Two intervals of one cycle begin in each cycle, one at each half cycle. `peaks`, shape (2, ≥ rows // 2),
+    receives the mean of the two interval peaks, so that a motion and its mirror image have equal peaks. The
+    last cycle has only one such interval if no half cycle follows.
     """
     for column in range(2):
         for i in range(rows // 2):

@@ -111,7 +111,7 @@ def _contact_at(
         dwell = Dwell(0.0, speed)
     if particle.contact_time is not None:
         if dwell.speed > 0.0:
-            # a time outside this contact belongs to the previous or the next contact, approximately as in a chatter
+            # for a time outside this contact, take the previous or next one, approximately as in a chatter
             left = like.wall * point[2]
             later = 1.0 - ceil(left / particle.contact_time)
             left += later * particle.contact_time

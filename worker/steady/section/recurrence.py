@@ -22,7 +22,7 @@ SAME = 1e-6
 # The following values are chosen, not derived.
 _ROUNDING = 1e-13  # Relative recurrence up to which a response counts as settled.
 _NEAR = 0.05  # Relative recurrence below which Newton's method is tried.
-# The n-fold period replaces a period if its recurrence is below `_FAR_BETTER`/n times the recurrence of the period.
+# The period nT replaces T if the recurrence with nT is below `_FAR_BETTER`/n times the recurrence with T.
 _FAR_BETTER = 0.4
 
 
@@ -39,7 +39,7 @@ def recurrence(ring: Array, now: int, period_halves: int) -> float:
 
 @kernel
 def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None:
-    """Write into `apart` how far a section point is from each point up to `LONGEST` half cycles earlier.
+    """Write into `apart` the distances of a section point from those up to `LONGEST` half cycles earlier.
 
     The former values of `apart` are moved to `before`.
     """
@@ -94,7 +94,7 @@ def settled_period(
 
 @kernel
 def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> bool:
-    """Whether the last `LONGEST` section points lie within `distance` of the points whole periods earlier."""
+    """Whether the last `LONGEST` section points repeat those 1, 2, … periods earlier, within `distance`."""
     if now < RING:
         return False
     for i in range(LONGEST):

@@ -16,7 +16,7 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE
 from damperlab.worker.steady.stability.variational import propagate
 
 _BATCHES = 16
-# Each pair is a number of cycles and the least mean growth per cycle over this number that counts as chaos.
+# Pairs (n, g): a mean growth of more than g per cycle, over n cycles, counts as chaos.
 # Most chaos is detected after few cycles.
 # The limits are chosen, not derived. They require a growth by at least e^6, or by e^3 after 320 cycles.
 _RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
@@ -35,14 +35,15 @@ def is_chaotic(
 ) -> bool:
     """Whether a tangent vector grows: its mean growth per cycle exceeds a limit and three standard errors.
 
-    The growth is averaged over at most `longest` excitation cycles; at least 16 cycles are used. Before the average begins,
-    the vector aligns with the direction of growth for a sixteenth of this number of cycles.
+    The growth is averaged over at most `longest` excitation cycles; at least 16 cycles are used. Before the
+    average begins, the vector aligns with the direction of growth, during one sixteenth as many cycles as are
+    averaged.
 
     Notes
     -----
-    The exponent is the mean increase of ln |δz| per cycle (Benettin et al. 1980). A quasi-periodic response
-    has exponent 0. Its computed mean is zero within the standard error or, for slow beats, below 0.01 over
-    320 cycles.
+    The exponent is the mean increase of ln |δz| per cycle (Benettin et al. 1980). For a quasi-periodic
+    response, the exponent is 0, and the computed mean is zero within the standard error or, for slow beats,
+    below 0.01 over 320 cycles.
     """
     tangent = zero_matrix(SECTION_SIZE, 1)
     tangent[0, 0] = 1.0

@@ -6,11 +6,12 @@ the last coordinate from g to k g, and the vector field from f⁻ to f⁺:
 
     δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt,    R: w → w − q g, g → k g.
 
-A reversal or a strike on a compliant wall has q = 0, k = 1. An impact has q = β(1+e)/(1+β), k = −e or, if it completes
-a chatter, q = β/(1+β), k = 0. The beginning of a dwell has q = β/(1+β), k = 1, because the approach speed remains a
-coordinate; the end of a dwell has q = βe/(1+β), k = −e. A particle with friction comes to rest in its cavity where y'
-is 0, with q = 0, k = 1. An event at which the field does not jump has no effect. Such events are the onset of slip, a
-contact force that falls to zero, and a particle that clears a wall.
+A reversal or a strike on a compliant wall has q = 0, k = 1. An impact has q = β(1+e)/(1+β), k = −e or, if it
+completes a chatter, q = β/(1+β), k = 0. The beginning of a dwell has q = β/(1+β), k = 1, because the approach
+speed remains a coordinate; the end of a dwell has q = βe/(1+β), k = −e. A particle with friction comes to
+rest in its cavity where y' is 0, with q = 0, k = 1. An event at which the vector field does not jump has no
+effect on tangent vectors: the onset of slip, a contact force that falls to zero, and a particle that clears a
+wall.
 """
 
 from typing import NamedTuple
@@ -88,10 +89,11 @@ def leaving_speed(
 ) -> float:
     """Speed at which a particle leaves the wall at the end of its dwell.
 
-    The speed is e times the approach speed. In a chatter, this speed becomes smaller than the rounding error of the
-    velocities. The logged duration of such a flight is then inconsistent with its speed, and the use of
-    both would make the propagation through the next impact inaccurate. For a short flight that ends on the same wall,
-    the speed is therefore computed from the duration and the final impact of the flight.
+    The leaving speed is e times the approach speed. In a chatter, the leaving speed becomes smaller than the
+    rounding error of the velocities. The logged duration of the flight is then inconsistent with the leaving
+    speed, and the use of both would make the propagation through the next impact inaccurate. For a short
+    flight that ends on the same wall, the leaving speed is therefore computed from the duration and the final
+    impact of the flight.
     """
     known: float = particle.restitution * event.before.speed
     gained = 0.0

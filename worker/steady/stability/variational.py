@@ -1,10 +1,10 @@
 """The variational equations of a half cycle: linear motion between events, and one saltation law at every event.
 
-A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p. The coordinate is y and not p, because the small
-δy after a chatter would be lost in δp. While a particle dwells on a rigid wall, y is constant. Then changes of the time
-until detachment and of the approach speed, (±δleft, ±δspeed), replace δy and δy'. Their sign is the sign of the wall,
-so that all components change sign when a half cycle is mirrored. On the section, p and p' replace y and y' of a
-particle in flight (`section.coordinates.coordinates`).
+A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p. The coordinate is y and not p, because
+the small δy after a chatter would be lost in δp. While a particle dwells on a rigid wall, y is constant, so
+changes of the time until detachment and of the approach speed, (±δleft, ±δspeed), replace δy and δy'. The
+sign ± is the sign of the wall, so that all components change sign when a half cycle is mirrored. On the
+section, p and p' replace y and y' of a particle in flight (`section.coordinates.coordinates`).
 """
 
 import numpy as np
@@ -32,8 +32,9 @@ def propagate(log: Transitions, scene: Scene, tangents: Array) -> None:
     """Propagate tangent vectors through the transitions of exactly one half cycle, in place, and mirror them.
 
     `tangents`, shape (SECTION_SIZE, n), contains n tangent vectors, in columns, in the coordinates of
-    `section.coordinates.coordinates`. While friction holds the mass, δw is 0. In sustained contact on a rigid wall, δy and
-    δy' are 0. Such directions have multiplier 0. The matrix of a chatter is the product of the matrices of its impacts.
+    `section.coordinates.coordinates`. While friction holds the mass, δw is 0. In sustained contact on a rigid
+    wall, δy and δy' are 0. Each component that is fixed at 0 has a multiplier of 0. The matrix of a chatter
+    is the product of the matrices of its impacts.
     """
     rows, particle = log.rows, scene.particle
     z = address(tangents, 0)

@@ -8,8 +8,9 @@ The contact phase is integrated in one of four ways:
    (`CompliantRegime.between`).
 3. If an envelope of the vibration excludes events, one long step is taken. Polynomials then describe the slow motion,
    and an exponential describes the vibration.
-4. Once the vibration has decayed below rounding, polynomials of the slow motion are used, over complete panels if y and
-   y' are both fast. So a particle at rest on a very stiff wall needs no more steps than on a rigid wall.
+4. Once the vibration has decayed below rounding, polynomials of the slow motion are used. If y and y' are
+   both fast, a span can be a complete panel. So a particle at rest on a very stiff wall needs no more steps
+   than on a rigid wall.
 
 The particle detaches when the force of the wall falls to zero. The particle then still penetrates the wall, and some
 energy remains in the wall's spring. The flight ends when the particle is clear of the wall, or when the wall pushes
@@ -214,7 +215,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
     elif kind == CLEARANCE:
         order = 1 if leaving > 0.0 else 2
     elif kind == PUSHED_AGAIN:
-        if leaving < 0.0:  # by rounding, the particle has penetrated the wall before its strike
+        if leaving < 0.0:  # because of rounding, the particle penetrates the wall before its strike
             return strike(state, state.wall, phase, scene, meter)
         if wall.damping == 0.0:
             gap = 0.0

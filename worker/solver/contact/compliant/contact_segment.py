@@ -42,7 +42,10 @@ from damperlab.worker.solver.state import Dwell, State, advanced
 
 @kernel
 def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) -> None:
-    """Write the polynomials of x, x + s, y and the wall force into the buffers, from the first `units` coordinates."""
+    """Compute the polynomials of x, x + s, y and the wall force from the first `units` coordinates.
+
+    The polynomials are written into the buffers of the scene.
+    """
     buffers = buffers_of(scene)
     combine_rows(OF_RELATIVE, start, units, rows, buffers.relative)
     combine_rows(OF_ABSOLUTE, start, units, rows, buffers.absolute)
@@ -72,7 +75,7 @@ def to_event(
     y_rate = slope(depth, t)
     if meter is not None:
         measure_contact(meter, v - state.v, t, wall_of(scene).damping, regime, scene)
-    order = order if t == 0.0 else 0  # at t = 0 two events are simultaneous
+    order = order if t == 0.0 else 0  # at t = 0, this event coincides with the last
     p_rate = slope(buffers.absolute, t) - y_rate
     end = advanced(state, v, w, -state.wall * y, p_rate, Dwell(0.0, state.wall * y_rate), order)
     return end, t, kind

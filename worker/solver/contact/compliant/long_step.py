@@ -1,7 +1,7 @@
 """A long step over a decaying contact vibration: polynomials for the slow motion, an exponential for the vibration.
 
-The length of the step is limited by a proof that it contains no event, from the slow motion and an envelope of the
-decaying vibration.
+The length of the step is limited so that the step provably contains no event. The proof uses the slow motion
+and an envelope of the decaying vibration.
 """
 
 from damperlab.worker.jit import kernel
@@ -55,9 +55,9 @@ def longest_step(
 ) -> float:
     """Longest span in which slow motion and vibration provably cause no event; 0 if the span would be too short.
 
-    If a meter is given, no displacement in the span may exceed the peak recorded so far. Under a record, the
-    same limit applies to u'' of a slipping mass. The buffers must contain the slow motion
-    (`contact_segment.expand`).
+    If a meter is given, the span is also limited so that no displacement exceeds its previous peak. Under a
+    record, u'' of a slipping mass must not exceed its previous peak either. The buffers must contain the slow
+    motion (`contact_segment.expand`).
     """
     base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
     wall, buffers = wall_of(scene), buffers_of(scene)
@@ -90,7 +90,7 @@ def longest_step(
             else:
                 clear = clear and _lower_bound(scratch, state.slip, t) > w_most
         if meter is not None and clear:
-            # This limit also applies without energies, so that the last bit does not depend on energies.
+            # This limit applies even if energies are not measured, so that measuring energies changes no bit.
             clear = abs(motion.rates[0] + motion.rates[3]) * t >= LEAST_DECAY
             if isinstance(base, RecordBase):
                 if not regime.sticks:
