@@ -15,6 +15,7 @@ SCENES = (
     "orbit-particle-instant",
     "peaks-friction",
     "peaks-friction-particle-instant",
+    "peaks-friction-particle-rubbing",
     "record-friction",
     "record-friction-particle-falling",
     "record-friction-particle-instant",

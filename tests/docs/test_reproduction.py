@@ -84,6 +84,7 @@ def test_a_prototype_that_measures_what_is_printed_deviates_by_nothing() -> None
     )
 
 
+@pytest.mark.night
 def test_intervals_are_those_of_least_squares() -> None:
     """At either end of μ_i the best deviation is the threshold of the same confidence: F of 1 and 3 degrees of freedom."""
     best = Prototype(0.002118, 0.01262, 0.094)

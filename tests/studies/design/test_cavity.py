@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from tests.studies.design.test_design import pursued, solved
 from tests.studies.documents import fields_of
-from tests.worker.forms import night
 
 from damperlab.studies.answers.particle_friction import COEFFICIENTS, WITHIN
 from damperlab.studies.cavity import LEVEL, Cavity
@@ -48,12 +47,13 @@ def amplitudes_m(clearance_m: float, frequency_ratio: Any, **cavity: float) -> n
 BAND = {"start": 6.5 / 7.6, "stop": 9 / 7.6, "num": 201}
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     "cavity",
     [
         {"particle_friction_coefficient": 0.2},
-        night({"particle_friction_coefficient": 0.2, "tilt_deg": 20}),
-        night({"tilt_deg": 90}),
+        {"particle_friction_coefficient": 0.2, "tilt_deg": 20},
+        {"tilt_deg": 90},
     ],
 )
 def test_what_is_stated_is_what_a_study_of_that_damper_computes(cavity: dict[str, float]) -> None:
