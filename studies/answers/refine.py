@@ -256,8 +256,8 @@ def refine_boundary(
     along : str
         The dimension along which the class changes.
     at : mapping of float
-        The values along the other dimensions, as in `selection.choose`. If `at` also contains a value along `along`,
-        the change nearest to that value is located, otherwise the first change.
+        The values along the other dimensions, as in `selection.choose`. If `at` also has the key `along`, the
+        change nearest to its value is located, otherwise the first change.
     tolerance : float
         The change is located if it lies between two neighbouring values that differ by at most `tolerance`.
 

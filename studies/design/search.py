@@ -55,7 +55,7 @@ always computed further, and so are all builds if the rms is judged.
 MARGIN = 0.05
 """A damper is refined only if its value (see `Search.value`) exceeds the best value by at most this margin."""
 LIKELY = 6
-"""Largest number of dampers computed accurately in one step, before the simplices start and after they end."""
+"""Largest number of dampers computed accurately in a step before the simplices start or after they end."""
 WORST, EXCEEDING = 1e4, 1e3
 """Value (see `Search.value`) of a damper with an unbounded response, and smallest value of a damper that exceeds
 a limit."""
@@ -86,8 +86,8 @@ class Search:
     glances: dict[Candidate, float] = field(default_factory=dict)
     """A lower bound of the value, for each candidate that was computed coarsely."""
     values: dict[Candidate, float] = field(default_factory=dict)
-    """The value of each candidate that was selected for an accurate computation. The value of a candidate far from the
-    best is only a lower bound, because the computation was stopped early."""
+    """The value of each candidate that was selected for an accurate computation. For a candidate far from the
+    best, the computation was stopped early, and the value is only a lower bound."""
     robust: dict[Candidate, Score] = field(default_factory=dict)
     """The worst case within the tolerances, for each candidate that was near the best."""
 

@@ -151,7 +151,7 @@ def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
 def advance(
     state: State, half: int, halves: int, row: int, scene: Scene, notes: Notes
 ) -> tuple[State, int, int]:
-    """Integrate half cycles. Record the section point after each half cycle and, if asked, a row of the trace.
+    """Integrate half cycles. After each half cycle, record a section point and, if `row` ≥ 0, a trace row.
 
     Parameters
     ----------
