@@ -5,7 +5,7 @@ from collections.abc import Container, Hashable
 ROUNDING = 1e-9
 """Relative error up to which an error is attributed to floating-point rounding."""
 ROUNDING_WORD = "rounding"
-"""Word that a table shows instead of an error that is only rounding. A sentence omits the error."""
+"""Word that tables show instead of an error that is only rounding. Sentences leave out such an error."""
 VALUES_OF_ERROR = {
     "error": ("value",),
     "amplitude_error": ("amplitude_ratio", "hybrid"),

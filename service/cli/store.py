@@ -85,7 +85,7 @@ def data_folder(data_dir: Path | None) -> Path:
 
 
 def folder_option(data_dir: Path) -> str:
-    """Write the option --data-dir for a folder, after a space; the text is empty for the default folder."""
+    """Return the text ` --data-dir FOLDER` with a leading space, or an empty text for the default folder."""
     return "" if data_dir == data_folder(None) else f" --data-dir {shlex.quote(str(data_dir))}"
 
 

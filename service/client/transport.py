@@ -19,12 +19,12 @@ from damperlab.studies.faults import Fault, describe
 from damperlab.studies.spacing import evenly_spaced
 
 PATIENCE_SECONDS = 60.0
-"""Longest time for which a request is repeated if the service has answered before [s]. A restart of the
-service takes less time.
+"""Longest time for which a failed request is repeated [s], if the service has answered any earlier request.
+A restart of the service takes less time.
 """
 FIRST_SECONDS = 4.0
-"""Longest time for which a request is repeated if the service has never answered [s], for example because the
-address is wrong.
+"""Longest time for which a failed request is repeated [s], if the service has never answered a request, for
+example because the address is wrong.
 """
 LONGEST_PAUSE_SECONDS = 5.0
 PREFERRED = "respond-async, wait=20"

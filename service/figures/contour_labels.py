@@ -16,7 +16,7 @@ STEP = 0.005
 """Distance between the sampled points of a contour line, as a share of the length of each axis."""
 FOLDED = 1.3
 """Largest length of the number's own line inside the circle, divided by the diameter of the circle. A line
-that folds back into the circle is longer."""
+that turns back and passes through the circle twice has a larger ratio, and gets no number there."""
 STRAIGHT = 0.97
 """Smallest ratio at which a line is straight enough for a number: the distance between the two ends of the
 number, divided by the length of the line between these ends. The ratio is 1 for a straight line."""

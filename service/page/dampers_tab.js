@@ -145,7 +145,7 @@ class DampersTab {
     );
   }
 
-  /** Keep choices that differ from the default view in the address. */
+  /** Store in the address the choices that differ from the default view. */
   keep() {
     const { metric, met } = this.view;
     // a limit applies to one metric, so the choice of another metric removes the limit

@@ -124,7 +124,7 @@ class MapTab {
     this.look();
   }
 
-  /** Keep choices that differ from the default view in the address. */
+  /** Store in the address the choices that differ from the default view. */
   keep() {
     const { metric, contours, classes, window } = this.view;
     this.session.kept.keep({

@@ -45,7 +45,7 @@ export class Shown {
     return this.has(name) ? this.factors[name] : 1;
   }
 
-  /** The unit of a quantity after a space; empty for a ratio. @param {string} name */
+  /** The unit of a quantity, with a leading space; empty for a ratio. @param {string} name */
   unit(name) {
     const unit = LENGTH_IN_SI.test(name) ? "mm" : this.has(name) ? QUANTITIES[name][2] : WORDS.units[name];
     return unit ? ` ${unit}` : "";

@@ -71,10 +71,12 @@ class Fitted(NamedTuple):
 def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     """Fit the probability that a result exceeds a limit, as a function of the scale of the records.
 
-    Each record gives one observation, since runs under the same record are not independent. The observation is the
-    scale at which the result reaches the limit, interpolated as in incremental dynamic analysis [2]_. The observation
-    is an interval if a run is missing or the limit is never exceeded. All observations are intervals if at least one
-    failed run counts as exceeding the limit. A lognormal distribution is fitted by maximum likelihood [1]_.
+    Each record gives one observation, since runs under the same record are not independent. The observation
+    is the scale at which the result reaches the limit, interpolated as in incremental dynamic analysis [2]_.
+    If a run is missing or the limit is never exceeded, only an interval that contains this scale is known. If
+    at least one failed run of the suite counts as exceeding the limit, intervals are used for all records.
+    The reason is that runs fail where results are large, so interpolation between the other runs would shift
+    the median. A lognormal distribution is fitted by maximum likelihood [1]_.
 
     Parameters
     ----------

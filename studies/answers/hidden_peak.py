@@ -27,9 +27,9 @@ PER_BANDWIDTH = 4
 With this number of steps, a computed peak is at most 3 % too low.
 """
 MOST_FREQUENCIES = 1001
-"""Number of frequencies that is advised if a narrow resonance would need more.
+"""Number of frequencies that is advised if even this number does not resolve a narrow resonance.
 
-If halving all steps gives more than `MOST_FREQUENCIES` frequencies, halving all steps is advised.
+If halving all steps gives more than `MOST_FREQUENCIES` frequencies, halving all steps is advised instead.
 """
 
 PEAK_BETWEEN = "Between the frequencies computed a peak may be more than a tenth higher."

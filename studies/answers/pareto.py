@@ -36,22 +36,23 @@ def pareto_front(
     judging: Judging = Judging(),
     top: int = MOST_DESIGNS,
 ) -> "xr.Dataset":
-    """Find the designs that cannot be improved in one respect without a loss in another respect.
+    """Find the designs in which no compared quantity can be improved without a loss in another quantity.
 
     Parameters
     ----------
     cube : Dataset
         A study's cube, read slab by slab.
     respects : sequence of str
-        Two or three of `RESPECTS`. A leading minus, as in "-dissipation_impact", means that larger is better.
+        The two or three compared quantities, each a key of `RESPECTS`. A leading minus, as in
+        "-dissipation_impact", means that larger is better.
     judging, top : Judging, int
-        As in `optimal_designs`. Only the `top` designs that are best in the first respect are listed.
+        As in `optimal_designs`. Only the `top` designs that are best in the first quantity are listed.
 
     Returns
     -------
     Dataset
-        The designs in the form of `optimal_designs`, ordered by the first of `respects`. Each respect is a
-        variable, and `alike` is the number of further designs that are equal in all respects. The attribute
+        The designs in the form of `optimal_designs`, ordered by the first quantity. The Dataset has a variable for
+        each quantity, and `alike`, the number of further designs with the same values of all quantities. The attribute
         `as_good` counts the other designs that may belong to the front, because the errors do not exclude it.
         The attribute `confidence` is the confidence of each limit. Both attributes are left out if the study
         stores no errors of amplitudes.
@@ -140,7 +141,7 @@ def _read(cube: "xr.Dataset", respects: Sequence[str]) -> tuple[list[str], np.nd
 def _compared(
     cube: "xr.Dataset", columns: Sequence[str], signs: np.ndarray, found: Mapping[str, np.ndarray]
 ) -> np.ndarray:
-    """Return the compared values as an array (design, respect). Smaller is better in every column."""
+    """Return the compared values as an array (design, quantity). Smaller is better in every column."""
     values = [cube[name].values[found[name]] if name in cube.dims else found[name] for name in columns]
     return np.asarray(np.stack(values, axis=1) * signs)
 
@@ -183,7 +184,7 @@ def _unsurpassed(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.ndarray]:
-    """Keep the designs that no other design beats, ordered by the first respect. Of equal designs, keep the first."""
+    """Keep the designs that no other design beats, ordered by the first quantity. Of equal designs, keep the first."""
     order = np.lexsort(compared.T[::-1])
     found, rest = {name: array[order] for name, array in found.items()}, compared[order]
     places = np.arange(order.size)

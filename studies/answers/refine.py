@@ -163,7 +163,7 @@ def _with_friction(
 ) -> Refinement:
     """Add the note of `friction_note` to a known optimum.
 
-    If there is no note yet, add the study that the note requires.
+    If the results with friction are not computed yet, add the study that computes them instead.
     """
     note = friction_note((rubbing,), cubes, judging, answer.found["value"])
     if note is None:
@@ -253,13 +253,13 @@ def refine_boundary(
     ----------
     study, cubes
         As in `refine_optimum`.
-    tolerance : float
-        Largest step between the two values of `along` at the change.
     along : str
         The dimension along which the class changes.
     at : mapping of float
-        The values along the other dimensions, as in `selection.choose`. A value of `along` selects the change nearest
-        to that value; without such a value, the first change is located.
+        The values along the other dimensions, as in `selection.choose`. If `at` also has the key `along`, the
+        change nearest to its value is located, otherwise the first change.
+    tolerance : float
+        The change is located if it lies between two neighbouring values that differ by at most `tolerance`.
 
     Raises
     ------

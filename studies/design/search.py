@@ -1,8 +1,8 @@
-"""The search: scipy's optimisers request dampers, and each damper is examined only as closely as necessary.
+"""The search: scipy's optimisers request dampers, and each damper is computed only as accurately as necessary.
 
 First, dampers all over the ranges are computed coarsely. Simplices then start from the best of these dampers,
-and go downhill on values that are known closely. Finally, a damper is also computed closely if its coarse
-value does not show whether it is better than the best.
+and go downhill on accurate values. The coarse value of a damper is a lower bound of its accurate value. So
+finally, every damper with a coarse value below the value of the best damper is computed accurately, too.
 
 The search is a generator: it yields the points that it needs next, and continues when these points are in the book.
 The requests depend only on the specification and on the values in the book.
@@ -53,11 +53,12 @@ is computed further only if its worst case reaches this share of the largest wor
 always computed further, and so are all builds if the rms is judged.
 """
 MARGIN = 0.05
-"""A damper is refined only if its `worth` exceeds the `worth` of the best damper by at most this margin."""
+"""A damper is refined only if its value (see `Search.value`) exceeds the best value by at most this margin."""
 LIKELY = 6
-"""Largest number of dampers examined closely in one step, before the simplices start and after they end."""
+"""Largest number of dampers computed accurately in a step before the simplices start or after they end."""
 WORST, EXCEEDING = 1e4, 1e3
-"""`worth` of a damper with an unbounded response, and smallest `worth` of a damper that exceeds a limit."""
+"""Value (see `Search.value`) of a damper with an unbounded response, and smallest value of a damper that exceeds
+a limit."""
 LEAST = 1e-300
 
 
@@ -85,7 +86,8 @@ class Search:
     glances: dict[Candidate, float] = field(default_factory=dict)
     """A lower bound of the value, for each candidate that was computed coarsely."""
     values: dict[Candidate, float] = field(default_factory=dict)
-    """The value of each candidate that was computed closely, or a lower bound if it is far from the best."""
+    """The value of each candidate that was selected for an accurate computation. For a candidate far from the
+    best, the computation was stopped early, and the value is only a lower bound."""
     robust: dict[Candidate, Score] = field(default_factory=dict)
     """The worst case within the tolerances, for each candidate that was near the best."""
 
@@ -180,7 +182,7 @@ class Search:
             self.book.ahead = self.space.build(*best_apart(self.glances, 1))
 
     def _descend(self, size: float) -> Asks:
-        """Go downhill with simplices of a size, from the best of the candidates that were examined closely."""
+        """Go downhill with simplices of the given size, from the best candidates in `values`."""
         starts = best_apart(self.values, self.effort.starts if size == SIZES[0] else 1)
         for candidates in descended(self.space, self.values, starts, size):
             self._tell_of(candidates)
@@ -239,7 +241,7 @@ class Search:
     def assured(self) -> Asks:
         """Refine the best candidate up to level `SURE`.
 
-        Other candidates that may then be better are computed closely. A new best candidate is refined too.
+        Other candidates that may then be better are computed accurately. A new best candidate is refined too.
         """
         self._tell("the best damper at more frequencies")
         refined: set[Candidate] = set()

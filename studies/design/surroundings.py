@@ -64,7 +64,7 @@ class Surroundings:
 
     @property
     def _has_mass(self) -> bool:
-        """Whether the damper has a particle or, if the mass is free, may have one."""
+        """Whether the damper has a particle, or the specification allows more than one mass of the particle."""
         return self.build.particle_mass_kg > 0.0 or self.search.asked.choices["particle_mass_kg"].free
 
     def _alternative(self, name: str) -> Part:

@@ -45,7 +45,7 @@ OF_SCENE: dict[str, Quantity] = {
         MASS, NATURAL_FREQUENCY, STIFFNESS, DAMPING_RATIO, DAMPING, *BASE.values(), FREQUENCY_RATIO,
     )
 } | {"frequency_hz": EXCITATION_FREQUENCY}  # fmt: skip
-"""Quantity of each key of structure and excitation."""
+"""For each key of `structure` and `excitation` in a specification, the physical quantity that the key gives."""
 LIMIT_WORDS = {
     each.name: each.words + ("" if each.under_record else ", over bands") for each in LIMITS.values()
 } | {

@@ -37,7 +37,7 @@ JUDGES = {
     "worst": f"the largest response from {STARTS} starts",
     "likely": f"the response that most of {STARTS} starts lead to",
 }
-"""Options for the response that is evaluated over a band if several responses exist."""
+"""Rules for excitations over a band: which response counts if a damper has several responses."""
 OF_STRUCTURE = ("mass_kg", "natural_frequency_hz", "damping_ratio")
 """Quantities of the structure that may have tolerances, which are stored as relative tolerances."""
 OF_DAMPER = (*CHOSEN, *MADE_BY.values())
@@ -245,7 +245,7 @@ class Specification:
     measure : Measure
         The measure to minimise.
     judge : str
-        The response that is evaluated over a band if several responses exist, one of `JUDGES`.
+        Rule for excitations over a band, one of `JUDGES`: which response counts if a damper has several responses.
     confidence : float
         Confidence level of errors and intervals.
     budget_points : int or None

@@ -113,7 +113,7 @@ class Record:
     points_reused : int
         Number of points reused from earlier studies.
     revision : int
-        Number that increases whenever blocks are done or invalidated. Between two changes, the cube stays the same.
+        Number that increases whenever blocks are done or invalidated. An unchanged number means an unchanged cube.
     reuse : bool
         Whether points may be taken from earlier studies.
     shape : tuple of int

@@ -98,7 +98,7 @@ def draw_diagrams(
 
 
 def measure_method(method: Method, scene: Scene) -> Curve:
-    """Measure a method on a scene with each value of its setting."""
+    """Measure a method on a scene, with each value of the method's setting."""
     truth = np.array(references()[scene.name].state)
     scale = float(np.abs(truth).max())
     points = []

@@ -89,7 +89,7 @@ def record_base(
 
 
 def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s: float) -> Ready:
-    """Prepare data that depend on the structure, the record, the sign of the factor and the tail."""
+    """Prepare the data that depend only on the structure, the record, the tail and the sign of `factor`."""
     base = record_base(structure, motion, factor, tail_s)
     return Ready(base, make_linear_motion(base, 1.0, None))
 
@@ -118,7 +118,8 @@ def ground_response(
     start : Perturbation, optional
         Initial state, by default at rest.
     ready : Ready, optional
-        Result of `made_ready` for this structure, record, sign of the factor and tail, which many runs may share.
+        Result of `made_ready` for the same structure, record and tail, and for a factor of the same sign. Many runs
+        can share one result.
 
     Returns
     -------

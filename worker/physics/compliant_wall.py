@@ -17,7 +17,7 @@ _BISECTIONS = 200
 
 @kernel
 def reduced_mass(mass_ratio: float) -> float:
-    """Reduced mass of particle and primary mass, over M: β/(1 + β)."""
+    """Reduced mass of particle and primary mass, divided by M: β/(1 + β)."""
     return mass_ratio / (1.0 + mass_ratio)
 
 
@@ -67,7 +67,7 @@ def calibrate(restitution: float, contact_time: float) -> tuple[float, float]:
 
 @kernel
 def wall_constants(restitution: float, contact_time: float, mass_ratio: float) -> tuple[float, float]:
-    """Return stiffness K over k and damping C over k/ω_n of a wall with a given e and contact time."""
+    """Return stiffness K/k and damping C ω_n/k of a wall with a given e and contact time."""
     rate, damping = calibrate(restitution, contact_time)
     mass = reduced_mass(mass_ratio)
     return mass * rate * rate, 2.0 * mass * damping * rate
@@ -75,7 +75,7 @@ def wall_constants(restitution: float, contact_time: float, mass_ratio: float) -
 
 @kernel
 def contact_time_of_stiffness(restitution: float, stiffness: float, mass_ratio: float) -> float:
-    """Return the contact time [1/ω_n] of a wall with a given e and stiffness over k; inf for a stiffness of 0."""
+    """Return the contact time [1/ω_n] of a wall with a given e and stiffness K/k; inf for a stiffness of 0."""
     if stiffness <= 0.0:
         return inf
     unit, _ = calibrate(restitution, 1.0)
@@ -85,7 +85,7 @@ def contact_time_of_stiffness(restitution: float, stiffness: float, mass_ratio: 
 
 @kernel
 def wall_force(stiffness: float, damping: float, depth: float, depth_rate: float) -> float:
-    """Force of the wall on a particle at penetration `depth`, over k Z; the wall never pulls."""
+    """Force of the wall on a particle at penetration `depth`, divided by k Z. The wall never pulls."""
     if depth <= 0.0:
         return 0.0
     return max(stiffness * depth + damping * depth_rate, 0.0)
@@ -93,5 +93,5 @@ def wall_force(stiffness: float, damping: float, depth: float, depth_rate: float
 
 @kernel
 def spring_energy(stiffness: float, depth: float) -> float:
-    """Energy of the wall's spring over k Z²; 0 for a particle outside the wall."""
+    """Energy of the wall's spring, divided by k Z²; 0 for a particle outside the wall."""
     return 0.5 * stiffness * max(depth, 0.0) ** 2

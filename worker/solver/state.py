@@ -39,7 +39,7 @@ class Slide(NamedTuple):
 
 
 class State(NamedTuple):
-    """State at one instant, in the mirrored half-cycle frame of `integrate.py`; lengths over Z, time over 1/ω_n.
+    """State at one instant, in the mirrored half-cycle frame of `integrate.py`; lengths are divided by Z, and times by 1/ω_n.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class State(NamedTuple):
 def advanced(
     state: State, v: float, w: float, gap: float, p_rate: float, dwell: Dwell | None, gap_order: int
 ) -> State:
-    """Return a later state in the same regime, in which the orders of w and of u' − p' are reset to 0."""
+    """Return a later state in the same regime, in which `slip_order` and `slide.order` are reset to 0."""
     slide = slide_on(state.slide)
     return state._replace(
         v=v, w=w, gap=gap, p_rate=p_rate, slip_order=0, gap_order=gap_order, dwell=dwell, slide=slide
@@ -93,7 +93,7 @@ def advanced(
 
 @inlined
 def slide_on(slide: Slide | None) -> Slide | None:
-    """Return the slide with its order reset to 0."""
+    """Return `slide` with the field `order` reset to 0; None if `slide` is None."""
     if slide is None:
         return None
     return slide._replace(order=0)

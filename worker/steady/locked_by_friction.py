@@ -76,15 +76,15 @@ def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) ->
     """Return the limit of a one-sided creep on a shaken base, for a particle with friction (compare `creep_limit`).
 
     A sliding or carried particle adds at most β min(κ, r²) to the largest inertial force. So friction holds the mass
-    permanently up to the edge |v| = γ_F − r² − β min(κ, r²). One cycle is integrated with the mass at this edge, to
-    test whether the motion of the particle repeats.
+    permanently in the locked range |v| ≤ γ_F − r² − β min(κ, r²). One cycle is integrated with the mass at the edge
+    of this range, to test whether the motion of the particle repeats.
 
     Returns
     -------
     limit : State
-        State with the mass at the edge, and the present motion of the particle.
+        State with the mass at the edge of the locked range, and with the present motion of the particle.
     apart : float
-        Distance between this state and the state one cycle later; infinite if no such limit exists.
+        Distance between `limit` and the state one cycle later; infinite if the creep has no such limit.
     """
     particle = scene.particle
     if particle is not None and particle.friction is not None and particle.gravity is None:

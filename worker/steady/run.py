@@ -151,14 +151,14 @@ def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
 def advance(
     state: State, half: int, halves: int, row: int, scene: Scene, notes: Notes
 ) -> tuple[State, int, int]:
-    """Integrate half cycles, and record for each the section point and, while metering, a row of the trace.
+    """Integrate half cycles. After each half cycle, record a section point and, if `row` ≥ 0, a trace row.
 
     Parameters
     ----------
     half, halves : int
-        Number of half cycles until `state`, and to integrate.
+        Number of half cycles from the start of the run to `state`, and number of half cycles to integrate.
     row : int
-        Last written row of the trace; −1 if the half cycles are not metered.
+        Last written row of the trace; −1 to write no rows, as during the burn-in.
 
     Returns
     -------

@@ -86,7 +86,7 @@ def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
 
 
 def asked_for(purpose: str) -> ColumnElement[bool]:
-    """Return the condition for studies that were submitted for this purpose, a design or a refinement."""
+    """Return the SQL condition that selects studies submitted for `purpose`, one of `DESIGNS` and `REFINES`."""
     # test for null, because `NOT purpose = …` is null in SQL, and not true, for a study that a user submitted
     return and_(studies.c.purpose.is_not(None), studies.c.purpose == purpose)
 

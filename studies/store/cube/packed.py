@@ -9,9 +9,10 @@ with a checksum.
 
 Every byte has a checksum. The header names the study, so that a lost catalogue can be rebuilt.
 
-Every attempt to compute a block writes a new file, whose name contains the generation of the attempt. The done-mark of
-the block names the generation that readers use. No file is ever overwritten, so a reader never mixes two attempts. If
-the named file is lost or damaged, reading raises an error and never returns a fill value.
+Every attempt to compute a block has a unique name, the generation, and writes a new file with the generation in the
+file name. For each complete block, the catalogue stores one generation, and readers read only the file of this
+generation. No file is ever overwritten, so a reader never mixes two attempts. If the file is lost or damaged, reading
+raises an error and never returns a fill value.
 """
 
 import json

@@ -1,8 +1,8 @@
 """Keys of the chunks that clients request: single blocks, or joined blocks of a complete cube.
 
-Without joined chunks, a client would request hundreds of blocks to read a plane of a large cube. Only joined
-chunks have keys in Zarr's encoding `v2`, so a reader that opened the cube before it was complete still gets
-single blocks.
+Without joined chunks, a client would request hundreds of blocks to read a plane of a large cube. A reader that
+opened the cube before it was complete continues to request single blocks. The two kinds of request differ in
+their keys: joined chunks have keys in Zarr's encoding `v2`, and single blocks have keys in the default encoding.
 """
 
 import json

@@ -16,7 +16,9 @@ LITTLE = 0.05
 is tested along the principal direction.
 """
 FLATTEST, STEEPEST = 0.25, 4.0
-"""Bounds on the rise of chi-square relative to a linear response, outside which the response is unpredictable."""
+"""Smallest and largest allowed rise of chi-square, divided by the rise for a linear response. Outside these
+bounds, the response changes too abruptly for a prediction.
+"""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,10 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
 
 
 def _rises(trials: Trials, place: Place, rows: int, spread: Spread, away: Matrix) -> Iterator[float]:
-    """Yield the rise of chi-square relative to a linear response, on each side where the ranges allow a rise."""
+    """Yield the rise of chi-square, divided by the rise for a linear response, for both sides of the centre.
+
+    A side is omitted if the ranges of the parameters end too close to the centre.
+    """
     variance = trials.variance(place.squares, rows)
     for side in (-REACH, REACH):
         inside = np.clip(place.shares + side * away, 0.0, 1.0)

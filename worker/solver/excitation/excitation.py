@@ -48,14 +48,14 @@ class Phase(NamedTuple):
 
 @inlined
 def phase_of_sine(base: Sine, sine: float, cosine: float) -> Phase:
-    """Phase of a harmonic excitation with given sine and cosine."""
+    """Harmonic excitation at the instant with the given sine and cosine of the phase angle."""
     position, rate, most = base.displacement * sine, base.velocity * cosine, base.acceleration
     return Phase(sine, cosine, position, rate, most * sine, base.force * sine, most)
 
 
 @inlined
 def phase_at(base: Excitation, k: int) -> Phase:
-    """Phase at the start of panel k."""
+    """Excitation at the start of panel k."""
     if isinstance(base, RecordBase):
         return _phase_of_record(
             base.acceleration[k], base.jerk[k], base.position[k], base.rate[k], base.most[k]
@@ -65,7 +65,7 @@ def phase_at(base: Excitation, k: int) -> Phase:
 
 @inlined
 def phase_until(base: Excitation, k: int) -> Phase:
-    """Phase at the end of panel k: the limit from within the panel, because s'' of a record may jump at its end."""
+    """Excitation at the end of panel k. If s'' of a record jumps there, the limit from within the panel is used."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k] + base.jerk[k] * base.window
         return _phase_of_record(
@@ -76,7 +76,7 @@ def phase_until(base: Excitation, k: int) -> Phase:
 
 @inlined
 def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) -> Phase:
-    """Phase at a time t after `phase` in the same panel, from the polynomial of `expand_excitation`."""
+    """Excitation at a time t after `phase` in the same panel, from the polynomial of `expand_excitation`."""
     at, rate = value(excitation, t), slope(excitation, t)
     if isinstance(base, RecordBase):
         return _phase_of_record(phase.first + phase.second * t, phase.second, at, rate, phase.most)
@@ -194,7 +194,7 @@ def forcing_derivative_bound(base: Excitation, phase: Phase, order: int, inertia
 
 @inlined
 def force_to_hold(phase: Phase, v: float, inertia: float) -> float:
-    """Friction force required to hold the mass on the base, over k Z."""
+    """Friction force required to hold the mass on the base, divided by k Z."""
     return hold_force(v - phase.force, phase.inertia_force, inertia)
 
 

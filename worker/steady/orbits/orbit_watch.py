@@ -109,5 +109,5 @@ def look_farther(
 
 @kernel
 def _halves_to_spare(half: int, burn_in: int) -> float:
-    """Largest number of half cycles that all searches together may use until half cycle `half` of the run."""
+    """Upper limit on the half cycles spent in all searches together when the run has reached `half`."""
     return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)

@@ -1,4 +1,7 @@
-"""Recurrence of a run: distances between section points, which are states at the start of half cycles."""
+"""Recurrence of a run: distances between section points, which are states at the start of half cycles.
+
+A relative recurrence is such a distance, divided by the size of the section point (`extent`).
+"""
 
 from math import inf, sqrt
 
@@ -20,7 +23,7 @@ SAME = 1e-6
 """Largest relative recurrence at which a divisor of a settled period replaces the period."""
 
 # The following values are chosen, not derived.
-_ROUNDING = 1e-13  # Relative recurrence up to which a response counts as settled.
+_ROUNDING = 1e-13  # A response with at most this relative recurrence counts as settled.
 _NEAR = 0.05  # Relative recurrence below which Newton's method is tried.
 # The period nT replaces T if the recurrence with nT is below `_FAR_BETTER`/n times the recurrence with T.
 _FAR_BETTER = 0.4
