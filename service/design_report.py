@@ -277,11 +277,11 @@ def _drawing(title: str, lines: list[Line]) -> Iterable[str]:
 
 def _dampers(found: Found, called: str) -> Iterable[tuple[str, ...]]:
     asked = found.asked
-    for name, build, judged in (
-        (called, found.build, found.compared),
-        *((ALONE[name], other.build, other.score) for name, other in found.others.items()),
-    ):
-        yield _damper(found, name, build, response(asked, judged.value) + _exceeding(judged.violation > 0.0))
+    exceeds = found.compared.violation > 0.0
+    yield _damper(found, called, found.build, response(asked, found.largest) + _exceeding(exceeds))
+    for name, other in found.others.items():
+        value = response(asked, other.score.value) + _exceeding(other.score.violation > 0.0)
+        yield _damper(found, ALONE[name], other.build, value)
     if found.absorber is not None:
         mass = quantity(asked, "particle_mass_kg", found.build.particle_mass_kg)
         value = response(asked, found.absorber.value) + _exceeding(bool(found.absorber.exceeded))

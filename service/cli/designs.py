@@ -7,7 +7,7 @@ import typer
 from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, print_json, print_table
 from damperlab.service.cli.spelled import in_options
-from damperlab.service.cli.store import label, settings_of
+from damperlab.service.cli.store import data_folder, folder_option, label, settings_of
 
 designs = typer.Typer(help="List, rename, delete and restore designs.", no_args_is_help=True)
 
@@ -72,7 +72,8 @@ def delete(
     if not (yes or trash):
         typer.confirm(f"Delete design {label(kept)} for good?", abort=True, err=True)
     shelf.delete(kept, trash)
-    restore = f"in the trash. Restore it with: damperlab designs undelete {kept.id}"
+    option = folder_option(data_folder(data_dir))
+    restore = f"in the trash. Restore it with: damperlab designs undelete {kept.id}{option}"
     note(f"Design {label(kept)} is {restore if trash else 'deleted.'}")
 
 

@@ -135,8 +135,9 @@ def records(
     if as_json:
         print_json(summary)
         return
+    known = "Stored" if new else f"Already stored with the name {shelf.get(record_id)[1].name}"
     say(
-        f"{'Stored' if new else 'Already stored'}: {record_id}, {summary['samples']} samples at {motion.step_s:g} s, "
+        f"{known}: {record_id}, {summary['samples']} samples at {motion.step_s:g} s, "
         f"peak {summary['peak_acceleration_g']:.3g} g."
     )
     if doubt := doubt_of(summary["peak_displacement_m"]):

@@ -9,7 +9,7 @@ from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_alone, check_name
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.spelled import in_options
-from damperlab.service.cli.store import find_study, label, open_store
+from damperlab.service.cli.store import data_folder, find_study, folder_option, label, open_store
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
@@ -223,7 +223,8 @@ def delete(
     record = find_study(store, study)
     if trash:
         store.delete(record.id, 86_400.0 * TRASH_DAYS)
-        note(f"Study {label(record)} is in the trash. Restore it with: damperlab undelete {record.id}")
+        restore = f"damperlab undelete {record.id}{folder_option(data_folder(data_dir))}"
+        note(f"Study {label(record)} is in the trash. Restore it with: {restore}")
         return
     if yes and study == record.name and store.namesakes(record):
         message = (
@@ -243,12 +244,16 @@ def delete(
 
 def undelete(
     study: Annotated[
-        str, typer.Argument(metavar="STUDY", help="Id of a deleted study, from `damperlab studies --trash`.")
+        str,
+        typer.Argument(
+            metavar="STUDY", help="Id or name of a deleted study, from `damperlab studies --trash`."
+        ),
     ],
     data_dir: DataDir = None,
 ) -> None:
     """Restore a study from the trash."""
-    record = open_store(data_dir).undelete(study)
+    store = open_store(data_dir)
+    record = store.undelete(store.trashed(study).id)
     note(f"Study {label(record)} is restored.")
 
 

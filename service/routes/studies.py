@@ -371,7 +371,8 @@ def undelete(
     service: TheService, caller: TheCaller, study_id: Annotated[str, Path(description="A study's whole id.")]
 ) -> Document:
     """Restore a study that was deleted with `trash`, with all its results."""
-    require_own(caller, service.store.trashed(study_id))
-    record = service.store.undelete(study_id)
+    trashed = service.store.trashed(study_id)
+    require_own(caller, trashed)
+    record = service.store.undelete(trashed.id)
     service.dispatcher.wake()
     return Document(record.document())

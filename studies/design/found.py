@@ -90,6 +90,11 @@ class Found:
         }
         return {name: each for name, each in self.alternatives.items() if not lacks[name]}
 
+    @property
+    def largest(self) -> float:
+        """The largest computed worst case of the damper."""
+        return max(self.compared.value, self.stated.value)
+
     def otherwise(self, limit: str) -> str:
         """Return a change of the specification, in words, that may help to keep a limit without relaxing the limit."""
         if self.nominal.reached[limit] <= self.asked.limits[limit]:

@@ -186,9 +186,11 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
 
 def _locked(found: Found, build: Build, reach: str) -> str:
     force = quantity(found.asked, "friction_force_n", build.friction_force_n, 3)
+    judged = found.asked.measure.judged
     if all(each.motion.force for each in found.asked.excitations) and not found.asked.cases:
         return f"A friction force of {force} withstands the force at every frequency: the structure does not move."
-    return f"A friction force of {force} clamps the structure to its base: it moves with the base, {reach}; nothing is damped."
+    clamps = f"A friction force of {force} clamps the structure to its base: nothing is damped."
+    return f"{clamps} The {judged} stays within {reach}, with the offset at which it sticks."
 
 
 def _notes(found: Found, damper: Damper) -> Iterator[Note]:
@@ -464,7 +466,7 @@ def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[st
         )
         yield (
             called_of(found, damper),
-            _value(asked, max(found.compared.value, found.stated.value)),
+            _value(asked, found.largest),
             what + at_end + _exceeds(found.compared),
         )
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from sqlalchemy import Connection, Row, delete, func, select
+from sqlalchemy import Connection, Row, delete, func, or_, select
 
 from damperlab.studies.store.catalogue.rows import (
     alive_row,
@@ -56,10 +56,19 @@ class Deletion(Cubes):
         with suppress(OSError):
             put_tombstone(self.cube_shelf(study_id, row.number), until)
 
-    def trashed(self, study_id: str) -> Record:
-        """Return the record of a deleted study that can be restored; raise `StudyNotFound` if no such study exists."""
+    def trashed(self, ref: str) -> Record:
+        """Return the record of the last deleted study with this id or name that can be restored.
+
+        Raises
+        ------
+        StudyNotFound
+            If no such study is in the trash.
+        """
+        named = or_(studies.c.id == ref, studies.c.name == ref)
         with self.catalogue.reading() as connection:
-            return record_of(_trashed_row(connection, study_id))
+            query = select(studies.c.id).where(named, in_trash()).order_by(studies.c.deleted.desc()).limit(1)
+            study_id = connection.execute(query).scalar()
+            return record_of(_trashed_row(connection, ref if study_id is None else study_id))
 
     def undelete(self, study_id: str) -> Record:
         """Restore a deleted study from the trash.

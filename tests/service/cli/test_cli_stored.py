@@ -148,7 +148,7 @@ def test_delete_asks_first_and_the_trash_gives_back(tmp_path: Path) -> None:
     run("delete", "other", "--trash", *data)
     assert listed("studies") == []
     (study_id,) = listed("studies", "--trash")
-    run("undelete", study_id, *data)
+    run("undelete", "other", *data)
     assert (listed("studies"), listed("studies", "--trash")) == ([study_id], [])
     run("delete", "other", "--yes", *data)
     run("show", "other", *data, status=2)
