@@ -20,7 +20,7 @@ from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.reuse.reuse import done_of_family
+from damperlab.studies.store.reuse import done_of_family
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.cores import core_count

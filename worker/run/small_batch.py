@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.record import BlockOutcome, Record
-from damperlab.studies.store.reuse.reuse import Boxes, Overlaps
+from damperlab.studies.store.reuse import Boxes, Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.cores import core_count
 from damperlab.worker.dispatch.cost_model import seconds_per_point

@@ -44,7 +44,7 @@ from damperlab.studies.store.cube.packed import BLOCKS, parse_block_key, read_he
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
-from damperlab.studies.store.life_cycle.entering import NewStudy
+from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.life_cycle.manifest import NOT_KEPT, lost_end, read_marks, read_tombstone
 from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import BlockOutcome
@@ -255,7 +255,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             return
         if row is None:
             chunk = next(iter(described.arrays.values())).chunks
-            entry = NewStudy(study, chunk, provenance, described.reuse, int(version or 1))
+            entry = Submission(study, chunk, provenance, described.reuse, version=int(version or 1))
             created = datetime.fromisoformat(str(described.attributes["created"])).timestamp()
             values = {**entry.columns(), "number": number, "id": study_id, "created": created}
             values |= {

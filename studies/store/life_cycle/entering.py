@@ -40,8 +40,8 @@ _Answer = TypeVar("_Answer")
 
 
 @dataclass(frozen=True)
-class NewStudy:
-    """A study that is about to be entered into the catalogue.
+class Submission:
+    """A submitted study with its options.
 
     Parameters
     ----------
@@ -50,21 +50,22 @@ class NewStudy:
     chunk : tuple of int
         Extent of a block along each dimension.
     provenance : dict of str
-        Provenance of the study.
+        Provenance, from `damperlab.studies.store.provenance.provenance`.
     reuse : bool
         Whether the study may reuse points of earlier studies.
-    version : int
-        Version of the study; see `Record`.
-    priority : int
-        Priority of the study; see `Record`.
+    key : str, optional
+        Idempotency key: a name chosen by the caller, which cannot be used for another definition.
+    priority, version : int
+        Priority and version of the study; see `Record`. The priority of an existing study is not changed.
     """
 
     study: AnyStudy
     chunk: tuple[int, ...]
     provenance: dict[str, str]
-    reuse: bool
-    version: int = 1
+    reuse: bool = True
+    key: str | None = None
     priority: int = 0
+    version: int = 1
 
     @property
     def id(self) -> str:
@@ -105,7 +106,7 @@ class Entering(Cubes):
 
     def enter(
         self,
-        decide: Callable[[Connection], tuple[list[NewStudy], Callable[[list[Record]], _Answer]]],
+        decide: Callable[[Connection], tuple[list[Submission], Callable[[list[Record]], _Answer]]],
         what: str,
     ) -> _Answer:
         """Enter studies in three steps: reserve numbers, create the cubes, and write the rows.
@@ -153,7 +154,7 @@ class Entering(Cubes):
             self._discard([each for study_id, each in made.items() if study_id not in entered])
         return answered
 
-    def _reserve(self, connection: Connection, entries: Sequence[NewStudy]) -> list["_Made"]:
+    def _reserve(self, connection: Connection, entries: Sequence[Submission]) -> list["_Made"]:
         """Reserve new numbers by inserting rows that have no id and are marked as deleted."""
         now = time.time()
         new = insert(studies).returning(studies.c.number, sort_by_parameter_order=True)
@@ -270,7 +271,7 @@ class Entering(Cubes):
 class _Made:
     """A new cube whose study has not been entered yet."""
 
-    entry: NewStudy
+    entry: Submission
     number: int
     created: float
 
@@ -297,7 +298,7 @@ def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int
     return found
 
 
-def _is_made(entry: NewStudy, made: dict[str, _Made], reserved: set[int]) -> bool:
+def _is_made(entry: Submission, made: dict[str, _Made], reserved: set[int]) -> bool:
     known = made.get(entry.id)
     # the cube must have been created for this very submission, and its number must still be reserved
     return known is not None and known.entry.study is entry.study and known.number in reserved
