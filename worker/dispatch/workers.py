@@ -203,12 +203,9 @@ class Workers(Standings):
             if other is not None and attempt.index in other.against.blamed:
                 self._confirm(other, attempt.index)
 
-    def give_back(self, key: str, apart: bool = False) -> None:
-        """Take back a block that has no result. This does not count as a failure of the block.
-
-        If `apart` is true, a separate process computes the block from now on.
-        """
-        self._again.append(self._take(key).begun(apart))
+    def give_back(self, key: str) -> None:
+        """Take back a block that has no result. This does not count as a failure of the block."""
+        self._again.append(self._take(key).begun())
 
     def failed(self, key: str, error: BaseException, now: float) -> Failure | None:
         """Decide how to continue after the task of a block has raised an exception.

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 from damperlab.studies.store.care.sweep import sweep
 from damperlab.studies.store.cube.packed import write_region
-from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.worker.outcomes import Failure, Interrupted, Outage, is_full
+from damperlab.worker.outcomes import Failure, unusable_data
 from damperlab.worker.worker_process.tasks import failed_values
 
 if TYPE_CHECKING:
@@ -54,8 +53,7 @@ class Results:
         try:
             return self._give_up(end)
         except OSError as error:
-            kind = Outage if isinstance(error, ShelfAway) or is_full(error) else Interrupted
-            raise kind(f"the study's data cannot be written ({error})") from error
+            raise unusable_data(error, "written") from error
 
     def _mark(self, outcomes: list[BlockOutcome]) -> None:
         if not outcomes or self._lease.lost.is_set():

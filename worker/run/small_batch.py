@@ -136,7 +136,7 @@ def _attempted(task: tuple[Any, ...]) -> BlockOutcome | None:
 
 def _ready(client: "Client", records: Sequence[Record]) -> bool:
     """Return whether every worker has all kernels that the studies need."""
-    from damperlab.worker.dispatch.preparation import all_ready
+    from damperlab.worker.run.on_cluster import all_ready
 
     wanted = (scenes(parse_stored(record.definition, record.digest)) for record in records)
     return all_ready(client, sorted({scene for some in wanted for scene in some}))

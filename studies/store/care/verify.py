@@ -30,7 +30,7 @@ from damperlab.studies.store.catalogue.rowsum import damaged_row, is_sound
 from damperlab.studies.store.catalogue.tables import SUMMED, access_keys, done_blocks, studies
 from damperlab.studies.store.cube.definition import DefinitionDamaged, lost_attachments, parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube, first_pieces
-from damperlab.studies.store.cube.packed import block_key, whole_block
+from damperlab.studies.store.cube.packed import read_whole
 from damperlab.studies.store.faults import cannot_use, using
 from damperlab.studies.store.files.shelf import Shelf, ShelfAway
 from damperlab.studies.store.life_cycle.manifest import (
@@ -325,8 +325,7 @@ def _trouble(shelf: Shelf, described: Description, mark: Row[Any]) -> str | None
     if not 0 <= mark.block < math.prod(described.grid):
         return "the study has no such block"
     try:
-        content = shelf.get(block_key(mark.block, mark.generation))
-        header = whole_block(content, described.arrays, described.digest, mark.block, mark.generation)
+        header, _ = read_whole(shelf, described, mark.block, mark.generation)
     except FileNotFoundError:
         return "its file is lost"
     except (ShelfAway, PermissionError) as error:
