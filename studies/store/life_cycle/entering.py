@@ -199,7 +199,11 @@ class Entering(Cubes):
         for digests in pieces(each.entry.study.digest for each in several):
             query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(digests)).group_by(c.id)
             ever |= {row[0]: row[1] for row in connection.execute(query)}
-        rows = [_row(each, ever.get(each.entry.id, 0)) for each in several]
+        rows = []
+        for each in several:
+            revision = ever.get(each.entry.id, 0)
+            new = {"created": each.created, "deleted": None, "revision": revision, "taken_back": revision}
+            rows.append({"number": each.number, **each.entry.columns(), **new})
         names = rows[0].keys() - {"number"}
         change = update(studies).where(c.number == bindparam("of_number"))
         connection.execute(
@@ -302,11 +306,6 @@ def _is_made(entry: Submission, made: dict[str, _Made], reserved: set[int]) -> b
     known = made.get(entry.id)
     # the cube must have been created for this very submission, and its number must still be reserved
     return known is not None and known.entry.study is entry.study and known.number in reserved
-
-
-def _row(made: _Made, revision: int) -> dict[str, Any]:
-    new = {"created": made.created, "deleted": None, "revision": revision, "taken_back": revision}
-    return {"number": made.number, **made.entry.columns(), **new}
 
 
 def box_of(study: AnyStudy) -> list[list[Any]]:
