@@ -11,7 +11,7 @@ from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.catalogue.home import cube_name, disk_gone
 from damperlab.studies.store.catalogue.quota import Quota, Usage, usage_of
 from damperlab.studies.store.catalogue.rows import lost_marks, marks_of, study_row
-from damperlab.studies.store.cube.packed import Marks, block_key
+from damperlab.studies.store.cube.block_file import Marks, block_key
 from damperlab.studies.store.faults import RevisionGone, catalogue_damaged, using
 from damperlab.studies.store.files.shelf import Shelf
 

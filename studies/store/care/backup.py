@@ -25,9 +25,9 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, record_of, rows_of_marks
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
+from damperlab.studies.store.cube.block_file import BLOCKS, block_key, read_whole
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.cube.packed import BLOCKS, block_key, read_whole
 from damperlab.studies.store.faults import (
     BlockDamaged,
     CatalogueDamaged,

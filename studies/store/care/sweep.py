@@ -19,8 +19,8 @@ from damperlab.studies.store.catalogue.home import holds_results, parse_cube_nam
 from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, last_number, pieces, study_row
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.cube.block_file import Marks, block_key, parse_block_key
 from damperlab.studies.store.cube.description import DESCRIPTION, describe_cube
-from damperlab.studies.store.cube.packed import Marks, block_key, parse_block_key
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, using
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf

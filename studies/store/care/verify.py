@@ -28,9 +28,9 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import damaged_row, is_sound
 from damperlab.studies.store.catalogue.tables import SUMMED, access_keys, done_blocks, studies
+from damperlab.studies.store.cube.block_file import read_whole
 from damperlab.studies.store.cube.definition import DefinitionDamaged, lost_attachments, parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube, first_pieces
-from damperlab.studies.store.cube.packed import read_whole
 from damperlab.studies.store.faults import cannot_use, using
 from damperlab.studies.store.files.shelf import Shelf, ShelfAway
 from damperlab.studies.store.life_cycle.manifest import (

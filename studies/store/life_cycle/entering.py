@@ -28,8 +28,8 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import NEVER_ENTERED, RESERVED, pieces, record_of
 from damperlab.studies.store.catalogue.tables import events, studies
+from damperlab.studies.store.cube.block_file import BLOCKS
 from damperlab.studies.store.cube.description import block_grid, bytes_per_point, first_pieces
-from damperlab.studies.store.cube.packed import BLOCKS
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import StoreFault, cannot_use, using
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway

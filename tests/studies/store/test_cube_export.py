@@ -20,8 +20,8 @@ from zarr.storage import MemoryStore
 
 import damperlab.studies.store.export.export
 from damperlab.studies.conventions import of_variable
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.cube.description import describe_cube, plain_metadata
-from damperlab.studies.store.cube.packed import write_region
 from damperlab.studies.store.export.export import csv_lines, parquet_pieces, write_file
 from damperlab.studies.store.export.grouped import POINTS, group_of, grouped_chunks, grouped_metadata
 from damperlab.studies.store.export.slabs import rows, slabs
