@@ -157,14 +157,16 @@ class Entering(Cubes):
     def _reserve(self, connection: Connection, entries: Sequence[Submission]) -> list["_Made"]:
         """Reserve new numbers by inserting rows that have no id and are marked as deleted."""
         now = time.time()
+        texts = dict.fromkeys(("id", "digest", "name", "definition", "provenance"), "")
+        sizes = {"points_total": 0, "blocks_total": 0, "shape": "[]", "chunk": "[]"}
+        row = {**texts, **sizes, "state": "queued", "created": now, "deleted": now}
         new = insert(studies).returning(studies.c.number, sort_by_parameter_order=True)
-        numbers = connection.execute(new, [_reserved(now)] * len(entries)).scalars()
+        numbers = connection.execute(new, [row] * len(entries)).scalars()
         return [_Made(entry, number, now) for entry, number in zip(entries, numbers, strict=True)]
 
     def _make(self, fresh: Sequence["_Made"]) -> None:
-        cubes = {each.name: each.files() for each in fresh}
         with using(self.shelf.address):
-            self.shelf.make(cubes, (BLOCKS,))
+            self.shelf.make({each.name: each.files() for each in fresh}, (BLOCKS,))
 
     def _discard(self, several: Sequence["_Made"]) -> None:
         """Remove cubes whose studies were not entered, and withdraw the reserved numbers."""
@@ -255,17 +257,13 @@ class Entering(Cubes):
         """Raise `StoreFault` if an earlier submission found a cube whose results this catalogue lacks."""
         with self.catalogue.reading() as connection:
             name = fact(connection, UNKNOWN_RESULTS)
-            parsed = parse_cube_name(name or "")
-            ours = (
-                parsed
-                and connection.execute(
-                    select(studies.c.id).where(studies.c.number == parsed[1], studies.c.id == parsed[0])
-                ).first()
-            )
-        if name is None:
-            return
+            if name is None:
+                return
+            study_id, number = parse_cube_name(name) or ("", 0)
+            ours = select(studies.c.number).where(studies.c.number == number, studies.c.id == study_id)
+            known = connection.execute(ours).first() is not None
         shelf = self.shelf.at(name)
-        if not ours and holds_results(shelf):
+        if not known and holds_results(shelf):
             raise older_copy(shelf.address, self.catalogue.name)
         with self.catalogue.writing() as connection:
             forget(connection, UNKNOWN_RESULTS)
@@ -315,9 +313,3 @@ def box_of(study: AnyStudy) -> list[list[Any]]:
         for values in study.coordinates.values()
         if values.dtype.kind == "f"
     ]
-
-
-def _reserved(now: float) -> dict[str, Any]:
-    texts = dict.fromkeys(("id", "digest", "name", "definition", "provenance"), "")
-    sizes = dict.fromkeys(("points_total", "blocks_total"), 0)
-    return {**texts, **sizes, "state": "queued", "shape": "[]", "chunk": "[]", "created": now, "deleted": now}
