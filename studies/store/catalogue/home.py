@@ -56,11 +56,12 @@ def require_catalogue(data_dir: Path) -> None:
     """
     cubes, catalogue = data_dir / CUBES, data_dir / SQLITE_FILE
     try:
+        if catalogue.exists():
+            return
         marked = any((place / MARKER).exists() for place in (data_dir, cubes))
         holds = _holds_cubes(Folder(cubes).shelves())
-        owned = not catalogue.exists() and (marked or holds)
         # look for the catalogue again: another process may just have created both catalogue and owner marker
-        if not owned or catalogue.exists():
+        if not (marked or holds) or catalogue.exists():
             return
     except OSError:
         return  # opening the catalogue will fail with a better message
@@ -72,12 +73,16 @@ def require_catalogue(data_dir: Path) -> None:
             f"set DAMPERLAB_CATALOGUE to the address of the PostgreSQL database; if the database is lost, {_REBUILD}",
             f"The data folder {data_dir} belongs to a catalogue that is not in it.",
         )
-    raise StoreFault(
+    raise _without_catalogue(str(cubes), f"{catalogue} is missing")
+
+
+def _without_catalogue(cubes: str, why: str) -> StoreFault:
+    return StoreFault(
         "data_dir",
-        f"cubes in {cubes} without their catalogue",
-        f"the catalogue that the cubes belong to, {data_dir / SQLITE_FILE} or a PostgreSQL database",
+        f"cubes in {cubes} without their catalogue: {why}",
+        "the catalogue that the cubes belong to",
         f"{_NAME_IT}; if it is lost, {_REBUILD}",
-        f"There are cubes in {cubes} without their catalogue, which is {data_dir / SQLITE_FILE} or a PostgreSQL database.",
+        f"There are cubes in {cubes} without their catalogue: {why}.",
     )
 
 
@@ -232,13 +237,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
 def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: bool, marked: bool) -> None:
     """Raise `StoreFault` if a folder without an owner marker cannot belong to this catalogue."""
     if holds and not used and not marked:
-        raise StoreFault(
-            "data_dir",
-            f"cubes in {folder.address}, and {catalogue.name}, which has no study",
-            "the catalogue that the cubes belong to",
-            f"{_NAME_IT}; if it is lost, {_REBUILD}",
-            f"There are cubes in {folder.address}, but {catalogue.name} has no study.",
-        )
+        raise _without_catalogue(folder.address, f"{catalogue.name} has no study")
     if marked and used and not holds:
         raise no_cubes(catalogue, folder)
     if marked and not catalogue.is_file:
