@@ -191,7 +191,10 @@ def require_identity(expected: str) -> None:
 
 
 def other_bits(facts: Mapping[str, str], expected: str) -> str:
-    """Return the predicate of a sentence on a worker whose solver `facts` lacks the identity `expected` of a study."""
+    """Return the predicate of the sentence on a worker that does not have the identity `expected` of a study.
+
+    `facts` is the result of `computing` at the worker.
+    """
     return (
         f"would not give the same bits as the study's other blocks: it has {_words(facts)}, "
         f"identity {facts['identity']}, but the study has {expected}"

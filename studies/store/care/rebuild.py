@@ -319,7 +319,7 @@ def _insert_study(connection: Connection, cube: _Cube, study_id: str, number: in
 
 
 def _sound_marks(connection: Connection, number: int) -> tuple[set[int], int]:
-    """Remove the damaged done-marks of a study. Return the blocks of the sound ones, and the number of the removed."""
+    """Remove the damaged done-marks of a study. Return the blocks of the other done-marks, and the number removed."""
     sound, lost = set(), 0
     for mark in rows_of_marks(connection, number):
         if is_sound(done_blocks, mark):

@@ -228,8 +228,7 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
         If a ground-motion record is lost both in the cube and in the data directory.
     """
     parts = {damage.part for damage in damages}
-    with store.catalogue.reading() as connection:
-        shelf = store.cube_shelf(record.id, study_row(connection, record.id).number)
+    shelf = store.find_cube(record.id)
     if "description" in parts:
         study = parse_stored(record.definition, record.digest)
         lost = lost_attachments(shelf, study)
