@@ -13,7 +13,7 @@ from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import make_plan
 from damperlab.studies.shapes import Like
-from damperlab.studies.store.life_cycle.submissions import Submission
+from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.record import Record, RecordDocument
 from damperlab.studies.store.store import Store
 from damperlab.studies.text import MOST_STUDIES
@@ -65,10 +65,10 @@ def submit_list(
         ``[3].axes.friction_ratio``.
     """
     studies = _parse(documents, service.settings.records, key)
-    plans = [make_plan(study, seconds_per_point) for study in studies]
+    chunks = [make_plan(study, seconds_per_point).chunk for study in studies]
     by = provenance()
     entered = service.store.submit_all(
-        [Submission(*each, by, reuse, priority=priority) for each in zip(studies, plans, strict=True)]
+        [Submission(*each, by, reuse, priority=priority) for each in zip(studies, chunks, strict=True)]
     )
     service.dispatcher.wake()
     some = [record.summary() | {"created": created} for record, created in entered]

@@ -37,7 +37,7 @@ from damperlab.studies.store.faults import (
     StudyNotFound,
     TooManyUnfinished,
 )
-from damperlab.studies.store.life_cycle.submissions import Submission
+from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.provenance import DESIGNS, submitter
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
@@ -265,7 +265,7 @@ class _Search:
         known = {record.digest: record for record in stored if record is not None}
         by = provenance() | {DESIGNS: self._asked.digest}
         new = [
-            Submission(study, make_plan(study, seconds_per_point), by, self.settings.reuse)
+            Submission(study, make_plan(study, seconds_per_point).chunk, by, self.settings.reuse)
             for study in ask.studies
             if study.digest not in known
         ]

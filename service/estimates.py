@@ -10,7 +10,7 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.shapes import Count, Measured, Sentences
 from damperlab.studies.store.cube.description import bytes_per_point
-from damperlab.studies.store.reuse.reuse import done_of_family
+from damperlab.studies.store.reuse import done_of_family
 from damperlab.studies.store.store import Store
 from damperlab.studies.understood import understood
 from damperlab.worker.dispatch.cost_model import family_factor

@@ -10,8 +10,8 @@ import numpy as np
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, Plan, plan_with_chunk
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.cube.description import stored_variables
-from damperlab.studies.store.cube.packed import write_region
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.store import Store
 

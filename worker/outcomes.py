@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from damperlab.studies.faults import Fault
+from damperlab.studies.store.files.shelf import ShelfAway
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -79,3 +80,12 @@ class Failure:
 def is_full(error: OSError) -> bool:
     """Whether an error means a full disk or an exhausted quota."""
     return error.errno in (errno.ENOSPC, errno.EDQUOT)
+
+
+def unusable_data(error: OSError, action: str) -> Interrupted:
+    """Return the error for a run whose data cannot be read or written: an `Outage` if the cause may pass.
+
+    The participle `action` says what is not possible: "read" or "written".
+    """
+    kind = Outage if isinstance(error, ShelfAway) or is_full(error) else Interrupted
+    return kind(f"the study's data cannot be {action} ({type(error).__name__}: {error})")

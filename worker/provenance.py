@@ -185,10 +185,20 @@ def require_identity(expected: str) -> None:
     """
     if expected != computing()["identity"]:
         raise WrongCode(
-            f"the worker on {socket.gethostname()} would not give the same bits as the study's other blocks: it has "
-            f"{_words(computing())}, identity {computing()['identity']}, but the study has {expected}; use "
-            "workers of one kind for a study"
+            f"the worker on {socket.gethostname()} {other_bits(computing(), expected)}; use workers of one kind "
+            "for a study"
         )
+
+
+def other_bits(facts: Mapping[str, str], expected: str) -> str:
+    """Return the predicate of the sentence on a worker that does not have the identity `expected` of a study.
+
+    `facts` is the result of `computing` at the worker.
+    """
+    return (
+        f"would not give the same bits as the study's other blocks: it has {_words(facts)}, "
+        f"identity {facts['identity']}, but the study has {expected}"
+    )
 
 
 def _words(facts: Mapping[str, str]) -> str:

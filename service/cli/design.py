@@ -143,7 +143,7 @@ class _Evaluation:
     def _entered(self, several: "Sequence[AnyStudy]") -> "list[Record]":
         """Return the records of studies. Studies that are not in the store are submitted together."""
         from damperlab.studies.plan import make_plan
-        from damperlab.studies.store.life_cycle.submissions import Submission
+        from damperlab.studies.store.life_cycle.entering import Submission
         from damperlab.worker.dispatch.cost_model import seconds_per_point
         from damperlab.worker.provenance import provenance
 
@@ -151,7 +151,7 @@ class _Evaluation:
         known = {study.digest: store.newest(study.digest) for study in several}
         by = provenance() | self._more
         new = [
-            Submission(study, make_plan(study, seconds_per_point), by)
+            Submission(study, make_plan(study, seconds_per_point).chunk, by)
             for study in several
             if known[study.digest] is None
         ]

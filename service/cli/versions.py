@@ -11,7 +11,7 @@ from damperlab.service.cli.output import note, number, print_json, print_table, 
 from damperlab.service.cli.store import find_study, label, open_store
 
 if TYPE_CHECKING:
-    from damperlab.studies.store.reuse.differences import Differences
+    from damperlab.studies.store.differences import Differences
 
 
 @computes
@@ -30,7 +30,7 @@ def recompute(
     The older version is kept by default, and the command lists the differences.
     """
     from damperlab.studies.faults import counted
-    from damperlab.studies.store.reuse.differences import differences_of
+    from damperlab.studies.store.differences import differences_of
     from damperlab.worker.provenance import provenance
 
     store = open_store(data_dir)
@@ -73,7 +73,7 @@ def recompute(
 
 
 def _show(found: "Differences") -> None:
-    from damperlab.studies.store.reuse.differences import words
+    from damperlab.studies.store.differences import words
 
     for sentence in words(found):
         say(sentence)

@@ -22,7 +22,7 @@ from damperlab.service.state import TheService, TheStudy
 from damperlab.service.work.apart import is_large, pieces, written
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.shapes import Says
-from damperlab.studies.store.export.table import dimensions_of
+from damperlab.studies.store.export.export import dimensions_of
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.units import quantities_of

@@ -27,10 +27,10 @@ from damperlab.service.work.apart import computed, store_of
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.plan import make_plan
+from damperlab.studies.store.differences import DifferencesDocument, differences_of
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.life_cycle.lookup import Wanted
 from damperlab.studies.store.record import TRASH_DAYS, Record, RecordDocument, RecordPage, RecordsDocument
-from damperlab.studies.store.reuse.differences import DifferencesDocument, differences_of
 from damperlab.studies.store.store import Store
 from damperlab.studies.text import Format, load_text
 from damperlab.studies.vocabulary import PRIORITIES, State

@@ -19,6 +19,7 @@ from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import Problem, documented
 from damperlab.service.routes.strict import strict_router
 from damperlab.service.state import StudyId, TheService
+from damperlab.studies.store.cube.block_file import Marks, read_part
 from damperlab.studies.store.cube.coding import StoredCoordinate, checksum_holds
 from damperlab.studies.store.cube.description import (
     DESCRIPTION,
@@ -28,7 +29,6 @@ from damperlab.studies.store.cube.description import (
     node_metadata,
     plain_metadata,
 )
-from damperlab.studies.store.cube.packed import Marks, read_part
 from damperlab.studies.store.export.grouped import Group, chunk_place, group_of, grouped_metadata
 from damperlab.studies.store.faults import BlockDamaged, StudyNotFound, reporting_damage
 from damperlab.studies.store.files.shelf import Shelf

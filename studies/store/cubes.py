@@ -11,7 +11,7 @@ from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.catalogue.home import cube_name, disk_gone
 from damperlab.studies.store.catalogue.quota import Quota, Usage, usage_of
 from damperlab.studies.store.catalogue.rows import lost_marks, marks_of, study_row
-from damperlab.studies.store.cube.packed import Marks, block_key
+from damperlab.studies.store.cube.block_file import Marks, block_key
 from damperlab.studies.store.faults import RevisionGone, catalogue_damaged, using
 from damperlab.studies.store.files.shelf import Shelf
 
@@ -60,10 +60,14 @@ class Cubes:
         """Return the storage location of a study's cube, given the id and the number of the study."""
         return self.shelf.at(cube_name(study_id, number))
 
+    def find_cube(self, study_id: str) -> Shelf:
+        """Return the storage location of a study's cube; raise `StudyNotFound` if there is no such study."""
+        with self.catalogue.reading() as connection:
+            return self.cube_shelf(study_id, study_row(connection, study_id).number)
+
     def cube_path(self, study_id: str) -> str:
         """Return the address with which a worker can open a study's cube."""
-        with self.catalogue.reading() as connection:
-            return self.cube_shelf(study_id, study_row(connection, study_id).number).address
+        return self.find_cube(study_id).address
 
     def cube(self, study_id: str) -> "xr.Dataset":
         """Open a study's cube lazily. Points of blocks that are not done yet are shown as not computed.

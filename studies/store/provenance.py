@@ -73,8 +73,8 @@ def provenance() -> dict[str, str]:
         as its key. The last bits of a sine may depend on `processor` and `libc`. Seeds are part of the
         study's definition.
     """
-    found = {"solver_version": _version("damperlab"), "python": platform.python_version()}
-    found |= {name: _version(name) for name in _PACKAGES}
+    found = {"solver_version": version_of("damperlab"), "python": platform.python_version()}
+    found |= {name: version_of(name) for name in _PACKAGES}
     found["machine"] = f"{platform.system()} {platform.machine()}"
     found["processor"] = _processor()
     found["libc"] = " ".join(part for part in platform.libc_ver() if part) or "unknown"
@@ -86,7 +86,8 @@ def provenance() -> dict[str, str]:
 
 
 @cache
-def _version(package: str) -> str:
+def version_of(package: str) -> str:
+    """Return the version of a package, or "not installed"."""
     try:
         return version(package)
     except PackageNotFoundError:

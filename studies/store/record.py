@@ -59,7 +59,7 @@ class BlockOutcome:
         Reason why the block failed; None if the block did not fail.
     generation, checksum : str
         The generation in the name of the block's file, and the checksum of the block's values; see
-        `damperlab.studies.store.cube.packed.write_region`.
+        `damperlab.studies.store.cube.block_file.write_region`.
     reused : int
         Number of points reused from earlier studies.
     identity : str

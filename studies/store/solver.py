@@ -4,8 +4,9 @@ import hashlib
 import platform
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from damperlab.studies.store.provenance import version_of
 
 SOURCES: tuple[str, ...] = (
     "studies/amplitudes.py",
@@ -60,7 +61,8 @@ def solver() -> str:
         16 hex digits, the same on every machine with the same sources and packages. Line endings have no effect.
     """
     python = "python " + ".".join(platform.python_version_tuple()[:2])
-    parts = (hash_of(Path(__file__).parents[2], SOURCES), python, *_compilers())
+    compilers = (f"{name} {version_of(name)}" for name in COMPILERS)
+    parts = (hash_of(Path(__file__).parents[2], SOURCES), python, *compilers)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 
@@ -79,16 +81,6 @@ def identity_of(provenance: Mapping[str, str]) -> str:
     """
     parts = [provenance.get(name, "") for name in ("solver", "target", "libc")]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if all(parts[:2]) else ""
-
-
-def _compilers() -> list[str]:
-    found = []
-    for name in COMPILERS:
-        try:
-            found.append(f"{name} {version(name)}")
-        except PackageNotFoundError:
-            found.append(f"{name} not installed")
-    return found
 
 
 def hash_of(root: Path, names: Iterable[str]) -> str:

@@ -19,8 +19,8 @@ from tests.benchmarks._service import cpu_seconds, serving
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, make_plan, plan_with_chunk
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.cube.description import stored_variables
-from damperlab.studies.store.cube.packed import write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point

@@ -11,7 +11,7 @@ from tests.other_solver import OtherSolver
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Plan, plan_with_chunk
 from damperlab.studies.store.care.verify import verify
-from damperlab.studies.store.cube.packed import write_region
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point

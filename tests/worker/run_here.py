@@ -9,7 +9,7 @@ from distributed import Client
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, Plan, make_plan, plan_with_chunk
-from damperlab.studies.store.cube.packed import write_region
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block

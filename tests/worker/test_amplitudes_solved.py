@@ -10,7 +10,7 @@ from tests.worker.forms import night
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, make_plan
-from damperlab.studies.store.export.table import columns
+from damperlab.studies.store.export.export import columns
 from damperlab.studies.units import ratios_beside
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import seconds_per_point

@@ -38,7 +38,8 @@ def security(folder: Path | None = None, address: str = "") -> Security:
         named = os.environ.get(VARIABLE)
         if not named:
             shown = Security()
-            if address.startswith("tls:") and not _encrypts(shown):
+            encrypts = any(shown.get_connection_args(role).get("ssl_context") for role in ROLES)
+            if address.startswith("tls:") and not encrypts:
                 raise ClusterUnusable(
                     "tls",
                     f"no certificates for {address!r}",
@@ -65,10 +66,6 @@ def security(folder: Path | None = None, address: str = "") -> Security:
         f"tls_{role}_key": key for role in ROLES
     }
     return Security(require_encryption=True, tls_ca_file=ca, **files_of)
-
-
-def _encrypts(shown: Security) -> bool:
-    return any(shown.get_connection_args(role).get("ssl_context") for role in ROLES)
 
 
 def _require_valid(file: Path) -> None:

@@ -176,7 +176,6 @@ def _told_where_lost(cluster: SpecCluster) -> Iterator[None]:
 
 @contextmanager
 def _remote(address: str) -> Iterator[Client]:
-    allowed = "the address of a running Dask scheduler, as in tcp://host:8786"
     try:
         shown = security(address=address)
         asyncio.run(_probe(address, shown))
@@ -188,7 +187,7 @@ def _remote(address: str) -> Iterator[Client]:
         raise ClusterUnusable(
             "scheduler",
             f"{address!r} ({why})",
-            allowed,
+            "the address of a running Dask scheduler, as in tcp://host:8786",
             "start one with `dask scheduler`; set DAMPERLAB_CLUSTER_TLS if it requires certificates; or "
             "leave `scheduler` out to compute on this machine",
             f"No Dask scheduler can be used at {address}: {why}.",
@@ -197,24 +196,17 @@ def _remote(address: str) -> Iterator[Client]:
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     try:
         opened = Client(address, security=shown, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False)
-    except (
-        OSError,
-        TimeoutError,
-        ValueError,
-    ) as error:  # ValueError is raised if a connection ends before it is encrypted
-        raise _lost(error) from error
+    # ValueError is raised if a connection ends before it is encrypted
+    except (OSError, TimeoutError, ValueError) as error:
+        raise ClusterUnusable(
+            "scheduler",
+            f"one that was lost during the request ({error})",
+            "a running Dask scheduler",
+            "wait if it is about to come back; otherwise start one with `dask scheduler`",
+            f"The scheduler was lost during the request ({error}).",
+        ) from error
     with opened as client:
         yield client
-
-
-def _lost(error: Exception) -> ClusterUnusable:
-    return ClusterUnusable(
-        "scheduler",
-        f"one that was lost during the request ({error})",
-        "a running Dask scheduler",
-        "wait if it is about to come back; otherwise start one with `dask scheduler`",
-        f"The scheduler was lost during the request ({error}).",
-    )
 
 
 async def _probe(address: str, shown: Security) -> None:

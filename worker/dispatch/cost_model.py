@@ -88,7 +88,7 @@ def family_factor(earlier: Iterable[Record]) -> float | None:
     Parameters
     ----------
     earlier : iterable of Record
-        Records of the studies, see `damperlab.studies.store.reuse.reuse.done_of_family`.
+        Records of the studies, see `damperlab.studies.store.reuse.done_of_family`.
 
     Returns
     -------

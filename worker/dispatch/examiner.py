@@ -8,7 +8,7 @@ from distributed import CancelledError, Future
 from damperlab.worker.dispatch.tasks import FETCH_SECONDS, Call, Tasks
 from damperlab.worker.dispatch.worker_state import AGAIN_SECONDS
 from damperlab.worker.dispatch.workers import Workers
-from damperlab.worker.provenance import WrongCode
+from damperlab.worker.provenance import WrongCode, other_bits
 from damperlab.worker.worker_process.examination import Answer, majority
 
 LATE_SECONDS = 10.0
@@ -134,19 +134,12 @@ class Examiner:
 
     def judge(self, address: str, answer: Answer) -> None:
         """Accept or exclude a worker, depending on its answer."""
-        now = time.monotonic()
         if self._identity and answer.facts["identity"] != self._identity:
-            self._workers.leave_out(
-                address,
-                f"it would not give the same bits as the study's other blocks: it has {_words(answer.facts)}, "
-                f"identity {answer.facts['identity']}, but the study has {self._identity}",
-                now + AGAIN_SECONDS,
-            )
+            reason = f"it {other_bits(answer.facts, self._identity)}"
+            self._workers.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
         elif self._truth and answer.bits and answer.bits != self._truth:
-            self._workers.leave_out(
-                address,
-                f"known points have different bits there ({answer.bits} in place of {self._truth})",
-            )
+            reason = f"known points have different bits there ({answer.bits} in place of {self._truth})"
+            self._workers.leave_out(address, reason)
         else:
             self._workers.admit(address)
             if self._asks_for_points and address in self._workers.states:
@@ -171,7 +164,3 @@ def _commonest(identities: Mapping[str, str]) -> str:
     """Return the most frequent identity; if there is a tie, that of the worker whose address sorts first."""
     values = [identities[address] for address in sorted(identities)]
     return max(values, key=values.count)
-
-
-def _words(facts: Mapping[str, str]) -> str:
-    return f"solver {facts.get('solver', 'unknown')} on {facts.get('target', 'an unknown processor')}"

@@ -60,33 +60,6 @@ class Attempt:
 
 
 @dataclass
-class Suspicion:
-    """Failures of a worker.
-
-    Parameters
-    ----------
-    unreadable : int
-        Number of consecutive failures to read or write the study's data.
-    blamed : set of int
-        Indices of blocks that failed at this worker for an unknown reason.
-    confirmed : int
-        Number of blocks that failed at this worker and that another worker has computed since.
-    last_error : str
-        Error of the last block that failed at this worker for an unknown reason.
-    """
-
-    unreadable: int = 0
-    blamed: set[int] = field(default_factory=set)
-    confirmed: int = 0
-    last_error: str = ""
-
-    @property
-    def doubtful(self) -> bool:
-        """Whether so many blocks failed at the worker that other workers get the next blocks."""
-        return len(self.blamed) > RETRIES
-
-
-@dataclass
 class WorkerState:
     """State of one worker.
 
@@ -104,10 +77,16 @@ class WorkerState:
         Time of the worker's next test by the caller's clock [s].
     held : dict of Attempt
         Blocks sent to the worker by task key, in the order of their computation.
-    against : Suspicion
-        Failures of the worker.
     compiled : bool
         Whether the worker has computed points, so that its kernels are compiled.
+    unreadable : int
+        Number of consecutive failures to read or write the study's data.
+    blamed : set of int
+        Indices of blocks that failed at this worker for an unknown reason.
+    confirmed : int
+        Number of blocks that failed at this worker and that another worker has computed since.
+    last_error : str
+        Error of the last block that failed at this worker for an unknown reason.
     """
 
     address: str
@@ -116,13 +95,21 @@ class WorkerState:
     reason: str = ""
     again_at: float = 0.0
     held: dict[str, Attempt] = field(default_factory=dict)
-    against: Suspicion = field(default_factory=Suspicion)
     compiled: bool = False
+    unreadable: int = 0
+    blamed: set[int] = field(default_factory=set)
+    confirmed: int = 0
+    last_error: str = ""
 
     @property
     def usable(self) -> bool:
         """Whether the worker can get blocks."""
         return self.standing in ("usable", "on trial")
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether so many blocks failed at the worker that other workers get the next blocks."""
+        return len(self.blamed) > RETRIES
 
 
 class Standings:
@@ -163,7 +150,7 @@ class Standings:
             worker.standing = "on trial"  # the reason of the exclusion is kept, since it may still apply
         else:
             self.trust(worker)
-        worker.against.unreadable = 0
+        worker.unreadable = 0
         self._threads += worker.threads
 
     def trust(self, worker: WorkerState) -> None:
@@ -223,21 +210,20 @@ class Standings:
         return _some([f"{worker.address}: {worker.reason}" for worker in self.left_out()])
 
     def _cannot_read(self, worker: WorkerState, text: str, now: float, at_once: bool) -> None:
-        worker.against.unreadable += 1
+        worker.unreadable += 1
         # if the store was unreachable, the worker has already retried for a while
-        if at_once or worker.against.unreadable > RETRIES:
+        if at_once or worker.unreadable > RETRIES:
             reason = f"it cannot read or write the study's data ({text})"
             self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
 
     def _confirm(self, worker: WorkerState, index: int) -> None:
         """Count a block that failed only at this worker. Exclude the worker after more than `RETRIES` such blocks."""
-        against = worker.against
-        against.blamed.discard(index)
-        against.confirmed += 1
-        if against.confirmed > RETRIES:
+        worker.blamed.discard(index)
+        worker.confirmed += 1
+        if worker.confirmed > RETRIES:
             self.leave_out(
                 worker.address,
-                f"{against.confirmed} blocks failed there and nowhere else, the last with {against.last_error}",
+                f"{worker.confirmed} blocks failed there and nowhere else, the last with {worker.last_error}",
             )
 
     def _meet(self, threads: Mapping[str, int], running: Collection[str]) -> list[WorkerState]:

@@ -156,7 +156,7 @@ class Workers(Standings):
 
         The caller must call `sent` for each block before it requests the next block.
         """
-        trusted = any(one.usable and not one.against.doubtful for one in self.states.values())
+        trusted = any(one.usable and not one.doubtful for one in self.states.values())
         for depth, hungry in enumerate(self._hungry, 1):
             if not self.waiting or (depth > 1 and self._nears_end):
                 return
@@ -165,7 +165,7 @@ class Workers(Standings):
                 if worker is None or not worker.usable:
                     del hungry[address]
                     continue
-                if trusted and worker.against.doubtful:
+                if trusted and worker.doubtful:
                     continue
                 while len(worker.held) < depth * worker.threads:
                     if not self.waiting or (depth > 1 and self._nears_end):
@@ -196,19 +196,16 @@ class Workers(Standings):
         attempt = self._take(key)
         if worker.standing == "on trial":
             self.trust(worker)
-        worker.against.unreadable = 0
-        worker.against.blamed.clear()
+        worker.unreadable = 0
+        worker.blamed.clear()
         for address in attempt.avoid - {worker.address}:
             other = self.states.get(address)
-            if other is not None and attempt.index in other.against.blamed:
+            if other is not None and attempt.index in other.blamed:
                 self._confirm(other, attempt.index)
 
-    def give_back(self, key: str, apart: bool = False) -> None:
-        """Take back a block that has no result. This does not count as a failure of the block.
-
-        If `apart` is true, a separate process computes the block from now on.
-        """
-        self._again.append(self._take(key).begun(apart))
+    def give_back(self, key: str) -> None:
+        """Take back a block that has no result. This does not count as a failure of the block."""
+        self._again.append(self._take(key).begun())
 
     def failed(self, key: str, error: BaseException, now: float) -> Failure | None:
         """Decide how to continue after the task of a block has raised an exception.
@@ -252,8 +249,8 @@ class Workers(Standings):
         else:
             if attempt.errors == RETRIES:
                 return self._give_up(attempt.index, text)
-            worker.against.blamed.add(attempt.index)
-            worker.against.last_error = text
+            worker.blamed.add(attempt.index)
+            worker.last_error = text
             again = replace(attempt.elsewhere(worker.address), errors=attempt.errors + 1)
         self._again.append(again)
         return None
@@ -262,7 +259,7 @@ class Workers(Standings):
         """Record that a block is given up, and return its failure."""
         self.incidents.append(f"block {index} is given up: {message}")
         for each in self.states.values():
-            each.against.blamed.discard(index)
+            each.blamed.discard(index)
         return Failure(index, message)
 
     def _is_alone(self, worker: WorkerState) -> bool:

@@ -12,7 +12,7 @@ from damperlab.studies.plan import Block
 from damperlab.studies.store.cube.description import stored_variables
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.reuse.reuse import Overlaps
+from damperlab.studies.store.reuse import Overlaps
 from damperlab.worker.provenance import code_hash, one_identity, require_begun_alike
 from damperlab.worker.worker_process.examination import canary_of, examine, stored_bits
 from damperlab.worker.worker_process.tasks import run_block

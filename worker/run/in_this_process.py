@@ -5,10 +5,9 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import Any
 
-from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cores import core_count
-from damperlab.worker.outcomes import RETRIES, Failure, Interrupted, Outage, is_full
+from damperlab.worker.outcomes import RETRIES, Failure, Interrupted, Outage, unusable_data
 from damperlab.worker.provenance import WrongCode
 
 
@@ -90,15 +89,10 @@ def _judged(error: Exception, index: int, failures: int) -> Failure | None:
     """
     if isinstance(error, WrongCode):
         raise Interrupted(str(error)) from error
-    if isinstance(error, ShelfAway):
-        # the worker has already retried for a while
-        raise Outage(f"a worker cannot reach the study's data ({error})") from error
-    text = f"{type(error).__name__}: {error}"
-    if isinstance(error, OSError) and is_full(error):
-        raise Outage(f"there is no room for the study's data ({text})") from error
-    if failures < RETRIES:
-        return None
     if isinstance(error, OSError):
         # a disk error is not caused by the points, so no block is recorded as failed
-        raise Interrupted(f"a worker cannot read or write the study's data ({text})") from error
-    return Failure(index, text)
+        ended = unusable_data(error, "read or written")
+        # an outage is not tried again, because the worker has already retried for a while, or the disk is full
+        if isinstance(ended, Outage) or failures == RETRIES:
+            raise ended from error
+    return Failure(index, f"{type(error).__name__}: {error}") if failures == RETRIES else None

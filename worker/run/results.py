@@ -5,10 +5,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from damperlab.studies.store.care.sweep import sweep
-from damperlab.studies.store.cube.packed import write_region
-from damperlab.studies.store.files.shelf import ShelfAway
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.worker.outcomes import Failure, Interrupted, Outage, is_full
+from damperlab.worker.outcomes import Failure, unusable_data
 from damperlab.worker.worker_process.tasks import failed_values
 
 if TYPE_CHECKING:
@@ -51,11 +50,17 @@ class Results:
         if isinstance(end, BlockOutcome):
             self.spent_seconds += end.kernel_seconds
             return end
+        plan = self._run.plan
+        block = plan.block(end.index)
+        generation, told = uuid.uuid4().hex[:12], {"message": end.message}
         try:
-            return self._give_up(end)
+            outcome = write_region(
+                self._run.cube_path, block, failed_values(plan.study, block), generation, told
+            )
         except OSError as error:
-            kind = Outage if isinstance(error, ShelfAway) or is_full(error) else Interrupted
-            raise kind(f"the study's data cannot be written ({error})") from error
+            raise unusable_data(error, "written") from error
+        self._failures.append(f"block {end.index}: {end.message}")
+        return outcome
 
     def _mark(self, outcomes: list[BlockOutcome]) -> None:
         if not outcomes or self._lease.lost.is_set():
@@ -67,16 +72,6 @@ class Results:
         self.marked += len(outcomes)
         for outcome in outcomes:
             self._run.reporter.count(outcome, float(self._run.expected[outcome.index]))
-
-    def _give_up(self, failure: Failure) -> BlockOutcome:
-        plan = self._run.plan
-        block = plan.block(failure.index)
-        told = {"message": failure.message}
-        outcome = write_region(
-            self._run.cube_path, block, failed_values(plan.study, block), uuid.uuid4().hex[:12], told
-        )
-        self._failures.append(f"block {failure.index}: {failure.message}")
-        return outcome
 
     def end(self, stopped_as: str, stopped_by: str | None) -> None:
         """Set the final state of the study: done or failed if all blocks have ended.
@@ -101,10 +96,10 @@ class Results:
         given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
         state = "failed" if given_up else "done"
         # a study that was cancelled during its last block stays cancelled
-        self._store.set_state(study_id, state, message, only_from=("running",), owner=self._lease.owner)
+        self.end_as(state, message)
 
     def end_as(self, state: str, message: str | None) -> None:
-        """Set the state of an incomplete study. A state that another process has set is kept."""
+        """Set the state of the study at the end of the run. A state that another process has set is kept."""
         if not self._lease.lost.is_set():
             self._store.set_state(
                 self._lease.study_id, state, message, only_from=("running",), owner=self._lease.owner

@@ -18,14 +18,13 @@ from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import description_of
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
 from damperlab.studies.store.files.folder import open_shelf
-from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.reuse.reuse import done_of_family
+from damperlab.studies.store.reuse import done_of_family
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.cores import core_count
 from damperlab.worker.dispatch.cost_model import family_factor, seconds_per_point
-from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage
+from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage, unusable_data
 from damperlab.worker.provenance import WrongCode, computing, require_solver
 from damperlab.worker.run.calls import Calls
 from damperlab.worker.run.in_this_process import InThisProcess
@@ -296,10 +295,9 @@ class Run:
     def _require_readable(self) -> None:
         try:
             description_of(open_shelf(self.cube_path))
-        except (OSError, ValueError) as error:
+        except OSError as error:
             # the run ends here, because every worker would fail to read the data and would be excluded
-            kind = Outage if isinstance(error, ShelfAway) else Interrupted
-            raise kind(f"the study's data cannot be read ({type(error).__name__}: {error})") from error
+            raise unusable_data(error, "read") from error
 
     def _compile_here(self, lacking: list[Scene]) -> None:
         """Compile missing kernels in separate processes, before this process computes the study."""

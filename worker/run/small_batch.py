@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.record import BlockOutcome, Record
-from damperlab.studies.store.reuse.reuse import Boxes, Overlaps
+from damperlab.studies.store.reuse import Boxes, Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.cores import core_count
 from damperlab.worker.dispatch.cost_model import seconds_per_point
@@ -136,7 +136,7 @@ def _attempted(task: tuple[Any, ...]) -> BlockOutcome | None:
 
 def _ready(client: "Client", records: Sequence[Record]) -> bool:
     """Return whether every worker has all kernels that the studies need."""
-    from damperlab.worker.dispatch.preparation import all_ready
+    from damperlab.worker.run.on_cluster import all_ready
 
     wanted = (scenes(parse_stored(record.definition, record.digest)) for record in records)
     return all_ready(client, sorted({scene for some in wanted for scene in some}))

@@ -132,12 +132,12 @@ def majority(answers: Mapping[str, str]) -> str | None:
     return answer if 2 * count > len(answers) else None
 
 
-def wrong_answers(solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block) -> str:
+def wrong_answers() -> str:
     """Compute the points of the self-check; return a text that lists the wrong values, empty if none."""
     axes = {"friction_ratio": list(KNOWN), "frequency_ratio": 1.0}
     study = parse_study({"particle": False, "damping_ratio": _DAMPING_RATIO, "axes": axes})
     assert isinstance(study, Study)
-    values = solve(study, Block.whole(study.shape))["relative_amplitude_ratio"].ravel()
+    values = solve_block(study, Block.whole(study.shape))["relative_amplitude_ratio"].ravel()
     wrong = [
         f"{value:.9g} in place of {truth:.9g} at friction ratio {friction:g}"
         for value, (friction, truth) in zip(values, KNOWN.items(), strict=True)
@@ -146,16 +146,12 @@ def wrong_answers(solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve
     return ", ".join(wrong)
 
 
-async def show_alive(
-    file: Path,
-    give_up: Callable[[str], None],
-    solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block,
-) -> None:
+async def show_alive(file: Path, give_up: Callable[[str], None]) -> None:
     """Repeat the self-check, and touch a file after each success. After a failure, call `give_up` and stop."""
     loop = asyncio.get_running_loop()
     while True:
         # a thread computes, so that this worker can answer requests in the meantime
-        wrong = await loop.run_in_executor(None, wrong_answers, solve)
+        wrong = await loop.run_in_executor(None, wrong_answers)
         if wrong:
             give_up(f"it computes wrong values for known points: {wrong}")
             return

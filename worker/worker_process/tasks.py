@@ -13,14 +13,14 @@ from damperlab.studies.ground.source import RecordSource
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.cube.description import description_of, stored_variables
-from damperlab.studies.store.cube.packed import write_region
+from damperlab.studies.store.cube.known_points import Source, known_points
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.studies.store.reuse.known_points import Source, known_points
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.block import solve_suite_block

@@ -25,9 +25,9 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, record_of, rows_of_marks
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
+from damperlab.studies.store.cube.block_file import BLOCKS, block_key, read_whole
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.cube.packed import BLOCKS, block_key, whole_block
 from damperlab.studies.store.faults import (
     BlockDamaged,
     CatalogueDamaged,
@@ -276,7 +276,8 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
         for mark in marks:
             key = block_key(mark.block, mark.generation)
             if key not in have:
-                content = _piece(here, described, key, mark)
+                with reporting_damage(here, mark.block, key):
+                    _, content = read_whole(here, described, mark.block, mark.generation)
                 there.put(key, content)
                 size += len(content)
     return size
@@ -301,11 +302,3 @@ def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, b
             if hashlib.sha256(found[key]).hexdigest() != sha256:
                 raise ValueError("it is not as it was written")
     return described, found
-
-
-def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> bytes:
-    """Read the file of a block, and check that the file is intact."""
-    with reporting_damage(shelf, mark.block, key):
-        content = shelf.get(key)
-        whole_block(content, described.arrays, described.digest, mark.block, mark.generation)
-    return content

@@ -17,6 +17,7 @@ from typing import Any
 from sqlalchemy import Connection, delete, func, insert, or_, select
 
 from damperlab.studies.digest import family_digest
+from damperlab.studies.kind import AnyStudy
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue, open_catalogue
 from damperlab.studies.store.catalogue.home import (
     CUBES,
@@ -38,13 +39,13 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, metadata, studies
+from damperlab.studies.store.cube.block_file import BLOCKS, parse_block_key, read_header
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.cube.packed import BLOCKS, parse_block_key, read_header
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
-from damperlab.studies.store.life_cycle.entering import NewStudy
+from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.life_cycle.manifest import NOT_KEPT, lost_end, read_marks, read_tombstone
 from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import BlockOutcome
@@ -203,99 +204,131 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     return shelf
 
 
+@dataclass(frozen=True)
+class _Cube:
+    """The data in a cube from which the study's rows in the catalogue are made."""
+
+    described: Description
+    study: AnyStudy
+    provenance: dict[str, str]
+    # columns of the study's row, written when the study ended
+    kept: dict[str, Any]
+    marks: list[dict[str, Any]]
+    # time of the deletion of the study
+    deleted: float | None
+
+
 def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: Rebuilt) -> None:
+    """Add the study of a cube, or restore what the catalogue has lost about the study."""
+    cube = _read(shelf, study_id, found)
+    if cube is None:
+        return
+    with catalogue.writing() as connection:
+        _remove_damaged(connection, study_id, number)
+        row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
+        same = select(studies.c.number).where(studies.c.id == study_id, ALIVE)
+        exists = connection.execute(same).first() is not None
+        if row is not None and not row.id:
+            # the row only reserves the number: the study was never entered, or the catalogue has lost the study
+            if exists and not cube.marks:
+                return  # the submission was interrupted, and repeated later
+            connection.execute(delete(studies).where(studies.c.number == number))
+            row = None
+        restored = True
+        if row is None:
+            if exists and cube.deleted is None:
+                raise ValueError(f"study {study_id} has another cube")
+            _insert_study(connection, cube, study_id, number)
+            if cube.deleted is not None:
+                found.deleted += 1
+                return  # `Deletion.bury` will remove the files
+            found.studies += 1
+        elif row.id != study_id:
+            if cube.deleted is None and (cube.marks or not exists):
+                raise ValueError(_taken(study_id, number, str(row.id)))
+            return  # the cube of a deleted study or of an interrupted submission
+        elif row.deleted is not None:
+            return
+        elif cube.deleted is not None:
+            change_study(connection, number, {"deleted": cube.deleted})
+            found.deleted += 1
+            return
+        else:
+            found.known += 1
+            restored = lost_end(cube.kept, row, last_event(connection, study_id))
+            if not row.blocks_done and cube.provenance != json.loads(row.provenance):
+                # a new solver is written to the cube before the catalogue, so the cube has the newer provenance
+                said = {
+                    "provenance": json.dumps(cube.provenance),
+                    **asked_by(cube.provenance),
+                    "family": family_digest(cube.study, cube.provenance),
+                }
+                change_study(connection, number, said)
+                found.restored += 1
+        total = math.prod(cube.described.grid)
+        have, lost = _sound_marks(connection, number)
+        fresh = [mark for mark in cube.marks if 0 <= mark["block"] < total and mark["block"] not in have]
+        if fresh or lost or restored:
+            _insert_marks(connection, number, fresh)
+            found.blocks += len(fresh)
+            found.restored += row is not None and restored
+            _sum_up(connection, number, total, cube.kept, restored)
+
+
+def _read(shelf: Shelf, study_id: str, found: Rebuilt) -> _Cube | None:
+    """Read a cube. If its removal was interrupted, complete the removal, count the deletion, and return None."""
     deleted = read_tombstone(shelf)
     try:
         described = describe_cube(shelf.get(DESCRIPTION))
     except FileNotFoundError:
         if deleted is None:
             raise
-        shelf.clear()  # complete an interrupted removal
+        shelf.clear()
         found.deleted += 1
-        return
+        return None
     study = parse_stored(json.loads(str(described.attributes["study"])), described.digest)
-    digits, _, version = study_id.partition("-")
-    if study.digest[:12] != digits:
+    if study.digest[:12] != study_id.partition("-")[0]:
         raise ValueError(f"its description is that of study {study.digest[:12]}")
     kept, marks = read_marks(shelf) or ({}, [])
     known = {int(mark["block"]) for mark in marks}
     provenance = json.loads(str(described.attributes["provenance"]))
-    identity = provenance.get("identity", "")
-    marks += [mark for mark in _headers(shelf, described, identity, found) if mark["block"] not in known]
-    total = math.prod(described.grid)
-    with catalogue.writing() as connection:
-        row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
-        for one in connection.execute(
-            select(studies).where(or_(studies.c.number == number, studies.c.id == study_id))
-        ).all():
-            if not is_sound(studies, one):
-                # delete the damaged row, because the cube contains the same data
-                connection.execute(delete(done_blocks).where(done_blocks.c.study == one.number))
-                connection.execute(delete(studies).where(studies.c.number == one.number))
-                row = None if one.number == number else row
-        other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
-        if row is not None and not row.id:
-            # the row only reserves the number: the study was never entered, or the catalogue has lost the study
-            if not marks and connection.execute(other).first() is not None:
-                return  # the submission was interrupted, and repeated later
-            connection.execute(delete(studies).where(studies.c.number == number))
-            row = None
-        if deleted is None and row is None and connection.execute(other).first() is not None:
-            raise ValueError(f"study {study_id} has another cube")
-        if row is not None and row.id != study_id:
-            twice = connection.execute(other).first() is not None
-            if deleted is None and (marks or not twice):
-                raise ValueError(_taken(study_id, number, str(row.id)))
-            return  # the cube of a deleted study or of an interrupted submission
-        if row is not None and row.deleted is not None:
-            return
-        if row is not None and deleted is not None:
-            change_study(connection, number, {"deleted": deleted})
-            found.deleted += 1
-            return
-        if row is None:
-            chunk = next(iter(described.arrays.values())).chunks
-            entry = NewStudy(study, chunk, provenance, described.reuse, int(version or 1))
-            created = datetime.fromisoformat(str(described.attributes["created"])).timestamp()
-            values = {**entry.columns(), "number": number, "id": study_id, "created": created}
-            values |= {
-                name: value for name, value in kept.items() if name in studies.c and name not in NOT_KEPT
-            }
-            connection.execute(insert(studies).values({**values, "deleted": deleted}))
-            advance_counters(connection)
-            if deleted is not None:
-                found.deleted += 1
-                return  # `Deletion.bury` will remove the files
-            found.studies += 1
-            restored = True
+    headers = _headers(shelf, described, provenance.get("identity", ""), found)
+    marks += [mark for mark in headers if mark["block"] not in known]
+    return _Cube(described, study, provenance, kept, marks, deleted)
+
+
+def _remove_damaged(connection: Connection, study_id: str, number: int) -> None:
+    """Remove damaged rows of a study with their done-marks, because the cube contains the same data."""
+    query = select(studies).where(or_(studies.c.number == number, studies.c.id == study_id))
+    for row in connection.execute(query).all():
+        if not is_sound(studies, row):
+            connection.execute(delete(done_blocks).where(done_blocks.c.study == row.number))
+            connection.execute(delete(studies).where(studies.c.number == row.number))
+
+
+def _insert_study(connection: Connection, cube: _Cube, study_id: str, number: int) -> None:
+    described = cube.described
+    chunk = next(iter(described.arrays.values())).chunks
+    version = int(study_id.partition("-")[2] or 1)
+    entry = Submission(cube.study, chunk, cube.provenance, described.reuse, version=version)
+    created = datetime.fromisoformat(str(described.attributes["created"])).timestamp()
+    values = {**entry.columns(), "number": number, "id": study_id, "created": created}
+    values |= {name: value for name, value in cube.kept.items() if name in studies.c and name not in NOT_KEPT}
+    connection.execute(insert(studies).values({**values, "deleted": cube.deleted}))
+    advance_counters(connection)
+
+
+def _sound_marks(connection: Connection, number: int) -> tuple[set[int], int]:
+    """Remove the damaged done-marks of a study. Return the blocks of the other done-marks, and the number removed."""
+    sound, lost = set(), 0
+    for mark in rows_of_marks(connection, number):
+        if is_sound(done_blocks, mark):
+            sound.add(mark.block)
         else:
-            found.known += 1
-            restored = lost_end(kept, row, last_event(connection, study_id))
-            if not row.blocks_done and provenance != json.loads(row.provenance):
-                # a new solver is written to the cube before the catalogue, so the cube has the newer provenance
-                said = {
-                    "provenance": json.dumps(provenance),
-                    **asked_by(provenance),
-                    "family": family_digest(study, provenance),
-                }
-                change_study(connection, number, said)
-                found.restored += 1
-        have = set()
-        lost = 0
-        for mark in rows_of_marks(connection, number):
-            if is_sound(done_blocks, mark):
-                have.add(mark.block)
-            else:
-                place = done_blocks.c.study == number, done_blocks.c.block == mark.block
-                connection.execute(delete(done_blocks).where(*place))
-                lost += 1
-        fresh = [mark for mark in marks if 0 <= mark["block"] < total and mark["block"] not in have]
-        if row is not None and not fresh and not lost and not restored:
-            return
-        _insert_marks(connection, number, fresh)
-        found.blocks += len(fresh)
-        found.restored += row is not None and restored
-        _sum_up(connection, number, total, kept, restored)
+            place = done_blocks.c.study == number, done_blocks.c.block == mark.block
+            connection.execute(delete(done_blocks).where(*place))
+            lost += 1
+    return sound, lost
 
 
 def _drop_damaged(catalogue: Catalogue) -> None:

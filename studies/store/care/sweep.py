@@ -11,16 +11,17 @@ import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from sqlalchemy import select, update
+from sqlalchemy import Row, select, update
 
 from damperlab.studies.design.shelf import Shelf as Designs
-from damperlab.studies.store.catalogue.home import holds_results, parse_cube_name
+from damperlab.studies.store.catalogue.home import is_of_block, parse_cube_name
 from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, last_number, pieces, study_row
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.cube.block_file import Marks, block_key, parse_block_key
 from damperlab.studies.store.cube.description import DESCRIPTION, describe_cube
-from damperlab.studies.store.cube.packed import Marks, block_key, parse_block_key
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, using
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf
@@ -155,54 +156,61 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
     known = {row.number: row for row in rows}
     alive = {row.id for row in rows if row.deleted is None}
     swept = Swept()
-
-    def leave(name: str, why: str) -> None:
-        nonlocal swept
-        swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
-
     for name in names:
         parsed = parse_cube_name(name)
         row = known.get(parsed[1]) if parsed else None
-        if parsed is None or row is None:
-            given = parsed is None or parsed[1] <= last
-            leave(name, "its number is unknown" if given else "the catalogue has never assigned its number")
-            continue
-        deleted = row.id == parsed[0]
-        before = limit if deleted else orphan_limit
-        if (deleted or row.reserved) and (row.deleted is None or row.deleted >= before):
-            continue
-        if not _row_is_sound(store, row.number):
-            leave(name, "its row in the catalogue is damaged; `damperlab store rebuild` makes it again")
-            continue
-        shelf = store.shelf.at(name)
-        entries = list(shelf.entries())
-        if not entries and not shelf.made():
-            continue  # an empty prefix, which a server may still list
-        if not deleted and holds_results(shelf):
-            leave(
-                name,
-                f"it holds results, and its number belongs to {f'study {row.id}' if row.id else 'no study'}",
-            )
-            continue
-        lost = not deleted and not row.reserved and parsed[0] not in alive
-        if lost and _describes(shelf, parsed[0]):
-            leave(name, "the catalogue has lost its study; `damperlab store rebuild` adds it")
-            continue
-        if max((shelf.made(), *(entry.changed for entry in entries))) >= before:
-            continue
-        if row.reserved and not dry_run and not _take_back(store, row.number):
-            continue  # the study was entered meanwhile
-        if not dry_run:
-            shelf.clear()
-        why = (
-            "its study was deleted"
-            if deleted
-            else "its study was never entered"
-            if row.reserved
-            else f"its number belongs to study {row.id}, and it holds no result"
-        )
-        swept += Swept(sum(entry.size for entry in entries), (f"remove {name}: {why}",))
+        if parsed and row is not None:
+            before = limit if row.id == parsed[0] else orphan_limit
+            swept += _unowned_cube(store, name, row, before, dry_run, has_study=parsed[0] in alive)
+        elif parsed and parsed[1] > last:
+            swept += _left(store, name, "the catalogue has never assigned its number")
+        else:
+            swept += _left(store, name, "its number is unknown")
     return swept
+
+
+def _unowned_cube(
+    store: Store, name: str, row: Row[Any], before: float, dry_run: bool, *, has_study: bool
+) -> Swept:
+    """Remove a cube that has no study and was last changed before the time `before`.
+
+    `row` has the number of the cube, and `has_study` is true if the catalogue has the study under any number.
+    """
+    study_id = name.rpartition("-")[0]
+    deleted = row.id == study_id
+    if (deleted or row.reserved) and (row.deleted is None or row.deleted >= before):
+        return Swept()
+    if not _row_is_sound(store, row.number):
+        return _left(
+            store, name, "its row in the catalogue is damaged; `damperlab store rebuild` makes it again"
+        )
+    shelf = store.shelf.at(name)
+    entries = list(shelf.entries())
+    if not entries and not shelf.made():
+        return Swept()  # an empty prefix, which a server may still list
+    if not deleted and any(map(is_of_block, entries)):
+        owner = f"study {row.id}" if row.id else "no study"
+        return _left(store, name, f"it holds results, and its number belongs to {owner}")
+    if not (deleted or row.reserved or has_study) and _describes(shelf, study_id):
+        return _left(store, name, "the catalogue has lost its study; `damperlab store rebuild` adds it")
+    if max((shelf.made(), *(entry.changed for entry in entries))) >= before:
+        return Swept()
+    if row.reserved and not dry_run and not _take_back(store, row.number):
+        return Swept()  # the study was entered meanwhile
+    if not dry_run:
+        shelf.clear()
+    why = (
+        "its study was deleted"
+        if deleted
+        else "its study was never entered"
+        if row.reserved
+        else f"its number belongs to study {row.id}, and it holds no result"
+    )
+    return Swept(sum(entry.size for entry in entries), (f"remove {name}: {why}",))
+
+
+def _left(store: Store, name: str, why: str) -> Swept:
+    return Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
 
 
 def _describes(shelf: Shelf, study_id: str) -> bool:

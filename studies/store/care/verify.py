@@ -28,9 +28,9 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import damaged_row, is_sound
 from damperlab.studies.store.catalogue.tables import SUMMED, access_keys, done_blocks, studies
+from damperlab.studies.store.cube.block_file import read_whole
 from damperlab.studies.store.cube.definition import DefinitionDamaged, lost_attachments, parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube, first_pieces
-from damperlab.studies.store.cube.packed import block_key, whole_block
 from damperlab.studies.store.faults import cannot_use, using
 from damperlab.studies.store.files.shelf import Shelf, ShelfAway
 from damperlab.studies.store.life_cycle.manifest import (
@@ -228,8 +228,7 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
         If a ground-motion record is lost both in the cube and in the data directory.
     """
     parts = {damage.part for damage in damages}
-    with store.catalogue.reading() as connection:
-        shelf = store.cube_shelf(record.id, study_row(connection, record.id).number)
+    shelf = store.find_cube(record.id)
     if "description" in parts:
         study = parse_stored(record.definition, record.digest)
         lost = lost_attachments(shelf, study)
@@ -325,8 +324,7 @@ def _trouble(shelf: Shelf, described: Description, mark: Row[Any]) -> str | None
     if not 0 <= mark.block < math.prod(described.grid):
         return "the study has no such block"
     try:
-        content = shelf.get(block_key(mark.block, mark.generation))
-        header = whole_block(content, described.arrays, described.digest, mark.block, mark.generation)
+        header, _ = read_whole(shelf, described, mark.block, mark.generation)
     except FileNotFoundError:
         return "its file is lost"
     except (ShelfAway, PermissionError) as error:

@@ -81,27 +81,21 @@ _TROUBLES = {
     "OperationalError",
     "InterfaceError",
     "LockNotAvailable",
-    "UnicodeDecodeError",
     # the server has ended an idle transaction, refuses writes, or has revoked a right
     "InternalError",
     "InsufficientPrivilege",
-    # exceptions of SQLAlchemy: no connection was free in time, or the connection was lost
-    "TimeoutError",
-    "DisconnectionError",
-    "PendingRollbackError",
-    "ResourceClosedError",
 }
-"""Names of exception classes whose cause is outside the program."""
-_FAULTS = (
-    DBAPIError,
-    DisconnectionError,
+"""Names of the drivers' exception classes whose cause is outside the program."""
+_NOT_OURS = (
+    # no connection was free in time, or the connection was lost
     PoolTimeout,
+    DisconnectionError,
     PendingRollbackError,
     ResourceClosedError,
-    sqlite3.Error,
+    # with SQLite, only damaged names of tables or columns can raise a UnicodeDecodeError
     UnicodeDecodeError,
 )
-"""Exceptions that are converted to `StoreFault` if the database is damaged or one of `_TROUBLES` is the cause."""
+"""Exceptions whose cause is always outside the program."""
 _WRITERS_LOCK = 0x64616D70  # arbitrary number that identifies the write lock
 
 
@@ -289,16 +283,16 @@ class Catalogue:
     def _faults(self) -> Iterator[None]:
         try:
             yield
-        except _FAULTS as error:
+        except (DBAPIError, sqlite3.Error, *_NOT_OURS) as error:
             cause = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
             # look at the names of all base classes, because drivers have subclasses for many errors, such as a time-out
             kinds = {kind.__name__ for kind in type(cause).__mro__}
             broken = isinstance(error, DBAPIError) and error.connection_invalidated
             found = str(cause).strip() or type(cause).__name__
             damaged = any(each in found for each in _DAMAGED) or bool(kinds & _LOST)
-            # with SQLite, only damaged names of tables or columns can raise a UnicodeDecodeError
             damaged |= self.is_file and isinstance(cause, UnicodeDecodeError)
-            if not (broken or damaged or kinds & _TROUBLES or "invalid connection option" in found):
+            outside = isinstance(error, _NOT_OURS) or kinds & _TROUBLES
+            if not (outside or broken or damaged or "invalid connection option" in found):
                 raise
             if "database is locked" in found or "lock timeout" in found:
                 raise self._busy(found) from error

@@ -56,11 +56,12 @@ def require_catalogue(data_dir: Path) -> None:
     """
     cubes, catalogue = data_dir / CUBES, data_dir / SQLITE_FILE
     try:
+        if catalogue.exists():
+            return
         marked = any((place / MARKER).exists() for place in (data_dir, cubes))
         holds = _holds_cubes(Folder(cubes).shelves())
-        owned = not catalogue.exists() and (marked or holds)
         # look for the catalogue again: another process may just have created both catalogue and owner marker
-        if not owned or catalogue.exists():
+        if not (marked or holds) or catalogue.exists():
             return
     except OSError:
         return  # opening the catalogue will fail with a better message
@@ -72,12 +73,16 @@ def require_catalogue(data_dir: Path) -> None:
             f"set DAMPERLAB_CATALOGUE to the address of the PostgreSQL database; if the database is lost, {_REBUILD}",
             f"The data folder {data_dir} belongs to a catalogue that is not in it.",
         )
-    raise StoreFault(
+    raise _without_catalogue(str(cubes), f"{catalogue} is missing")
+
+
+def _without_catalogue(cubes: str, why: str) -> StoreFault:
+    return StoreFault(
         "data_dir",
-        f"cubes in {cubes} without their catalogue",
-        f"the catalogue that the cubes belong to, {data_dir / SQLITE_FILE} or a PostgreSQL database",
+        f"cubes in {cubes} without their catalogue: {why}",
+        "the catalogue that the cubes belong to",
         f"{_NAME_IT}; if it is lost, {_REBUILD}",
-        f"There are cubes in {cubes} without their catalogue, which is {data_dir / SQLITE_FILE} or a PostgreSQL database.",
+        f"There are cubes in {cubes} without their catalogue: {why}.",
     )
 
 
@@ -104,7 +109,8 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
         used = connection.execute(select(studies.c.number).where(ALIVE).limit(1)).first() is not None
     if address is None and known is None:
         folder = Folder(data_dir / CUBES)
-        _own_data_folder(catalogue, data_dir, mark=False)
+        if owner_of(Folder(data_dir)) is not None:
+            _own(Folder(data_dir), catalogue)
         _own_folder(catalogue, folder, used)
         return folder
     # imported here, because it needs an optional library
@@ -112,7 +118,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
 
     bucket: Bucket = open_bucket(address or known or "")
     if bucket.address == known:
-        _own_data_folder(catalogue, data_dir)
+        _own(Folder(data_dir), catalogue)
         return bucket.at(CUBES)
     if known is None and used:
         raise StoreFault(
@@ -123,39 +129,39 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
             "with a new data directory and this store",
             f"The studies of this catalogue are in the data directory {data_dir}, not in {bucket.address}.",
         )
-    _own_bucket(bucket, catalogue_id(catalogue), known if used else None)
+    if known is not None and used and owner_of(bucket) is None:
+        raise StoreFault(
+            "store",
+            f"{bucket.address}, which holds none of this catalogue's cubes",
+            known,
+            "leave `store` out, or copy everything there first",
+            f"{bucket.address} holds none of this catalogue's cubes; they are in {known}.",
+        )
+    _own(bucket, catalogue)
     with catalogue.writing() as connection:
         remember(connection, "cubes", bucket.address)
-    _own_data_folder(catalogue, data_dir)
+    _own(Folder(data_dir), catalogue)
     return bucket.at(CUBES)
 
 
-def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) -> None:
-    """Raise `StoreFault` if a data folder belongs to another catalogue.
-
-    If the folder has no marker, write one, unless `mark` is false.
-    """
-    folder = Folder(data_dir)
-    if not mark and owner_of(folder) is None:
-        return
-    others = StoreFault(
-        "data_dir",
-        f"{data_dir}, which belongs to a catalogue other than {catalogue.name}",
-        "a new folder, or a folder of this catalogue",
-        "name the folder of this catalogue (--data-dir), or the catalogue of this folder (DAMPERLAB_CATALOGUE)",
-        f"The data folder {data_dir} belongs to a catalogue other than {catalogue.name}.",
-    )
-    _own(folder, catalogue_id(catalogue), others)
-
-
-def _own(place: Shelf, mine: str, others: StoreFault) -> None:
-    """Write a missing owner marker. If the location belongs to another catalogue, raise the error `others`."""
+def _own(place: Shelf, catalogue: Catalogue) -> None:
+    """Write a missing owner marker; raise `StoreFault` if the location belongs to another catalogue."""
     found = owner_of(place)
-    with using(place.address):
-        if found is None and not mark_owner(place, mine):
-            found = owner_of(place)
-    if found not in (None, mine):
-        raise others
+    if found is None:
+        with using(place.address):
+            if mark_owner(place, catalogue_id(catalogue)):
+                return
+        found = owner_of(place)
+    with catalogue.reading() as connection:
+        if found == fact(connection, "id"):
+            return
+    raise StoreFault(
+        "data_dir" if isinstance(place, Folder) else "store",
+        f"{place.address}, which belongs to a catalogue other than {catalogue.name}",
+        "a location that belongs to this catalogue, or to none",
+        f"{_NAME_IT}, or another location; if that catalogue is lost, {_REBUILD}",
+        f"{place.address} belongs to a catalogue other than {catalogue.name}.",
+    )
 
 
 def catalogue_id(catalogue: Catalogue) -> str:
@@ -207,32 +213,16 @@ def _marker(owner: str) -> bytes:
 
 
 def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
-    # read the folder before the catalogue, because other processes change the catalogue first, and then the folder
-    found = owner_of(folder)
+    # list the folder before reading the catalogue, because other processes change the catalogue first
     names = list(folder.shelves())
-    holds = _holds_cubes(names)
-    if found is None and holds:
-        # read the marker again: another process may just have written the marker, and then the first cube
-        found = owner_of(folder)
     with catalogue.reading() as connection:
-        mine = fact(connection, "id")
         marked = fact(connection, "marked") is not None
         copied = fact(connection, BACKUP_OF) is not None
         last = last_number(connection)
-    if found is None and marked:
-        # read the marker again: another process may just have written the marker, and then "marked" in the catalogue
-        found = owner_of(folder)
-    if found is None:
-        _require_own_cubes(catalogue, folder, holds, used, marked)
-        mine = catalogue_id(catalogue)
-    others = StoreFault(
-        "data_dir",
-        f"cubes in {folder.address} that belong to a catalogue other than {catalogue.name}",
-        "the catalogue that the cubes belong to",
-        f"{_NAME_IT}; if it is lost, {_REBUILD}",
-        f"The cubes in {folder.address} belong to a catalogue other than {catalogue.name}.",
-    )
-    _own(folder, mine or "", others)
+    # read the marker last, because other processes write it before "marked" in the catalogue and before the first cube
+    if owner_of(folder) is None:
+        _require_own_cubes(catalogue, folder, _holds_cubes(names), used, marked)
+    _own(folder, catalogue)
     # skip this check for a backup, because an interrupted backup has copied files without copying the rows
     for name in () if copied else names:
         parsed = parse_cube_name(name)
@@ -247,13 +237,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
 def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: bool, marked: bool) -> None:
     """Raise `StoreFault` if a folder without an owner marker cannot belong to this catalogue."""
     if holds and not used and not marked:
-        raise StoreFault(
-            "data_dir",
-            f"cubes in {folder.address}, and {catalogue.name}, which has no study",
-            "the catalogue that the cubes belong to",
-            f"{_NAME_IT}; if it is lost, {_REBUILD}",
-            f"There are cubes in {folder.address}, but {catalogue.name} has no study.",
-        )
+        raise _without_catalogue(folder.address, f"{catalogue.name} has no study")
     if marked and used and not holds:
         raise no_cubes(catalogue, folder)
     if marked and not catalogue.is_file:
@@ -314,29 +298,6 @@ def holds_results(cube: Shelf) -> bool:
 def is_of_block(entry: Entry) -> bool:
     """Whether a file of a cube belongs to a block. The names of such files contain a generation after a tilde."""
     return "~" in entry.key
-
-
-def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
-    """Write a missing owner marker into a bucket. Raise `StoreFault` if another catalogue owns the bucket.
-
-    If the catalogue has recorded another location of its cubes, `elsewhere`, the marker must already exist.
-    """
-    if elsewhere is not None and owner_of(bucket) is None:
-        raise StoreFault(
-            "store",
-            f"{bucket.address}, which holds none of this catalogue's cubes",
-            elsewhere,
-            "leave `store` out, or copy everything there first",
-            f"{bucket.address} holds none of this catalogue's cubes; they are in {elsewhere}.",
-        )
-    others = StoreFault(
-        "store",
-        f"{bucket.address}, which holds the cubes of another catalogue",
-        "a bucket, or a prefix in a bucket, that no other catalogue uses",
-        f"{_NAME_IT}, or another prefix; if the catalogue is lost, {_REBUILD}",
-        f"{bucket.address} holds the cubes of another catalogue.",
-    )
-    _own(bucket, mine, others)
 
 
 def fact(connection: Connection, key: str) -> str | None:

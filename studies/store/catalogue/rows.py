@@ -1,7 +1,6 @@
 """Reading of the catalogue's rows: queries of studies and done-marks, and errors for missing rows."""
 
 import json
-import re
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
@@ -13,7 +12,7 @@ from damperlab.studies.faults import describe, nearest, printable
 from damperlab.studies.kinds import dimensions_of_definition
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, events, studies
-from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound, catalogue_damaged
+from damperlab.studies.store.faults import StudyBusy, StudyNotFound, catalogue_damaged
 from damperlab.studies.store.provenance import DESIGNS, SUBMITTED_BY
 from damperlab.studies.store.record import Record, utc
 from damperlab.studies.store.solver import is_outdated
@@ -258,15 +257,6 @@ def record_of(row: Row[Any]) -> Record:
     # the other fields of a record are columns of the row
     copied = {name: value for name, value in row._mapping.items() if name in _FIELDS}
     return Record(**(copied | computed))
-
-
-def number_before(cursor: str) -> int:
-    """Return the study's number from the cursor of a page; raise `StoreFault` if the cursor is invalid."""
-    if not re.fullmatch("before-[0-9]{1,18}", cursor):
-        raise StoreFault(
-            "cursor", describe(cursor), "the cursor of a page", "leave it out for the first page"
-        )
-    return int(cursor.removeprefix("before-"))
 
 
 def pieces(items: Iterable[Item]) -> Iterator[list[Item]]:

@@ -1,7 +1,7 @@
 """The file `zarr.json`, which describes a cube. The file is written at submission, and read when the cube is opened.
 
 The file contains Zarr's metadata of the group and of all arrays. The chunks of the arrays are in the files of the
-blocks (`packed.py`). Every variable has the codec `damperlab.block`, whose configuration lists
+blocks (`block_file.py`). Every variable has the codec `damperlab.block`, whose configuration lists
 the codecs that encode the values.
 """
 
@@ -128,7 +128,7 @@ def first_pieces(
     }
     pieces = {DESCRIPTION: seal(json.dumps(document).encode())}
     for name, values in coordinates.items():
-        if "value" not in _place_of(values):
+        if not _is_single_number(values):
             pieces[f"{name}/c.0"] = encode_coordinate(values)
     return pieces
 
@@ -279,8 +279,7 @@ def _variable(
 def _coordinate(name: str, values: np.ndarray, study: AnyStudy) -> dict[str, Any]:
     text = values.dtype.kind == "U"
     array_bytes = {"name": "vlen-utf8"} if text else {"name": "bytes", "configuration": {"endian": "little"}}
-    place = _place_of(values)
-    # if a dimension has a single number, this number is stored as the fill value, and no chunk is needed
+    single = _is_single_number(values)
     return {
         "zarr_format": 3,
         "node_type": "array",
@@ -288,15 +287,16 @@ def _coordinate(name: str, values: np.ndarray, study: AnyStudy) -> dict[str, Any
         "data_type": "string" if text else "float64",
         "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [len(values)]}},
         "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
-        "fill_value": place.get("value", "" if text else "NaN"),
-        "codecs": [array_bytes] if "value" in place else [array_bytes, {"name": "crc32c"}],
+        "fill_value": float(values[0]) if single else "" if text else "NaN",
+        "codecs": [array_bytes] if single else [array_bytes, {"name": "crc32c"}],
         "dimension_names": [name],
         "attributes": dict(study.labels[name]),
     }
 
 
-def _place_of(values: np.ndarray) -> dict[str, float]:
-    return {"value": float(values[0])} if len(values) == 1 and values.dtype.kind != "U" else {}
+def _is_single_number(values: np.ndarray) -> bool:
+    """Whether a coordinate is stored as the fill value of its array, so that it needs no chunk."""
+    return len(values) == 1 and values.dtype.kind != "U"
 
 
 def _attributes(variable: Variable) -> dict[str, Any]:

@@ -15,10 +15,10 @@ from xarray.core.indexing import (
 )
 
 from damperlab.studies.conventions import of_variable_in_units
+from damperlab.studies.store.cube.block_file import Marks, block_key, read_part
 from damperlab.studies.store.cube.coding import StoredArray
 from damperlab.studies.store.cube.decoded import KEPT, read_outer
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, block_grid, describe_cube
-from damperlab.studies.store.cube.packed import Marks, block_key, read_part
 from damperlab.studies.store.faults import reporting_damage
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.units import base_of, ratios_beside, results_along

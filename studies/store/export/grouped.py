@@ -14,9 +14,9 @@ from math import prod
 
 import numpy as np
 
+from damperlab.studies.store.cube.block_file import Marks
 from damperlab.studies.store.cube.coding import StoredArray
 from damperlab.studies.store.cube.description import Description, block_grid
-from damperlab.studies.store.cube.packed import Marks
 from damperlab.studies.store.files.shelf import Shelf
 
 POINTS = 2**16

@@ -15,8 +15,7 @@ from zarr.abc.store import RangeByteRequest, Store
 from zarr.core.buffer import Buffer, NDBuffer, default_buffer_prototype
 from zarr.storage import StorePath
 
-from damperlab.studies.store.cube.description import CODEC, DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.cube.packed import (
+from damperlab.studies.store.cube.block_file import (
     BLOCKS,
     LONGEST_HEADER,
     Header,
@@ -24,6 +23,7 @@ from damperlab.studies.store.cube.packed import (
     parse_block_key,
     parse_header,
 )
+from damperlab.studies.store.cube.description import CODEC, DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.manifest import MARKS, parse_marks
 

@@ -24,7 +24,7 @@ from damperlab.studies.store.catalogue.rows import (
     sums_of_marks,
 )
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
-from damperlab.studies.store.cube.packed import BLOCKS
+from damperlab.studies.store.cube.block_file import BLOCKS
 from damperlab.studies.store.faults import NothingToDo, StoreFault, catalogue_damaged, using
 from damperlab.studies.store.life_cycle.manifest import drop_marks, keep_marks
 from damperlab.studies.store.life_cycle.states import States

@@ -28,8 +28,8 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import NEVER_ENTERED, RESERVED, pieces, record_of
 from damperlab.studies.store.catalogue.tables import events, studies
+from damperlab.studies.store.cube.block_file import BLOCKS
 from damperlab.studies.store.cube.description import block_grid, bytes_per_point, first_pieces
-from damperlab.studies.store.cube.packed import BLOCKS
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import StoreFault, cannot_use, using
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
@@ -40,8 +40,8 @@ _Answer = TypeVar("_Answer")
 
 
 @dataclass(frozen=True)
-class NewStudy:
-    """A study that is about to be entered into the catalogue.
+class Submission:
+    """A submitted study with its options.
 
     Parameters
     ----------
@@ -50,21 +50,22 @@ class NewStudy:
     chunk : tuple of int
         Extent of a block along each dimension.
     provenance : dict of str
-        Provenance of the study.
+        Provenance, from `damperlab.studies.store.provenance.provenance`.
     reuse : bool
         Whether the study may reuse points of earlier studies.
-    version : int
-        Version of the study; see `Record`.
-    priority : int
-        Priority of the study; see `Record`.
+    key : str, optional
+        Idempotency key: a name chosen by the caller, which cannot be used for another definition.
+    priority, version : int
+        Priority and version of the study; see `Record`. The priority of an existing study is not changed.
     """
 
     study: AnyStudy
     chunk: tuple[int, ...]
     provenance: dict[str, str]
-    reuse: bool
-    version: int = 1
+    reuse: bool = True
+    key: str | None = None
     priority: int = 0
+    version: int = 1
 
     @property
     def id(self) -> str:
@@ -105,7 +106,7 @@ class Entering(Cubes):
 
     def enter(
         self,
-        decide: Callable[[Connection], tuple[list[NewStudy], Callable[[list[Record]], _Answer]]],
+        decide: Callable[[Connection], tuple[list[Submission], Callable[[list[Record]], _Answer]]],
         what: str,
     ) -> _Answer:
         """Enter studies in three steps: reserve numbers, create the cubes, and write the rows.
@@ -153,17 +154,19 @@ class Entering(Cubes):
             self._discard([each for study_id, each in made.items() if study_id not in entered])
         return answered
 
-    def _reserve(self, connection: Connection, entries: Sequence[NewStudy]) -> list["_Made"]:
+    def _reserve(self, connection: Connection, entries: Sequence[Submission]) -> list["_Made"]:
         """Reserve new numbers by inserting rows that have no id and are marked as deleted."""
         now = time.time()
+        texts = dict.fromkeys(("id", "digest", "name", "definition", "provenance"), "")
+        sizes = {"points_total": 0, "blocks_total": 0, "shape": "[]", "chunk": "[]"}
+        row = {**texts, **sizes, "state": "queued", "created": now, "deleted": now}
         new = insert(studies).returning(studies.c.number, sort_by_parameter_order=True)
-        numbers = connection.execute(new, [_reserved(now)] * len(entries)).scalars()
+        numbers = connection.execute(new, [row] * len(entries)).scalars()
         return [_Made(entry, number, now) for entry, number in zip(entries, numbers, strict=True)]
 
     def _make(self, fresh: Sequence["_Made"]) -> None:
-        cubes = {each.name: each.files() for each in fresh}
         with using(self.shelf.address):
-            self.shelf.make(cubes, (BLOCKS,))
+            self.shelf.make({each.name: each.files() for each in fresh}, (BLOCKS,))
 
     def _discard(self, several: Sequence["_Made"]) -> None:
         """Remove cubes whose studies were not entered, and withdraw the reserved numbers."""
@@ -198,7 +201,11 @@ class Entering(Cubes):
         for digests in pieces(each.entry.study.digest for each in several):
             query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(digests)).group_by(c.id)
             ever |= {row[0]: row[1] for row in connection.execute(query)}
-        rows = [_row(each, ever.get(each.entry.id, 0)) for each in several]
+        rows = []
+        for each in several:
+            revision = ever.get(each.entry.id, 0)
+            new = {"created": each.created, "deleted": None, "revision": revision, "taken_back": revision}
+            rows.append({"number": each.number, **each.entry.columns(), **new})
         names = rows[0].keys() - {"number"}
         change = update(studies).where(c.number == bindparam("of_number"))
         connection.execute(
@@ -250,17 +257,13 @@ class Entering(Cubes):
         """Raise `StoreFault` if an earlier submission found a cube whose results this catalogue lacks."""
         with self.catalogue.reading() as connection:
             name = fact(connection, UNKNOWN_RESULTS)
-            parsed = parse_cube_name(name or "")
-            ours = (
-                parsed
-                and connection.execute(
-                    select(studies.c.id).where(studies.c.number == parsed[1], studies.c.id == parsed[0])
-                ).first()
-            )
-        if name is None:
-            return
+            if name is None:
+                return
+            study_id, number = parse_cube_name(name) or ("", 0)
+            ours = select(studies.c.number).where(studies.c.number == number, studies.c.id == study_id)
+            known = connection.execute(ours).first() is not None
         shelf = self.shelf.at(name)
-        if not ours and holds_results(shelf):
+        if not known and holds_results(shelf):
             raise older_copy(shelf.address, self.catalogue.name)
         with self.catalogue.writing() as connection:
             forget(connection, UNKNOWN_RESULTS)
@@ -270,7 +273,7 @@ class Entering(Cubes):
 class _Made:
     """A new cube whose study has not been entered yet."""
 
-    entry: NewStudy
+    entry: Submission
     number: int
     created: float
 
@@ -297,15 +300,10 @@ def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int
     return found
 
 
-def _is_made(entry: NewStudy, made: dict[str, _Made], reserved: set[int]) -> bool:
+def _is_made(entry: Submission, made: dict[str, _Made], reserved: set[int]) -> bool:
     known = made.get(entry.id)
     # the cube must have been created for this very submission, and its number must still be reserved
     return known is not None and known.entry.study is entry.study and known.number in reserved
-
-
-def _row(made: _Made, revision: int) -> dict[str, Any]:
-    new = {"created": made.created, "deleted": None, "revision": revision, "taken_back": revision}
-    return {"number": made.number, **made.entry.columns(), **new}
 
 
 def box_of(study: AnyStudy) -> list[list[Any]]:
@@ -315,9 +313,3 @@ def box_of(study: AnyStudy) -> list[list[Any]]:
         for values in study.coordinates.values()
         if values.dtype.kind == "f"
     ]
-
-
-def _reserved(now: float) -> dict[str, Any]:
-    texts = dict.fromkeys(("id", "digest", "name", "definition", "provenance"), "")
-    sizes = dict.fromkeys(("points_total", "blocks_total"), 0)
-    return {**texts, **sizes, "state": "queued", "shape": "[]", "chunk": "[]", "created": now, "deleted": now}

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,6 @@ from damperlab.studies.store.catalogue.rows import (
     asked_for,
     in_trash,
     newest_row,
-    number_before,
     record_of,
     study_row,
     too_few_digits,
@@ -112,13 +112,11 @@ class Wanted:
             found += [not_(asked_for(purpose)) for purpose in (DESIGNS, REFINES)]
         return found
 
-    @property
-    def looks_inside(self) -> bool:
-        """Whether there is a condition on an axis. The database cannot check such a condition."""
-        return self.axis is not None
-
     def fits(self, row: Row[Any]) -> bool:
-        """Whether the study's values along the axis overlap the range from `low` to `high`."""
+        """Whether the study's values along the axis overlap the range from `low` to `high`.
+
+        The database cannot check this condition.
+        """
         definition = json.loads(row.definition)
         names = [name for name in dimensions_of_definition(definition) if name not in _OF_TEXTS]
         box = dict(zip(names, json.loads(row.box), strict=True))
@@ -229,13 +227,16 @@ class Lookup(Cubes):
         if not 1 <= limit <= PAGE_LIMIT:
             raise StoreFault("limit", str(limit), f"a number from 1 to {PAGE_LIMIT}", "ask page by page")
         query = select(studies).where(*wanted.clauses()).order_by(studies.c.number.desc())
-        before = math.inf if cursor is None else number_before(cursor)
+        if cursor is not None and not re.fullmatch("before-[0-9]{1,18}", cursor):
+            allowed, advice = "the cursor of a page", "leave it out for the first page"
+            raise StoreFault("cursor", describe(cursor), allowed, advice)
+        before = math.inf if cursor is None else int(cursor.removeprefix("before-"))
         found: list[Row[Any]] = []
         looked_at, more = 0, True
         with self.catalogue.reading() as connection:
             while more and len(found) < limit and looked_at < MOST_LOOKED_AT:
                 # read one row more than needed, to detect whether more rows follow
-                size = VALUES if wanted.looks_inside else limit
+                size = limit if wanted.axis is None else VALUES
                 behind = query if before == math.inf else query.where(studies.c.number < before)
                 rows = connection.execute(behind.limit(size + 1)).all()
                 more = len(rows) > size
@@ -244,7 +245,7 @@ class Lookup(Cubes):
                         more = True
                         break
                     looked_at, before = looked_at + 1, row.number
-                    if not wanted.looks_inside or wanted.fits(row):
+                    if wanted.axis is None or wanted.fits(row):
                         found.append(row)
         return Page(tuple(map(record_of, found)), f"before-{before}" if more else None)
 

@@ -274,9 +274,7 @@ class States(Lookup):
                     before.finished,
                 ):
                     # the study changed during this write, which may have replaced newer marks
-                    with self.catalogue.reading() as connection:
-                        number = study_row(connection, study_id).number
-                    drop_marks(self.cube_shelf(study_id, number))
+                    drop_marks(self.find_cube(study_id))
                     self._keep_late(study_id)
                     return
         except (StudyNotFound, FileNotFoundError):

@@ -1,10 +1,9 @@
 """Submission and recomputation of studies. A study is entered once, however often it is submitted."""
 
-import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from sqlalchemy import Connection, insert, select
@@ -18,7 +17,6 @@ from damperlab.studies.store.catalogue.rows import ALIVE, newest_row, pieces, re
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import keys, studies
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
-from damperlab.studies.store.cube.description import block_grid
 from damperlab.studies.store.faults import (
     CatalogueDamaged,
     KeyTaken,
@@ -26,44 +24,11 @@ from damperlab.studies.store.faults import (
     QuotaReached,
     reporting_damage,
 )
-from damperlab.studies.store.life_cycle.entering import Entering, NewStudy
+from damperlab.studies.store.life_cycle.entering import Entering, Submission
 from damperlab.studies.store.provenance import SUBMITTED_BY, signed, submitter
 from damperlab.studies.store.record import Record
 
 _MOST = 256  # largest number of studies in one transaction, so that other writers do not wait long
-
-
-@dataclass(frozen=True)
-class Submission:
-    """A submitted study with its options.
-
-    Parameters
-    ----------
-    study, plan : AnyStudy, Plan
-        The study, and the division of its grid into blocks.
-    provenance : dict of str
-        Provenance, from `damperlab.studies.store.provenance.provenance`.
-    reuse : bool
-        Whether the study may reuse points of earlier studies.
-    key : str, optional
-        Idempotency key: a name chosen by the caller, which cannot be used for another definition.
-    priority : int
-        Priority of the study; see `Record`. The priority of an existing study is not changed.
-    """
-
-    study: AnyStudy
-    plan: Plan
-    provenance: dict[str, str]
-    reuse: bool = True
-    key: str | None = None
-    priority: int = 0
-
-    def __post_init__(self) -> None:
-        """Check that the plan belongs to the study."""
-        if self.plan.count != math.prod(block_grid(self.study.shape, self.plan.chunk)):
-            raise ValueError(
-                f"a plan of {self.plan.count} blocks of {self.plan.chunk} does not fit a grid of {self.study.shape}"
-            )
 
 
 Entered = list[tuple[Record, bool]]
@@ -86,7 +51,9 @@ class Submissions(Entering):
         key: str | None = None,
         priority: int = 0,
     ) -> tuple[Record, bool]:
-        """Enter a new study, or return the record of an existing study. The parameters are those of `Submission`.
+        """Enter a new study, or return the record of an existing study.
+
+        The plan divides the grid of the study into blocks. The other parameters are those of `Submission`.
 
         Returns
         -------
@@ -110,7 +77,7 @@ class Submissions(Entering):
                 row = newest_row(connection, study.digest)
             if row is not None:
                 return record_of(row), False
-        return self.submit_all([Submission(study, plan, provenance, reuse, key, priority)])[0]
+        return self.submit_all([Submission(study, plan.chunk, provenance, reuse, key, priority)])[0]
 
     def submit_all(self, submissions: Sequence[Submission]) -> Entered:
         """Submit several studies as `submit` does. Either all of the studies are entered, or none."""
@@ -120,16 +87,14 @@ class Submissions(Entering):
     def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
         """Enter the submissions of several threads. If one list is refused, the other lists are still entered."""
 
-        def decide(connection: Connection) -> tuple[list[NewStudy], Callable[[list[Record]], list[Any]]]:
+        def decide(connection: Connection) -> tuple[list[Submission], Callable[[list[Record]], list[Any]]]:
             asked = _Asked(connection, lists)
             ledger = Ledger(connection, self.quota)
-            entries: dict[str, NewStudy] = {}
+            entries: dict[str, Submission] = {}
             refused: dict[int, Exception] = {}
             for place, some in enumerate(lists):
                 fresh = {
-                    one.study.digest: NewStudy(
-                        one.study, one.plan.chunk, one.provenance, one.reuse, priority=one.priority
-                    )
+                    one.study.digest: one
                     for one in reversed(some)
                     if one.study.digest not in asked.known and one.study.digest not in entries
                 }
@@ -194,7 +159,7 @@ class Submissions(Entering):
 
         def decide(
             connection: Connection,
-        ) -> tuple[list[NewStudy], Callable[[list[Record]], tuple[Record, bool]]]:
+        ) -> tuple[list[Submission], Callable[[list[Record]], tuple[Record, bool]]]:
             older = record_of(study_row(connection, study_id))
             if not older.blocks_done or (older.state == "done" and not older.outdated):
                 raise _nothing_to_recompute(older)
@@ -202,8 +167,13 @@ class Submissions(Entering):
             newest = record_of(row) if row is not None else older
             if newest.id != older.id and not newest.outdated:
                 return [], lambda entered: (newest, False)
-            entry = NewStudy(
-                study, older.chunk, signed(provenance), older.reuse, newest.version + 1, older.priority
+            entry = Submission(
+                study,
+                older.chunk,
+                signed(provenance),
+                older.reuse,
+                priority=older.priority,
+                version=newest.version + 1,
             )
             Ledger(connection, self.quota).enter(submitter.get(), study.points, entry.bytes, 1)
             return [entry], lambda entered: (entered[0], True)

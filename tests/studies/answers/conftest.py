@@ -9,8 +9,8 @@ import xarray as xr
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.cube.description import stored_variables
-from damperlab.studies.store.cube.packed import write_region
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import ResponseClass, Status
 

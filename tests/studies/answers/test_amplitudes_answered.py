@@ -24,10 +24,9 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.questions import Judging, Ranking, Selection, Tuning
 from damperlab.studies.store.care.verify import verify
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.cube.description import stored_variables
-from damperlab.studies.store.cube.packed import write_region
-from damperlab.studies.store.export.export import write_file
-from damperlab.studies.store.export.table import csv_lines
+from damperlab.studies.store.export.export import csv_lines, write_file
 from damperlab.studies.store.store import Store
 from damperlab.studies.tmd.transfer import amplitude_ratio
 from damperlab.studies.tmd.tunings import tuned

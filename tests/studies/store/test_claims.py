@@ -13,7 +13,7 @@ import damperlab.studies.store.life_cycle.claims
 import damperlab.studies.store.life_cycle.states
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import verify
-from damperlab.studies.store.cube.packed import write_region
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.life_cycle.claims import CLAIM_SECONDS
 from damperlab.studies.store.store import Store
 

@@ -19,14 +19,12 @@ from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
 import damperlab.studies.store.export.export
-import damperlab.studies.store.export.table
 from damperlab.studies.conventions import of_variable
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.cube.description import describe_cube, plain_metadata
-from damperlab.studies.store.cube.packed import write_region
-from damperlab.studies.store.export.export import write_file
+from damperlab.studies.store.export.export import csv_lines, parquet_pieces, write_file
 from damperlab.studies.store.export.grouped import POINTS, group_of, grouped_chunks, grouped_metadata
 from damperlab.studies.store.export.slabs import rows, slabs
-from damperlab.studies.store.export.table import csv_lines, parquet_pieces
 from damperlab.studies.store.faults import BlockDamaged
 from damperlab.studies.units import coordinates_in_units, with_units
 from damperlab.studies.variables import DIMENSIONS
@@ -70,7 +68,7 @@ def test_slabs_and_rows_hold_every_point_once(shape, budget):
 
 @pytest.mark.parametrize("budget", [16])
 def test_csv_has_a_row_a_point_and_every_digit(cube, monkeypatch, budget):
-    monkeypatch.setattr(damperlab.studies.store.export.table, "BUDGET", budget)
+    monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", budget)
     table = list(csv.reader("".join(csv_lines(cube)).splitlines()))
     names = [*DIMENSIONS, *cube.data_vars]
     assert table[0] == names
@@ -176,8 +174,7 @@ def test_a_netcdf_that_fails_leaves_the_old_file(cube, tmp_path, monkeypatch):
 
 def test_exports_hold_a_piece_of_the_cube_at_a_time(store, tmp_path, monkeypatch):
     monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", 2000)
-    monkeypatch.setattr(damperlab.studies.store.export.table, "BUDGET", 2000)
-    monkeypatch.setattr(damperlab.studies.store.export.table, "ROWS_AT_ONCE", 250)
+    monkeypatch.setattr(damperlab.studies.store.export.export, "ROWS_AT_ONCE", 250)
     axes = {
         "clearance_ratio": {"start": 1, "stop": 25, "num": 20},
         "friction_ratio": {"start": 0, "stop": 1, "num": 20},
@@ -201,7 +198,7 @@ def test_exports_hold_a_piece_of_the_cube_at_a_time(store, tmp_path, monkeypatch
 
 
 def test_parquet_brings_every_bit_back_in_many_pieces(cube, monkeypatch):
-    monkeypatch.setattr(damperlab.studies.store.export.table, "BUDGET", 7)
+    monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", 7)
     pieces = list(parquet_pieces(cube))
     assert len(pieces) > 5
     file = pyarrow.parquet.ParquetFile(io.BytesIO(b"".join(pieces)))

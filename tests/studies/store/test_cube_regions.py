@@ -13,7 +13,7 @@ import xarray as xr
 from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, put, values_of
 
 import damperlab.studies.store.files.folder
-from damperlab.studies.store.cube.packed import write_region
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import DIMENSIONS, STANDARD, VARIABLES, Status

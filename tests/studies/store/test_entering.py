@@ -11,7 +11,7 @@ from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.batches import Batches
 from damperlab.studies.store.catalogue.quota import Quota
 from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached
-from damperlab.studies.store.life_cycle.submissions import Submission
+from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.store import Store
 
 THREADS = 12
@@ -21,7 +21,7 @@ THREADS = 12
 def submission():
     def make(number: int, key: str | None = None) -> Submission:
         study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number))
-        return Submission(study, make_plan_of(study), {"kernels": "k"}, key=key)
+        return Submission(study, make_plan_of(study).chunk, {"kernels": "k"}, key=key)
 
     return make
 

@@ -34,11 +34,11 @@ def test_an_empty_or_foreign_catalogue_is_refused(tmp_path):
         store.close()
     before = files(tmp_path / "mine" / "cubes")
     shutil.copy(tmp_path / "other" / "catalogue.sqlite", tmp_path / "mine" / "catalogue.sqlite")
-    with pytest.raises(StoreFault, match="belong to a catalogue other than"):
+    with pytest.raises(StoreFault, match="belongs to a catalogue other than"):
         Store.open(tmp_path / "mine")
     Store.open(tmp_path / "empty").close()
     shutil.copy(tmp_path / "empty" / "catalogue.sqlite", tmp_path / "mine" / "catalogue.sqlite")
-    with pytest.raises(StoreFault, match="belong to a catalogue other than"):
+    with pytest.raises(StoreFault, match="belongs to a catalogue other than"):
         Store.open(tmp_path / "mine")
     assert files(tmp_path / "mine" / "cubes") == before
 

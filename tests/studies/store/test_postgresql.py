@@ -16,7 +16,7 @@ from tests.studies.store.racing import race
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
-from damperlab.studies.store.cube.packed import write_region
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.lookup import Wanted
 from damperlab.studies.store.store import Store

@@ -28,7 +28,7 @@ from damperlab.studies.store.care import verify as verifying
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
-from damperlab.studies.store.cube.packed import write_region
+from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.life_cycle.manifest import lost_end
 from damperlab.studies.store.store import Store

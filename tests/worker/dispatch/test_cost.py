@@ -13,7 +13,7 @@ from damperlab.service.estimates import estimate_document
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.digest import family_digest
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.reuse.reuse import done_of_family
+from damperlab.studies.store.reuse import done_of_family
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import (

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 from tests.ports import free_port
 
 from damperlab.studies.definition import Study
@@ -26,16 +27,26 @@ def nothing(study: Study, block: Block) -> dict[str, np.ndarray]:
     return {name: np.full(values.shape, np.nan) for name, values in solve_block(study, block).items()}
 
 
-def test_known_points_are_right_here_and_a_wrong_one_is_named_with_its_truth() -> None:
+SOLVE = "damperlab.worker.worker_process.examination.solve_block"
+
+
+def test_known_points_are_right_here_and_a_wrong_one_is_named_with_its_truth(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     assert wrong_answers() == ""
-    said = wrong_answers(off_by_one_in_the_sixth_digit)
+    monkeypatch.setattr(SOLVE, off_by_one_in_the_sixth_digit)
+    said = wrong_answers()
     assert all(f"{truth:.9g} at friction ratio {friction:g}" in said for friction, truth in KNOWN.items())
-    assert wrong_answers(nothing).count("nan in place of") == len(KNOWN)
+    monkeypatch.setattr(SOLVE, nothing)
+    assert wrong_answers().count("nan in place of") == len(KNOWN)
 
 
-def test_file_is_not_touched_where_the_answers_are_wrong(tmp_path: Path) -> None:
+def test_file_is_not_touched_where_the_answers_are_wrong(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(SOLVE, off_by_one_in_the_sixth_digit)
     said: list[str] = []
-    asyncio.run(show_alive(tmp_path / "alive", said.append, off_by_one_in_the_sixth_digit))
+    asyncio.run(show_alive(tmp_path / "alive", said.append))
     assert len(said) == 1
     assert said[0].startswith("it computes wrong values for known points: 131.5")
     assert not (tmp_path / "alive").exists()

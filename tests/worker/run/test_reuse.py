@@ -10,9 +10,9 @@ import xarray as xr
 from tests.worker.run_here import give_up, planned, run_here, submit
 
 from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.store.cube.known_points import known_points
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.reuse.known_points import known_points
-from damperlab.studies.store.reuse.reuse import Overlaps
+from damperlab.studies.store.reuse import Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.worker_process import tasks
 

@@ -12,9 +12,9 @@ from tests.worker.run_here import give_up, run_here, submit
 from damperlab.studies.definition import parse_study
 from damperlab.studies.store.catalogue.rows import study_row
 from damperlab.studies.store.catalogue.tables import done_blocks
+from damperlab.studies.store.differences import differences_of
 from damperlab.studies.store.faults import NothingToDo, StudyNotFound
 from damperlab.studies.store.record import BlockOutcome, Record
-from damperlab.studies.store.reuse.differences import differences_of
 from damperlab.studies.store.solver import solver
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status

@@ -17,11 +17,11 @@ from damperlab.studies.store.catalogue.rows import ALIVE, asked_for, pieces, rec
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import block_grid, stored_variables
+from damperlab.studies.store.cube.known_points import Source
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.life_cycle.entering import box_of
 from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.reuse.known_points import Source
 from damperlab.studies.store.store import Store
 
 MOST_STUDIES = 8

@@ -37,7 +37,7 @@ def known_points(
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Read the points of a block that earlier studies have computed. A lost or damaged cube contributes no points.
 
-    The sources are the earlier studies, from `reuse.Overlaps.of`.
+    The sources are the earlier studies, from `damperlab.studies.store.reuse.Overlaps.of`.
 
     Returns
     -------

@@ -18,7 +18,7 @@ raises an error and never returns a fill value.
 import json
 import struct
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +27,7 @@ import numpy as np
 
 from damperlab.studies.plan import Block
 from damperlab.studies.store.cube.coding import checksum, checksum_holds
-from damperlab.studies.store.cube.description import description_of
+from damperlab.studies.store.cube.description import Description, description_of
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import BlockOutcome
@@ -228,17 +228,19 @@ def read_part(shelf: Shelf, digest: str, index: int, generation: str, variable: 
     return part
 
 
-def whole_block(
-    content: bytes, variables: Collection[str], digest: str, index: int, generation: str
-) -> Header:
-    """Check a block's file and return the header; raise `ValueError` for damage or the file of another block."""
+def read_whole(shelf: Shelf, described: Description, index: int, generation: str) -> tuple[Header, bytes]:
+    """Read and check a block's file; raise `ValueError` for damage or the file of another block, `OSError` as `get`.
+
+    Return the header and the content of the file.
+    """
+    content = shelf.get(block_key(index, generation))
     header = parse_header(content)
     if header is None:
         raise ValueError("the file is cut short")
-    header.require(digest, index, generation)
-    if set(header.parts) != set(variables):
+    header.require(described.digest, index, generation)
+    if header.parts.keys() != described.arrays.keys():
         raise ValueError("the file does not hold the study's variables")
     for name, (start, size) in header.parts.items():
         if not checksum_holds(content[start : start + size]):
             raise ValueError(f"{name} is not as it was written")
-    return header
+    return header, content
