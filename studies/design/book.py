@@ -18,9 +18,8 @@ from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.suites import RECORD_VARIABLES, contact_time_of, known_of, suites_of
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.specification.excitation import Amplitude
+from damperlab.studies.specification.excitation import ONCE, Amplitude, Case, Under
 from damperlab.studies.specification.measure import LIMITS, MEASURES
-from damperlab.studies.specification.records import ONCE, Case, Under
 from damperlab.studies.specification.specification import STARTS, Specification
 from damperlab.studies.variables import BEFORE, MADE_BY, Status
 

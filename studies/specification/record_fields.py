@@ -9,8 +9,8 @@ from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import Entry, read_entries
 from damperlab.studies.ground.suite_reading import too_long
+from damperlab.studies.specification.excitation import RecordCases
 from damperlab.studies.specification.fields import Fields
-from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Structure
 
 OF_RECORDS = ("records", *GENERATED)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from damperlab.studies.faults import NOTHING, describe, listing
-from damperlab.studies.ground.sweep_reading import AMPLITUDES
+from damperlab.studies.ground.sweep import AMPLITUDES
 from damperlab.studies.physical import (
     DAMPING,
     EXCITATION_FREQUENCY,
