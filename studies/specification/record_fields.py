@@ -56,10 +56,6 @@ class RecordFields(Fields):
         ]
 
     @property
-    def _shaken_by_records(self) -> bool:
-        return bool(self._by_records)
-
-    @property
     def _shaken_over_bands(self) -> bool:
         return len(self._shakers) > len(self._by_records)
 
