@@ -86,26 +86,24 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
         curve = book.curve(build, amplitude)
         if not curve.r.size:
             continue
+        record = isinstance(amplitude, Case)
         for limit in asked.limits:
             variables = asked.limited(limit, amplitude)
             if variables:
-                results = np.prod([np.nan_to_num(curve[each], posinf=np.inf) for each in variables], axis=0)
-                size = 1.0 if isinstance(amplitude, Case) else _size(curve, LIMITS[limit], own_speed)
-                highest = int((size * results).argmax())
-                if (size * results)[highest] > reached[limit]:
-                    reached[limit] = float((size * results)[highest])
+                size = 1.0 if record else _size(curve, LIMITS[limit], own_speed)
+                product = np.prod([np.nan_to_num(curve[each], posinf=np.inf) for each in variables], axis=0)
+                results = size * product
+                highest = int(results.argmax())
+                if results[highest] > reached[limit]:
+                    reached[limit] = float(results[highest])
                     reached_at[limit] = amplitude, _nominal(build, curve, amplitude, highest)
-                errors = (
-                    curve.errors_of(variables[0])
-                    if LIMITS[limit].has_error(isinstance(amplitude, Case))
-                    else None
-                )
-                beyond = None if errors is None else quantile * size * errors
-                at_most[limit] = max(at_most[limit], _at_most(curve, size * results, beyond))
+                errors = None
+                if LIMITS[limit].has_error(record):
+                    errors = quantile * size * curve.errors_of(variables[0])
+                at_most[limit] = max(at_most[limit], _at_most(curve, results, errors))
         judged = _judged(curve, quantile)
         most = max(most, judged.most)
         if best is None or judged.value > best.value:
-            record = isinstance(amplitude, Case)
             at = _nominal(build, curve, amplitude, judged.place)
             best = Score(
                 judged.value,
