@@ -30,8 +30,8 @@ from damperlab.studies.design.starts import Reached
 from damperlab.studies.design.verdict import CALLED as DAMPERS
 from damperlab.studies.design.verdict import called_of, kind_of, verdict_of
 from damperlab.studies.design.words import details_of
+from damperlab.studies.specification.excitation import Case
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
-from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import JUDGES, Specification
 from damperlab.studies.spelling import spelled
 

@@ -123,7 +123,7 @@ MUTANTS = (
     ),
     Mutant(
         "studies/ground/shelf.py",
-        "        sync_path(self.folder.parent)\n",
+        "            sync_path(self.folder.parent)\n",
         "",
         "tests/studies/store/test_folder.py",
     ),

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from damperlab.studies.fit.history.asking import make_history_question
-from damperlab.studies.fit.history.history import History
-from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
+from damperlab.studies.fit.history.question import RELEASE, History, HistoryQuestion
 from damperlab.worker.fit.history.march import displacement
 
 NOISE = 0.01

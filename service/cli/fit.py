@@ -130,7 +130,7 @@ def fit(
     ranges = _ranges(free)
     with working("Reading the measurement"):
         from damperlab.studies.fit.document import read_structure, read_table
-        from damperlab.studies.fit.history.history import History
+        from damperlab.studies.fit.history.question import History
 
         known: dict[str, Any] = {} if structure is None else read_structure(structure)
         known |= contact_document(contact, contact_time)
@@ -196,7 +196,7 @@ def _of_response() -> _Way:
 def _of_history() -> _Way:
     from damperlab.service.history_report import history_document
     from damperlab.studies.fit.history.asking import make_history_question
-    from damperlab.studies.fit.history.harmonic import check_study
+    from damperlab.studies.fit.history.fitted import check_study
     from damperlab.studies.fit.verdict import verdict_of_history
     from damperlab.worker.fit.history.estimate import fit_history
     from damperlab.worker.fit.history.march import scenes_of

@@ -14,8 +14,8 @@ from damperlab.studies.ground.paper import BASE_AMPLITUDES_M
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.random_vibration import DURATION, FREQUENCY, LEVELS
 from damperlab.studies.ground.shock import NUMBERS, SHAPES
-from damperlab.studies.ground.sweep_reading import AMPLITUDES as AMPLITUDES_OF_SWEEP
-from damperlab.studies.ground.sweep_reading import ENDS, PACES
+from damperlab.studies.ground.sweep import AMPLITUDES as AMPLITUDES_OF_SWEEP
+from damperlab.studies.ground.sweep import ENDS, PACES
 from damperlab.studies.ground.variables import DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS

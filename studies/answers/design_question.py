@@ -205,13 +205,12 @@ def axes_within(cube: "xr.Dataset", ranges: Mapping[str, tuple[float, float]]) -
     return {name: within(cube, name, name, wanted.get(name)) for name in dimensions}
 
 
-def _check_limits(field: str, limits: tuple[float, float]) -> str:
-    """Return a range in words; raise `QueryFault` if an end is NaN, or if the lower end exceeds the upper end."""
+def _check_limits(field: str, limits: tuple[float, float]) -> None:
+    """Raise `QueryFault` if an end of a range is NaN, or if the lower end exceeds the upper end."""
     low, high = limits
-    shown = f"{low:.10g} to {high:.10g}"
     if math.isnan(low) or math.isnan(high) or low > high:
-        raise refused(field, shown, "two numbers, the lower one first", "correct the range")
-    return shown
+        found = f"{low:.10g} to {high:.10g}"
+        raise refused(field, found, "two numbers, the lower one first", "correct the range")
 
 
 def trapezoid(frequencies: np.ndarray) -> np.ndarray:

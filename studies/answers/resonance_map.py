@@ -199,11 +199,8 @@ def _in_units(
 
 
 def _slice(cube: "xr.Dataset", x: str, y: str, metric: str, index: Mapping[str, int]) -> "xr.Dataset":
-    status = read(cube, "status", index, (y, x))
-    values = {
-        name: status if name == "status" else read(cube, name, index, (y, x))
-        for name in (metric, *companions(cube, metric))
-    }
+    values = {name: read(cube, name, index, (y, x)) for name in (metric, *companions(cube, metric))}
+    status = values["status"]
     if not coded(cube, metric):
         values[metric] = as_float(values[metric])
     attributes = completeness(*count(status), status.size)

@@ -23,8 +23,7 @@ from damperlab.studies.faults import describe
 from damperlab.studies.field import At
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import MOST_ABSORBER_MASS, Selection, Tuning
-from damperlab.studies.tmd.curves import exact_curves
-from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
+from damperlab.studies.tmd.transfer import amplitude_ratio, exact_curves, highest, without_absorber
 from damperlab.studies.tmd.tunings import MOST_UNDER_BASE, tuned
 from damperlab.studies.variables import BEFORE, Status
 from damperlab.studies.vocabulary import CRITERIA, Excitation
@@ -78,7 +77,7 @@ def tmd_comparison(
         of these frequencies divided by the number of frequencies with a known or unbounded response.
 
         Others: `exact` holds both exact curves for drawing, at frequencies close enough to miss no peak
-        (`studies.tmd.curves`). `complete`, `points`, `points_failed` and `note` are those of `frequency_response`,
+        (`exact_curves`). `complete`, `points`, `points_failed` and `note` are those of `frequency_response`,
         with sentences about the comparison added to `note`. `verdict` says in sentences which damper is better or, at
         one frequency, what to compute next.
 

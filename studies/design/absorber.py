@@ -52,8 +52,6 @@ class Beside:
     absorber : Absorber
         The absorber, tuned either for the smallest worst case of the measure, over the bands and within the tolerances,
         or for the smallest peak over all frequencies.
-    for_bands : bool
-        Whether the absorber is tuned for the bands, and not for the smallest peak over all frequencies.
     value : float
         Worst case over band, amplitudes and tolerances, in the unit of the measure.
     nominal : float
@@ -70,7 +68,6 @@ class Beside:
     """
 
     absorber: Absorber
-    for_bands: bool
     value: float
     nominal: float
     detuned: float
@@ -89,7 +86,7 @@ def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
     records, the absorber with the smallest peak over all frequencies is judged too. Of the two absorbers, the one with
     the smaller worst case under all excitations is returned.
     """
-    judged = [_judged(asked, one, for_bands) for one, for_bands in _tuned(asked, mass_ratio)]
+    judged = [_judged(asked, one) for one in _tuned(asked, mass_ratio)]
     return min(judged, key=lambda each: each.value, default=None)
 
 
@@ -99,12 +96,12 @@ def least_beside(asked: Specification, mass_ratio: float) -> float | None:
     The result is None if `tuned_beside` returns None.
     """
     exact = replace(asked, tolerances={})
-    values = [_worst(exact, _shaken(exact, one, {})) for one, _ in _tuned(exact, mass_ratio)]
+    values = [_worst(exact, _shaken(exact, one, {})) for one in _tuned(exact, mass_ratio)]
     return min(values, default=None)
 
 
-def _tuned(asked: Specification, mass_ratio: float) -> list[tuple[Absorber, bool]]:
-    """Return each tuned absorber, and whether it is tuned for the bands.
+def _tuned(asked: Specification, mass_ratio: float) -> list[Absorber]:
+    """Return the absorber that is tuned for the bands and, if there are records, the one with the smallest peak.
 
     The list is empty if `mass_ratio` is 0, or if the samples of a record are missing.
     """
@@ -115,11 +112,11 @@ def _tuned(asked: Specification, mass_ratio: float) -> list[tuple[Absorber, bool
     # a ground-motion record moves the base
     forced = not asked.records and all(each.motion.force for each in asked.excitations)
     usual = minimax(mass_ratio, asked.structure.damping_ratio, "force" if forced else "base")
-    tuned = [(tuned_for(asked, usual), True)] if asked.excitations else []
-    return tuned + ([(usual, False)] if asked.records else [])
+    tuned = [tuned_for(asked, usual)] if asked.excitations else []
+    return tuned + ([usual] if asked.records else [])
 
 
-def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside:
+def _judged(asked: Specification, absorber: Absorber) -> Beside:
     """Judge an absorber on the nominal structure, and on structures that deviate within the tolerances."""
     tried = list(structures(asked))
     every = [_shaken(asked, absorber, shares) for shares in tried]
@@ -139,7 +136,6 @@ def _judged(asked: Specification, absorber: Absorber, for_bands: bool) -> Beside
     )
     return Beside(
         absorber,
-        for_bands,
         value,
         values[0],
         max(value, detuned),

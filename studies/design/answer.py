@@ -22,8 +22,8 @@ from damperlab.studies.design.starts import Starts, hertz
 from damperlab.studies.design.verdict import acceleration_g, called_of, verdict_of
 from damperlab.studies.design.words import details_of
 from damperlab.studies.shapes import Count, Like, Measured, Number, Numbers, Range, Says
+from damperlab.studies.specification.excitation import Case, Under
 from damperlab.studies.specification.measure import DAMPER_LIMITS
-from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import NO_DAMPER, Absorber
 
@@ -247,9 +247,9 @@ def answer_document(found: Found) -> DesignAnswer:
     }
 
 
-def known_document(asked: Specification, ahead: tuple[Build, Score]) -> KnownDesign:
-    """Return the best damper so far, with its worst case, as a document."""
-    build, score = ahead
+def known_document(asked: Specification, judged: tuple[Build, Score]) -> KnownDesign:
+    """Return a damper with its worst case, for example the best damper so far, as a document."""
+    build, score = judged
     return {
         "design": design_document(build, asked),
         "worst": worst_document(asked, score),
@@ -371,9 +371,7 @@ def _alternative(found: Found, name: str) -> Alternative | None:
     if other is None:
         return None
     return {
-        "design": design_document(other.build, found.asked),
-        "worst": worst_document(found.asked, other.score),
-        "feasible": other.score.violation == 0.0,
+        **known_document(found.asked, (other.build, other.score)),
         "ratio": _times(other.score.value, found),
         "response": _response(found, other.build),
     }

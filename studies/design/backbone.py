@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from typing_extensions import TypedDict
 
-from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.found import Found
 from damperlab.studies.shapes import Number, Numbers
 from damperlab.studies.specification.excitation import Amplitude
@@ -74,12 +73,6 @@ def _under(found: Found, amplitude: Amplitude) -> OverBand:
         "worst_frequency_ratio": peak,
         "worst_frequency_hz": None if peak is None or hertz is None else hertz * peak,
     }
-
-
-def peaks_of(found: Found) -> list[tuple[Amplitude, Curve, int]]:
-    """Return each amplitude, the response under this amplitude, and the index of the largest response."""
-    curves = [(each, found.book.curve(found.build, each)) for each in found.shown]
-    return [(each, curve, int(curve.measured.argmax())) for each, curve in curves]
 
 
 def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> "xr.Dataset":

@@ -18,9 +18,8 @@ from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.suites import RECORD_VARIABLES, contact_time_of, known_of, suites_of
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.specification.excitation import Amplitude
+from damperlab.studies.specification.excitation import ONCE, Amplitude, Case, Under
 from damperlab.studies.specification.measure import LIMITS, MEASURES
-from damperlab.studies.specification.records import ONCE, Case, Under
 from damperlab.studies.specification.specification import STARTS, Specification
 from damperlab.studies.variables import BEFORE, MADE_BY, Status
 
@@ -146,13 +145,8 @@ class Book:
 
     def lacking(self, wanted: Iterable[Wanted]) -> int:
         """Count the wanted points that are unknown."""
-        return len({point for each in wanted for point in self._points(each)} - self._known.keys())
-
-    def _points(self, wanted: Wanted) -> Iterator[tuple[Spot, float]]:
-        """Yield the key of each wanted point: the parameters of the damper, and the frequency."""
-        spot = wanted.build.spot(self.asked.structure, wanted.amplitude)
-        for r in wanted.frequencies:
-            yield spot, r
+        asked = ((each.build.spot(self.asked.structure, each.amplitude), each.frequencies) for each in wanted)
+        return len({(spot, r) for spot, frequencies in asked for r in frequencies} - self._known.keys())
 
     def studies(self, wanted: Iterable[Wanted]) -> tuple[Study | Suite, ...]:
         """Return studies that compute the unknown points among `wanted`, in a deterministic order."""
@@ -165,9 +159,9 @@ class Book:
                     under_records.add(spot)
                 continue
             self._frequencies.setdefault(spot, set()).update(each.frequencies)
-            for point in self._points(each):
-                if point not in self._known:
-                    lacking.setdefault((each.amplitude.reference_m, spot), set()).add(point[1])
+            for r in each.frequencies:
+                if (spot, r) not in self._known:
+                    lacking.setdefault((each.amplitude.reference_m, spot), set()).add(r)
         groups: dict[tuple[_Kind, frozenset[float]], set[Place]] = {}
         for (amplitude, (law, place, contact)), frequencies in lacking.items():
             kind = _Kind(amplitude, place[2] > 0.0, law, contact)

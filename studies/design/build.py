@@ -6,9 +6,8 @@ from typing import Annotated, Any
 
 from damperlab.studies.cavity import LEVEL, Cavity, cavity_of
 from damperlab.studies.shapes import Says
-from damperlab.studies.specification.excitation import Amplitude
+from damperlab.studies.specification.excitation import Amplitude, Case, Under
 from damperlab.studies.specification.measure import DAMPER_LIMITS, DamperLimit
-from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import (
     CHOSEN,
     OF_DAMPER,

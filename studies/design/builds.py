@@ -12,7 +12,7 @@ from damperlab.studies.design.frequencies import between
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step, within
-from damperlab.studies.specification.records import ONCE, Case
+from damperlab.studies.specification.excitation import ONCE, Case
 from damperlab.studies.specification.specification import Specification
 
 FOR_BUILDS = 0.5

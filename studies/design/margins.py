@@ -97,14 +97,13 @@ def _may_rub(asked: Specification) -> bool:
     return not asked.rubs and not any(beside.values())
 
 
-def _size(search: Search, build: Build, name: str) -> float:
-    """Return the reference of a relative change: the value of a quantity, or the end of the range if the value is 0."""
-    return build.value(name) or search.asked.choices[name].stop
-
-
 def _value(search: Search, build: Build, name: str, share: float) -> float | None:
-    """Return a quantity after a relative change; None if the changed value is not allowed."""
-    value, size = build.value(name), _size(search, build, name)
+    """Return a quantity after a relative change; None if the changed value is not allowed.
+
+    The change is relative to the end of the range if the value is 0.
+    """
+    value = build.value(name)
+    size = value or search.asked.choices[name].stop
     top = QUANTITIES[name].highest
     low = 0.0 if name not in ("clearance_m", "particle_mass_kg") else 1e-3 * size
     moved = float(value + share * size)

@@ -9,14 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.design.band_mean import band_mean
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.curve import Curve
+from damperlab.studies.design.curve import Curve, band_mean
 from damperlab.studies.design.frequencies import rise
-from damperlab.studies.specification.excitation import Amplitude, Excitation
+from damperlab.studies.specification.excitation import Amplitude, Case, Excitation, Under
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS, Limit
-from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
 
 
@@ -44,8 +42,6 @@ class Score:
         Excitation of the worst case; None if no result is known.
     at_most : dict of float
         Upper bounds of the values in `reached`, at the required confidence.
-    violation_at_most : float
-        The largest share by which a value in `at_most` exceeds its limit; 0 if no value does.
     reached_at : dict of tuple
         Excitation and frequency ratio of each result in `reached`; a result of 0 has no entry.
     """
@@ -60,21 +56,12 @@ class Score:
     build: Build
     under: Under | None
     at_most: dict[str, float] = field(default_factory=dict)
-    violation_at_most: float = 0.0
     reached_at: dict[str, tuple[Under, float]] = field(default_factory=dict)
 
     @property
     def rank(self) -> tuple[float, float]:
         """Sort key: builds that keep the limits come first, the other builds follow in the order of `violation`."""
         return self.violation, self.value
-
-    @property
-    def sure(self) -> tuple[float, float]:
-        """Sort key like `rank`, but with the upper bound instead of the value.
-
-        The smallest of many values may be small by chance.
-        """
-        return self.violation, self.most
 
     @property
     def most(self) -> float:
@@ -99,26 +86,24 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
         curve = book.curve(build, amplitude)
         if not curve.r.size:
             continue
+        record = isinstance(amplitude, Case)
         for limit in asked.limits:
             variables = asked.limited(limit, amplitude)
             if variables:
-                results = np.prod([np.nan_to_num(curve[each], posinf=np.inf) for each in variables], axis=0)
-                size = 1.0 if isinstance(amplitude, Case) else _size(curve, LIMITS[limit], own_speed)
-                highest = int((size * results).argmax())
-                if (size * results)[highest] > reached[limit]:
-                    reached[limit] = float((size * results)[highest])
+                size = 1.0 if record else _size(curve, LIMITS[limit], own_speed)
+                product = np.prod([np.nan_to_num(curve[each], posinf=np.inf) for each in variables], axis=0)
+                results = size * product
+                highest = int(results.argmax())
+                if results[highest] > reached[limit]:
+                    reached[limit] = float(results[highest])
                     reached_at[limit] = amplitude, _nominal(build, curve, amplitude, highest)
-                errors = (
-                    curve.errors_of(variables[0])
-                    if LIMITS[limit].has_error(isinstance(amplitude, Case))
-                    else None
-                )
-                beyond = None if errors is None else quantile * size * errors
-                at_most[limit] = max(at_most[limit], _at_most(curve, size * results, beyond))
+                errors = None
+                if LIMITS[limit].has_error(record):
+                    errors = quantile * size * curve.errors_of(variables[0])
+                at_most[limit] = max(at_most[limit], _at_most(curve, results, errors))
         judged = _judged(curve, quantile)
         most = max(most, judged.most)
         if best is None or judged.value > best.value:
-            record = isinstance(amplitude, Case)
             at = _nominal(build, curve, amplitude, judged.place)
             best = Score(
                 judged.value,
@@ -131,19 +116,16 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
                 build,
                 amplitude,
             )
-    if best is None:
-        reached |= {name: build.limited(DAMPER_LIMITS[name]) for name in asked.damper_limits}
-        return Score(
-            math.inf, 0.0, 0.0, math.inf, reached, math.nan, math.nan, build, None, reached, math.inf
-        )
     own = {name: build.limited(DAMPER_LIMITS[name]) for name in asked.damper_limits}
+    if best is None:
+        reached |= own
+        return Score(math.inf, 0.0, 0.0, math.inf, reached, math.nan, math.nan, build, None, reached)
     return replace(
         best,
         error=most - best.value if math.isfinite(best.value) else 0.0,
         violation=_violation(asked, build, reached),
         reached=reached | own,
         at_most=at_most | own,
-        violation_at_most=_violation(asked, build, at_most),
         reached_at=reached_at,
     )
 
@@ -215,26 +197,20 @@ def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] |
     return about.factor * {"m": curve.base_m, "m/s": speed, "m/s²": speed * own_speed}[about.unit]
 
 
-def _highest(scores: list[Score], limit: str) -> Score:
-    """Return the score in which the quantity restricted by `limit` is largest."""
-    return max(scores, key=lambda one: one.reached[limit])
-
-
 def worst(scores: Iterable[Score]) -> Score:
     """Combine the scores of several builds into one, with the worst value of each quantity."""
     every = list(scores)
     top = max(every, key=lambda one: one.value)
-    reached = {name: max(one.reached[name] for one in every) for name in top.reached}
     most = max(one.most for one in every)
-    highest = {name: _highest(every, name) for name in reached}
+    # for each limit, the score in which the limited quantity is largest
+    highest = {name: max(every, key=lambda one: one.reached[name]) for name in top.reached}
     return replace(
         top,
-        reached=reached,
+        reached={name: one.reached[name] for name, one in highest.items()},
         reached_at={name: one.reached_at[name] for name, one in highest.items() if name in one.reached_at},
         violation=max(one.violation for one in every),
         error=most - top.value if math.isfinite(top.value) else 0.0,
         at_most={name: max(one.at_most[name] for one in every) for name in top.at_most},
-        violation_at_most=max(one.violation_at_most for one in every),
     )
 
 

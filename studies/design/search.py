@@ -17,16 +17,15 @@ import math
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass, field, replace
 
-from damperlab.studies.design.band_mean import halved
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.curve import halved
 from damperlab.studies.design.frequencies import SHOWN, Survey, between, brackets, onsets
 from damperlab.studies.design.optimisers import SIZES, Effort, best_apart, descended, spread
 from damperlab.studies.design.score import Score, score, worst
 from damperlab.studies.design.space import Candidate, Space, amplitudes_of, corners_of
 from damperlab.studies.faults import counted
-from damperlab.studies.specification.excitation import Amplitude
-from damperlab.studies.specification.records import ONCE, Case, Under
+from damperlab.studies.specification.excitation import ONCE, Amplitude, Case, Under
 from damperlab.studies.specification.specification import Specification
 
 Asks = Generator[list[Wanted], None, None]

@@ -68,24 +68,20 @@ class Shelf:
         DesignsFull
             If the number of designs, in total or of this owner, is at its limit.
         """
-        with _putting:
-            return self._put(asked, budget)
-
-    def _put(self, asked: Specification, budget: int) -> tuple[Kept, bool]:
         design_id = asked.digest[:ID_DIGITS]
-        ids = self.ids()
-        if design_id in ids:
-            return self.get(design_id), False
-        if design_id in self._in_trash():
-            return self.undelete(design_id), False
-        others = ids | self._in_trash()
-        self._quota.require("design", [self._owner(each) for each in others], DesignsFull)
-        # remove files of an interrupted deletion, or of a design whose time in the trash has ended
-        self.remove(design_id)
-        folder = self._folder.at(design_id)
-        request = {"specification": asked.document, "budget_points": budget, "created": now()}
-        folder.fill({REQUEST: _sealed(signed(request))})
-        return self.get(design_id), True
+        with _putting:
+            ids = self.ids()
+            if design_id in ids:
+                return self.get(design_id), False
+            if design_id in self._in_trash():
+                return self.undelete(design_id), False
+            others = ids | self._in_trash()
+            self._quota.require("design", [self._owner(each) for each in others], DesignsFull)
+            # remove files of an interrupted deletion, or of a design whose time in the trash has ended
+            self.remove(design_id)
+            request = {"specification": asked.document, "budget_points": budget, "created": now()}
+            self._folder.at(design_id).fill({REQUEST: _sealed(signed(request))})
+            return self.get(design_id), True
 
     def ids(self) -> set[str]:
         """Return the ids of all designs that are not in the trash."""
@@ -360,9 +356,8 @@ class Shelf:
         """Store a design from its files, in place of any stored version, and return the number of bytes written."""
         if self.pieces(design_id) == pieces:
             return 0
+        self.remove(design_id)
         folder = self._folder.at(design_id)
-        folder.remove(REQUEST)
-        folder.clear()
         # `REQUEST` is written last, because a design exists as soon as its request does
         for some in ({name: pieces[name] for name in pieces if name != REQUEST}, {REQUEST: pieces[REQUEST]}):
             if some:

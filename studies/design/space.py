@@ -7,7 +7,7 @@ from itertools import product
 
 from damperlab.studies.cavity import cavity_of
 from damperlab.studies.design.build import Build
-from damperlab.studies.specification.records import Under
+from damperlab.studies.specification.excitation import Under
 from damperlab.studies.specification.specification import CHOSEN, OF_DAMPER, Specification
 
 Candidate = tuple[float, ...]

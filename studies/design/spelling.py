@@ -9,9 +9,8 @@ from damperlab.studies import spelling
 from damperlab.studies.design.build import Build
 from damperlab.studies.faults import counted
 from damperlab.studies.quantity import CAVITY_NAMES
-from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
+from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion, RecordCases
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
-from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import OF_DAMPER, RATIO_OF, Specification
 from damperlab.studies.spelling import spelled
 from damperlab.studies.variables import MADE_BY

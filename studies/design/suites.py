@@ -12,7 +12,7 @@ from damperlab.studies.cavity import cavity_of
 from damperlab.studies.design.build import NOTHING_INSIDE, Inside, Place, Spot
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.suite_reading import read_suite
-from damperlab.studies.specification.records import RecordCases
+from damperlab.studies.specification.excitation import RecordCases
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import MADE_BY, Status
 

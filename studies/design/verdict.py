@@ -14,7 +14,6 @@ from damperlab.studies.brief import Brief, Damper, Note, damper_of, listed
 from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.absorber_structure import hardest, judged_of
 from damperlab.studies.design.alternatives import Alternative
-from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.found import Found, at_ends, locked
@@ -36,8 +35,7 @@ from damperlab.studies.design.spelling import (
 from damperlab.studies.ground.generated import same_process
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.quantity import PARTICLE_FRICTION
-from damperlab.studies.specification.excitation import Amplitude
-from damperlab.studies.specification.records import Case
+from damperlab.studies.specification.excitation import Amplitude, Case
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled, unit_of
 from damperlab.studies.tmd.absorber import NO_DAMPER
@@ -305,8 +303,8 @@ def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
     here = float(found.book.curve(build, excitation.largest).measured.max(initial=0.0))
     if build == found.build:
         shown = [
-            curve.judged
-            for each, curve, _ in peaks_of(found)
+            found.book.curve(build, each).judged
+            for each in found.shown
             if each.reference_m > 1.9 * excitation.highest_m
         ]
         if not shown:

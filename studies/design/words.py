@@ -27,8 +27,8 @@ from damperlab.studies.design.starts import FROM
 from damperlab.studies.design.verdict import CALLED as CALLED_DAMPERS
 from damperlab.studies.design.verdict import called_of, kind_of
 from damperlab.studies.faults import counted
+from damperlab.studies.specification.excitation import Case
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
-from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import JUDGES, Specification
 from damperlab.studies.spelling import spelled
 

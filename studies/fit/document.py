@@ -9,8 +9,7 @@ from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, printable, unknown_key
 from damperlab.studies.fit.asking import CONFIDENCE, DEVIATION, make_question
 from damperlab.studies.fit.history.asking import make_history_question
-from damperlab.studies.fit.history.history import History
-from damperlab.studies.fit.history.question import HistoryQuestion
+from damperlab.studies.fit.history.question import History, HistoryQuestion
 from damperlab.studies.fit.history.table import is_history, parse_history
 from damperlab.studies.fit.lines import MOST_BYTES, lines_of, read_bytes
 from damperlab.studies.fit.measured import Measurement, parse_measurement

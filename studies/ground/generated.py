@@ -14,8 +14,7 @@ from damperlab.studies.ground.random_vibration import (
     random_vibration_schema,
 )
 from damperlab.studies.ground.shock import Shock, shock_of, shock_schema
-from damperlab.studies.ground.sweep import Sweep
-from damperlab.studies.ground.sweep_reading import sweep_of, sweep_schema
+from damperlab.studies.ground.sweep import Sweep, sweep_of, sweep_schema
 from damperlab.studies.quantity import read_count
 
 Recipe = Sweep | RandomVibration | Shock

@@ -196,27 +196,24 @@ class Shelf:
         ShelfFull
             If the total number of records, or the number of the owner's records, is at its limit.
         """
-        with _putting:
-            return self._put(motion)
-
-    def _put(self, motion: GroundMotion) -> tuple[str, bool]:
         record_id = f"u-{motion.digest}"
-        kept = set(self._uploaded())
-        if record_id in kept:
-            with suppress(RecordDamaged):
-                self._motion(record_id)
-                return record_id, False
-        else:
-            self._quota.require("record", [self._owner_or_nobody(each) for each in kept], ShelfFull)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        sync_path(self.folder.parent)
-        samples = io.BytesIO()
-        np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
-        # the summary is written last: a record without a summary does not exist
-        Folder(self.folder).put(f"{record_id}.npy", samples.getvalue())
-        summary = {"crc32c": PLACEHOLDER, **signed(motion.summary())}
-        Folder(self.folder).put(f"{record_id}.json", seal(json.dumps(summary).encode()))
-        return record_id, True
+        with _putting:
+            kept = set(self._uploaded())
+            if record_id in kept:
+                with suppress(RecordDamaged):
+                    self._motion(record_id)
+                    return record_id, False
+            else:
+                self._quota.require("record", [self._owner_or_nobody(each) for each in kept], ShelfFull)
+            self.folder.mkdir(parents=True, exist_ok=True)
+            sync_path(self.folder.parent)
+            samples = io.BytesIO()
+            np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
+            # the summary is written last: a record without a summary does not exist
+            Folder(self.folder).put(f"{record_id}.npy", samples.getvalue())
+            summary = {"crc32c": PLACEHOLDER, **signed(motion.summary())}
+            Folder(self.folder).put(f"{record_id}.json", seal(json.dumps(summary).encode()))
+            return record_id, True
 
     def _owner_or_nobody(self, record_id: str) -> str | None:
         with suppress(RecordDamaged):

@@ -92,13 +92,9 @@ class DamperFields(SceneFields):
                 )
             choice = self._choice(field, value, QUANTITIES[key], field.startswith("choose"))
             if choice is not None:
-                found[name] = Choice(
-                    choice.start * scale,
-                    choice.stop * scale,
-                    tuple(each * scale for each in choice.values),
-                    choice.names,
-                    choice.contact_times_s,
-                )
+                values = tuple(each * scale for each in choice.values)
+                start, stop = choice.start * scale, choice.stop * scale
+                found[name] = replace(choice, start=start, stop=stop, values=values)
         if missing and "choose" not in self.document:
             told = "{field} is missing; it must give a range for each missing quantity of the damper."
             advice = "write `choose: {clearance_m: {start: …, stop: …}}`, or give all quantities"

@@ -148,7 +148,7 @@ class _Reader(LimitFields):
         self._unknown("", self.document, KEYS)
         structure = self._structure()
         records = self._records(structure)
-        alone = self._shaken_by_records and not isinstance(self.document["excitation"], list)
+        alone = bool(self._by_records) and not isinstance(self.document["excitation"], list)
         excitations = () if alone else self._excitations(structure)
         name = self._name()
         measure = self._measure()
@@ -228,7 +228,7 @@ class _Reader(LimitFields):
 
     @property
     def _measures(self) -> dict[str, Measure]:
-        if not self._shaken_by_records:
+        if not self._by_records:
             return MEASURES
         return MIXED_MEASURES if self._shaken_over_bands else RECORD_MEASURES
 

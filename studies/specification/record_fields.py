@@ -9,8 +9,8 @@ from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import Entry, read_entries
 from damperlab.studies.ground.suite_reading import too_long
+from damperlab.studies.specification.excitation import RecordCases
 from damperlab.studies.specification.fields import Fields
-from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Structure
 
 OF_RECORDS = ("records", *GENERATED)
@@ -54,10 +54,6 @@ class RecordFields(Fields):
             for place, each in self._shakers
             if isinstance(each, Mapping) and any(key in each for key in OF_RECORDS)
         ]
-
-    @property
-    def _shaken_by_records(self) -> bool:
-        return bool(self._by_records)
 
     @property
     def _shaken_over_bands(self) -> bool:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from damperlab.studies.faults import NOTHING, describe, listing
-from damperlab.studies.ground.sweep_reading import AMPLITUDES
+from damperlab.studies.ground.sweep import AMPLITUDES
 from damperlab.studies.physical import (
     DAMPING,
     EXCITATION_FREQUENCY,
@@ -124,7 +124,7 @@ class SceneFields(RecordFields):
         }
         # a missing part of the structure is reported once, not for every excitation
         self.faults[:] = dict.fromkeys(self.faults)
-        names = self._names
+        names = [self._name_of(place, each) for place, (_, each) in enumerate(self._shakers)]
         for place, name in enumerate(names):
             if name in names[:place]:
                 told = f"{{field}} is the name of another excitation too: {name}."
@@ -138,11 +138,6 @@ class SceneFields(RecordFields):
         if not all(found.values()):
             return None
         return tuple(replace(each, name=names[place]) for place, each in found.items() if each is not None)
-
-    @property
-    def _names(self) -> list[str]:
-        """Names of the excitations in a list."""
-        return [self._name_of(place, each) for place, (_, each) in enumerate(self._shakers)]
 
     def _name_of(self, place: int, raw: object) -> str:
         """Read the name of an excitation in a list. The default name contains the number of the excitation."""
@@ -195,15 +190,9 @@ class SceneFields(RecordFields):
             )
         if given:
             level = self._span(f"{field}.{motion.key}", raw[motion.key], BASE[motion.key])
-        if motion.order and not self._has("structure", "natural_frequency_hz", "stiffness_n_per_m"):
-            told = f"{{field}} is missing: {motion.key} gives a displacement only with a frequency in Hz."
-            self._fault(
-                "structure.natural_frequency_hz",
-                NOTHING,
-                "the natural frequency",
-                "add it, or give `base_amplitude_m`",
-                told,
-            )
+        if motion.order:
+            why = f"{motion.key} gives a displacement only with a frequency in Hz"
+            self._require_frequency(why, "base_amplitude_m")
         if motion.force and not self._has("structure", "stiffness_n_per_m"):
             needed = [key for key in ("mass_kg", "natural_frequency_hz") if not self._has("structure", key)]
             for key in needed:
@@ -221,17 +210,8 @@ class SceneFields(RecordFields):
             return None
         quantity = EXCITATION_FREQUENCY if asked == ["frequency_hz"] else FREQUENCY_RATIO
         band = self._span(f"{field}.{asked[0]}", raw[asked[0]], quantity)
-        if asked == ["frequency_hz"] and not self._has(
-            "structure", "natural_frequency_hz", "stiffness_n_per_m"
-        ):
-            told = "{field} is missing: a frequency in Hz needs it."
-            self._fault(
-                "structure.natural_frequency_hz",
-                NOTHING,
-                "the natural frequency",
-                "add it, or give `frequency_ratio`",
-                told,
-            )
+        if asked == ["frequency_hz"]:
+            self._require_frequency("a frequency in Hz needs it", "frequency_ratio")
         if len(self.faults) > before or level is None or band is None or structure is None:
             return None
         scale = structure.natural_frequency_hz if asked == ["frequency_hz"] else 1.0
@@ -248,6 +228,13 @@ class SceneFields(RecordFields):
             return None
         factor = structure.per_metre(motion)
         return Excitation(level[0] / factor, level[1] / factor, low, high, motion)
+
+    def _require_frequency(self, why: str, instead: str) -> None:
+        """Record a fault if the structure has no natural frequency. The advice is to give `instead`."""
+        if not self._has("structure", "natural_frequency_hz", "stiffness_n_per_m"):
+            advice, told = f"add it, or give `{instead}`", f"{{field}} is missing: {why}."
+            field = "structure.natural_frequency_hz"
+            self._fault(field, NOTHING, "the natural frequency", advice, told)
 
 
 def _has_amplitude(excitation: object) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
+from damperlab.studies.specification.excitation import Amplitude, Case, Excitation, Motion, RecordCases, Under
 from damperlab.studies.specification.measure import (
     DAMPER_LIMITS,
     LIMITS,
@@ -18,7 +18,6 @@ from damperlab.studies.specification.measure import (
     RECORD_MEASURES,
     Measure,
 )
-from damperlab.studies.specification.records import Case, RecordCases, Under
 from damperlab.studies.variables import MADE_BY
 
 CHOSEN = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")

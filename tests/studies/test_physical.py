@@ -11,7 +11,7 @@ from tests.studies.documents import told_of, without
 from damperlab.studies.amplitudes import DIMENSIONS
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.ground.random_vibration import LEVELS
-from damperlab.studies.ground.sweep_reading import PACES
+from damperlab.studies.ground.sweep import PACES
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, kind_of_definition
 from damperlab.studies.physical import QUANTITIES
 from damperlab.studies.quantity import Quantity

@@ -80,7 +80,7 @@ NEUTRAL = {
     "pydantic_faults questions reads shapes spelled_numbers spelling unit_names user_error written_units",
     # the samples of a record are in the digest
     "studies.ground": "builtin files generated heading kanai_tajimi paper question random_vibration recipe shelf "
-    "shock sweep sweep_reading",
+    "shock sweep",
     "studies.store": "faults kept_quota provenance record solver",
     "studies.store.cube": "coding cube decoded definition",
     "studies.store.files": "folder sealed shelf",

@@ -32,11 +32,6 @@ class Scene:
     design: Design
     cycles: int
 
-    @property
-    def gives_way(self) -> bool:
-        """Whether the cavity has compliant walls."""
-        return self.design.particle is not None and self.design.particle.wall is not None
-
 
 _STIFF = Wall(*wall_constants(0.47, 1e-3, 0.1))
 

@@ -23,8 +23,15 @@ from damperlab.studies.fit.asking import (
     of_particle,
     read_ranges,
 )
-from damperlab.studies.fit.history.history import History
-from damperlab.studies.fit.history.question import FREE, INSTANT, KNOWN, OVER_BASE, RELEASE, HistoryQuestion
+from damperlab.studies.fit.history.question import (
+    FREE,
+    INSTANT,
+    KNOWN,
+    OVER_BASE,
+    RELEASE,
+    History,
+    HistoryQuestion,
+)
 from damperlab.studies.fit.question import NAMED, RATIO_OF, Free
 from damperlab.studies.variables import MADE_BY
 

@@ -5,7 +5,7 @@ import numpy as np
 from damperlab.studies.equal_steps import TOO_FEW_DIGITS, equal_step, resolution_of, wrong_step
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
 from damperlab.studies.fit.columns import SHARES, Column, faults_of_comments, read_headings, says_time
-from damperlab.studies.fit.history.history import History
+from damperlab.studies.fit.history.question import History
 from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
 from damperlab.studies.portable import acos, cos
 from damperlab.studies.spelled_numbers import read_decimal

@@ -10,7 +10,7 @@ from tests.studies.documents import faults_of
 
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.answer import answer_document
-from damperlab.studies.design.band_mean import BandMean, band_mean, halved
+from damperlab.studies.design.curve import BandMean, band_mean, halved
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.frequencies import Survey
 from damperlab.studies.design.words import details_of

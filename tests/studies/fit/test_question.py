@@ -10,8 +10,7 @@ from tests.studies.fit.estimates import BENCH as PROTOTYPE
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.asking import make_question
 from damperlab.studies.fit.history.asking import make_history_question
-from damperlab.studies.fit.history.history import History
-from damperlab.studies.fit.history.question import RELEASE
+from damperlab.studies.fit.history.question import RELEASE, History
 from damperlab.studies.fit.measured import parse_measurement
 from damperlab.studies.fit.question import FitQuestion
 

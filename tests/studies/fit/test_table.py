@@ -9,7 +9,7 @@ from tests.studies.documents import faults_of, fields_of
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.document import parse_table, read_table
-from damperlab.studies.fit.history.history import History
+from damperlab.studies.fit.history.question import History
 from damperlab.studies.fit.history.table import parse_history
 from damperlab.studies.fit.lines import MOST_COLUMNS
 from damperlab.studies.fit.measured import Measurement, parse_measurement

@@ -13,7 +13,7 @@ from damperlab.studies.ground.generated import GENERATED
 from damperlab.studies.ground.motion import MOST_SAMPLES
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import read_source
-from damperlab.studies.ground.sweep_reading import sweep_of
+from damperlab.studies.ground.sweep import sweep_of
 
 INTERPOLATION = 1e-3
 """How far a straight line from sample to sample is from the acceleration, at most, over its largest value."""

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from tests.oracles import transmissibility, tuned_mass
 
 from damperlab.studies.tmd.absorber import Absorber
-from damperlab.studies.tmd.curves import BEND, exact_curves
-from damperlab.studies.tmd.transfer import highest
+from damperlab.studies.tmd.transfer import BEND, exact_curves, highest
 from damperlab.studies.tmd.tunings import exact_hinf
 
 

@@ -9,9 +9,8 @@ from tests.synthetic_history import made_history
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.history.asking import make_history_question
-from damperlab.studies.fit.history.harmonic import check_study, harmonic_document
-from damperlab.studies.fit.history.history import History
-from damperlab.studies.fit.history.question import HistoryQuestion
+from damperlab.studies.fit.history.fitted import check_study, harmonic_document
+from damperlab.studies.fit.history.question import History, HistoryQuestion
 from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
 from damperlab.worker.fit.history.estimate import fit_history

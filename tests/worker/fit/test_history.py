@@ -10,8 +10,7 @@ from tests.synthetic_history import NOISE, RANGES, made_history
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.history.asking import make_history_question
 from damperlab.studies.fit.history.fitted import FittedHistory
-from damperlab.studies.fit.history.history import History
-from damperlab.studies.fit.history.question import RELEASE
+from damperlab.studies.fit.history.question import RELEASE, History
 from damperlab.studies.fit.verdict import verdict_of_history
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.worker.fit.history.estimate import fit_history

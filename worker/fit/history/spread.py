@@ -1,7 +1,7 @@
 """Uncertainty of the parameters, and a test of whether the response changes smoothly within this uncertainty."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -93,7 +93,7 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
             away = before.sizes[i] * before.directions[:, i]
             if not all(FLATTEST <= share <= STEEPEST for share in _rises(trials, place, rows, spread, away)):
                 return None
-    return Spread(spread.centre, spread.directions, sizes, spread.slopes, spread.residual)
+    return replace(spread, sizes=sizes)
 
 
 def _rises(trials: Trials, place: Place, rows: int, spread: Spread, away: Matrix) -> Iterator[float]:
