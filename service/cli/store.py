@@ -109,11 +109,21 @@ def find_study(store: "Store", ref: str) -> "Record":
         If `Store.find` raises it.
     """
     record = store.find(ref)
-    others = store.namesakes(record) if ref and ref == record.name != record.id else 0
-    if others:
-        have = "1 other study has" if others == 1 else f"{others:,} other studies have"
-        note(f"Using {record.id}, the newest study named {ref}; {have} this name. To choose, give an id.")
+    if ref and ref == record.name != record.id and (others := _namesakes(store, record)):
+        note(f"Using {record.id}, the newest study named {ref}; {others} this name. To choose, give an id.")
     return record
+
+
+def note_namesakes(store: "Store", record: "Record") -> None:
+    """Say that other studies have the new name of a study."""
+    if others := _namesakes(store, record):
+        note(f"{others} the name {record.name}. To choose, give an id.")
+
+
+def _namesakes(store: "Store", record: "Record") -> str:
+    """Return the beginning of a sentence on the studies with the same name; empty if there are none."""
+    others = store.namesakes(record)
+    return "" if not others else "1 other study has" if others == 1 else f"{others:,} other studies have"
 
 
 def has_store(data_dir: Path | None) -> bool:

@@ -9,7 +9,14 @@ from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_alone, check_name
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.spelled import in_options
-from damperlab.service.cli.store import data_folder, find_study, folder_option, label, open_store
+from damperlab.service.cli.store import (
+    data_folder,
+    find_study,
+    folder_option,
+    label,
+    note_namesakes,
+    open_store,
+)
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
@@ -181,6 +188,8 @@ def show(
     record = find_study(store, study)
     if remarks is not None:
         record = store.remark(record.id, remarks)
+        if name:
+            note_namesakes(store, record)
     if as_json:
         print_json(record.document())
     else:

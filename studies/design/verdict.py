@@ -472,20 +472,21 @@ def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[st
 def _next(found: Found, notes: list[Note]) -> str:
     asked, known = found.asked, {note.kind: note.values for note in notes}
     report = "-o report.html for a drawing with tolerances"
+    more = f"more `{asked.budget_key}`, because the search was cut short" if "budget" in known else ""
     if "limit_exceeded" in known:
         name, most = known["limit_exceeded"]["limit"], known["limit_exceeded"]["at_most"]
         enough = limited(asked, name, rounded_up(asked.as_limited(name, most))) if not isinf(most) else "more"
         relax = f"relax `limits.{asked.limit_key(name)}` to {enough}"
-        if "budget" in known:
-            return f"more `{asked.budget_key}`, because the search was cut short, or {relax}."
+        if more:
+            return f"{more}, or {relax}."
         return f"{relax}, or {_wider(asked, known) or found.otherwise(name)}."
     if not asked.free:
         return f"{report}."
     if known.keys() & {"locked", "nearly_clamped"} and "stick_fraction" not in asked.limits:
         return "forbid clamping with `limits: {stick_fraction: 0.2}`."
     if "end_of_range" in known:
-        return f"{_wider(asked, known)}."
-    return f"more `{found.asked.budget_key}`." if "budget" in known else f"{report}."
+        return f"{more}, or {_wider(asked, known)}." if more else f"{_wider(asked, known)}."
+    return f"{more or report}."
 
 
 def _wider(asked: Specification, known: Mapping[str, Any]) -> str:

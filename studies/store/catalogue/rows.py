@@ -99,7 +99,8 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     newest = connection.execute(own).all() or connection.execute(there).all()
     known = ", ".join(f"{row.id} ({row.name})" for row in newest[:3])
     near = nearest(ref, dict.fromkeys(row.name for row in newest if row.name))
-    advice = f"did you mean {near}?" if near else "`damperlab studies` lists the studies"
+    lists = "`damperlab studies` lists the studies" if known else "submit a study first"
+    advice = f"did you mean {near}?" if near else lists
     allowed = (
         f"an id, a name, or the first digits of an id; newest: {known}"
         if known

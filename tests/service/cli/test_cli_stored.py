@@ -71,6 +71,8 @@ def test_a_name_of_several_studies_is_the_newest_and_a_note_says_so(tmp_path: Pa
     assert json.loads(shown.stdout)["id"] == ids[1]
     assert f"Using {ids[1]}, the newest study named pump; 1 other study has this name." in shown.stderr
     assert "Using" not in run("show", ids[0], "--data-dir", tmp_path).stderr
+    renamed = run("show", ids[0], "--name", "pump", "--data-dir", tmp_path)
+    assert "1 other study has the name pump." in renamed.stderr
     refused = run("delete", "pump", "--yes", "--data-dir", tmp_path, status=2)
     assert "an id" in refused.stderr
     run("delete", ids[0], "--yes", "--data-dir", tmp_path)

@@ -209,6 +209,10 @@ def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:
     advice = short(answer)["next"]
     assert 0 < advice.index(found.asked.budget_key) < advice.index("limits.displacement_m")
     assert "budget" in short(answer)["sentences"][0]
+    # more points before a wider range, too
+    narrow = DAMPED | {"choose": DAMPED["choose"] | {"friction_force_n": {"start": 0, "stop": 5}}}
+    advice = short(answer_document(pursued(narrow, 1000)[0]))["next"]
+    assert 0 < advice.index(found.asked.budget_key) < advice.index("allow")
 
 
 def short(answer: dict[str, Any]) -> dict[str, Any]:
