@@ -165,7 +165,7 @@ class _Way(NamedTuple):
 
     ask: Callable[..., Any]
     scenes: Callable[[Any], "list[Scene]"]
-    fit: Callable[..., Any]
+    fit: Callable[[Any, Callable[[int], None]], Any]
     verdict: Callable[[Any], list[str]]
     document: "Callable[..., FitDocument]"
     write: Callable[..., None]

@@ -1,5 +1,7 @@
 """Archive of all parameter sets for which a fit has computed responses."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,7 @@ from damperlab.studies.portable import log, log1p
 from damperlab.worker.fit.model import Responses, responses_at
 
 Matrix = NDArray[np.float64]
+Progress = Callable[[int], None]
 
 COARSE = 0.1
 """Relative difference of computed and measured amplitudes that counts as 1 in the coarse misfit."""
@@ -20,6 +23,8 @@ class Archive:
     ----------
     question : FitQuestion
         Measurement, known values and ranges of the fit.
+    progress : callable, optional
+        Function called with the number of computed parameter sets.
 
     Attributes
     ----------
@@ -33,7 +38,7 @@ class Archive:
         Response of each parameter set.
     """
 
-    def __init__(self, question: FitQuestion) -> None:
+    def __init__(self, question: FitQuestion, progress: Progress | None) -> None:
         self.question = question
         # if deviations are relative to the amplitudes, logarithms of amplitudes are compared
         self.logarithmic = question.in_shares
@@ -43,10 +48,15 @@ class Archive:
         self.amplitude, self.error = (np.empty((0, self.measured.size)) for _ in range(2))
         self.responses: list[Responses] = []
         self.generator = np.random.default_rng(question.seed)
+        self._progress = progress
 
     def add(self, places: Matrix) -> None:
         """Compute and store the responses of parameter sets, shape (n, parameters)."""
-        found = [responses_at(self.question, self.question.values(place)) for place in places]
+        found = []
+        for place in places:
+            found.append(responses_at(self.question, self.question.values(place)))
+            if self._progress is not None:
+                self._progress(len(self.places) + len(found))
         self.places = np.concatenate((self.places, places))
         self.amplitude = np.concatenate((self.amplitude, [self._compared(one.amplitude) for one in found]))
         error = [one.error / one.amplitude if self.logarithmic else one.error for one in found]

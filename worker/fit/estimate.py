@@ -16,7 +16,7 @@ from scipy.special import chdtrc, chdtri
 from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.portable import log
-from damperlab.worker.fit.archive import Archive
+from damperlab.worker.fit.archive import Archive, Progress
 from damperlab.worker.fit.chain import draw
 from damperlab.worker.fit.model import scenes_of
 from damperlab.worker.fit.region import EDGE, RADIUS, Region
@@ -47,13 +47,15 @@ TRIED = 8
 """Number of likely draws whose responses are computed. The best of these draws is the estimate."""
 
 
-def fit_response(question: FitQuestion) -> Fitted:
+def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fitted:
     """Estimate the parameters of a prototype from its measured frequency response.
 
     Parameters
     ----------
     question : FitQuestion
         Result of `damperlab.studies.fit.asking.make_question`.
+    progress : callable, optional
+        Function called with the number of computed parameter sets.
 
     Returns
     -------
@@ -62,7 +64,7 @@ def fit_response(question: FitQuestion) -> Fitted:
     """
     for scene in scenes_of(question):
         warm(scene)
-    archive = Archive(question)
+    archive = Archive(question, progress)
     regions = [_closer(archive, region) for region in _begin(archive)]
     ends = [_settled(archive, region) for region in _best_regions(archive, regions)]
     ends.sort(key=lambda end: end.misfit)

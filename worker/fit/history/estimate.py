@@ -5,6 +5,8 @@ minima. So parameters are first fitted to a short beginning of the history. The 
 from the best parameter sets of the previous beginning.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from damperlab.studies.faults import Fault, StudyFaults
@@ -38,13 +40,15 @@ NEAR = 0.1
 """Residual that counts as 1 in the coarse search, as a fraction of the largest displacement."""
 
 
-def fit_history(question: HistoryQuestion) -> FittedHistory:
+def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | None = None) -> FittedHistory:
     """Estimate the parameters of a prototype from a time history.
 
     Parameters
     ----------
     question : HistoryQuestion
         Result of `damperlab.studies.fit.history.asking.make_history_question`.
+    progress : callable, optional
+        Function called with the number of computed histories.
 
     Returns
     -------
@@ -58,7 +62,7 @@ def fit_history(question: HistoryQuestion) -> FittedHistory:
     """
     for scene in scenes_of(question):
         warm(scene)
-    trials = Trials(question)
+    trials = Trials(question, progress)
     places = _begin(trials, beginnings(question)[0])
     held: list[Beginning] = []
     for rows in beginnings(question):

@@ -1,5 +1,6 @@
 """Computes the residuals of a time history, and minimises their squares over a beginning of the history."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,9 +48,11 @@ class Trials:
     ----------
     question : HistoryQuestion
         Question with the measured history, the known values and the ranges.
+    progress : callable, optional
+        Function called with the number of computed histories.
     """
 
-    def __init__(self, question: HistoryQuestion) -> None:
+    def __init__(self, question: HistoryQuestion, progress: Callable[[int], None] | None) -> None:
         self.question = question
         measured = question.measured
         # without a given deviation, the unit of all residuals is a fraction of the largest displacement
@@ -57,10 +60,13 @@ class Trials:
         if measured.deviation_m is not None:
             self.unit = measured.deviation_m
         self.evaluations = 0
+        self._progress = progress
 
     def residual(self, shares: Matrix, rows: int) -> Matrix:
         """Return (measured − computed displacement)/unit, shape (rows,); NaN if the integration failed."""
         self.evaluations += 1
+        if self._progress is not None:
+            self._progress(self.evaluations)
         found = displacement(self.question, self.question.values(shares), rows)
         return np.asarray((self.question.measured.displacement_m[:rows] - found) / self.unit[:rows])
 
