@@ -123,7 +123,9 @@ def note_namesakes(store: "Store", record: "Record") -> None:
 def _namesakes(store: "Store", record: "Record") -> str:
     """Return the beginning of a sentence on the studies with the same name; empty if there are none."""
     others = store.namesakes(record)
-    return "" if not others else "1 other study has" if others == 1 else f"{others:,} other studies have"
+    if others == 0:
+        return ""
+    return "1 other study has" if others == 1 else f"{others:,} other studies have"
 
 
 def has_store(data_dir: Path | None) -> bool:

@@ -368,7 +368,9 @@ def delete(service: TheService, study: TheExactStudy, query: Annotated[DeleteQue
     summary="Restore a study from the trash",
 )
 def undelete(
-    service: TheService, caller: TheCaller, study_id: Annotated[str, Path(description="A study's whole id.")]
+    service: TheService,
+    caller: TheCaller,
+    study_id: Annotated[str, Path(description="Id or name of a deleted study.")],
 ) -> Document:
     """Restore a study that was deleted with `trash`, with all its results."""
     trashed = service.store.trashed(study_id)

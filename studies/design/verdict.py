@@ -485,7 +485,7 @@ def _next(found: Found, notes: list[Note]) -> str:
     if known.keys() & {"locked", "nearly_clamped"} and "stick_fraction" not in asked.limits:
         return "forbid clamping with `limits: {stick_fraction: 0.2}`."
     if "end_of_range" in known:
-        return f"{more}, or {_wider(asked, known)}." if more else f"{_wider(asked, known)}."
+        return f"{', or '.join(filter(None, (more, _wider(asked, known))))}."
     return f"{more or report}."
 
 

@@ -6,14 +6,11 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.fit.fitted import CURVE_VALUES, Outcome
-from damperlab.studies.fit.history.question import RELEASE, History, HistoryQuestion
+from damperlab.studies.fit.history.question import RELEASE, Column, History, HistoryQuestion
 from damperlab.studies.fit.question import study_document
-
-Column = NDArray[np.float64]
 
 BAND = 0.8, 1.25
 """Band of the study, as multiples of the natural frequency. The band includes the resonance of M + m for m/M ≤ 0.5."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from sqlalchemy import Connection, Row, delete, func, or_, select
+from sqlalchemy import ColumnElement, Connection, Row, delete, func, or_, select
 
 from damperlab.studies.store.catalogue.rows import (
     alive_row,
@@ -66,9 +66,7 @@ class Deletion(Cubes):
         """
         named = or_(studies.c.id == ref, studies.c.name == ref)
         with self.catalogue.reading() as connection:
-            query = select(studies.c.id).where(named, in_trash()).order_by(studies.c.deleted.desc()).limit(1)
-            study_id = connection.execute(query).scalar()
-            return record_of(_trashed_row(connection, ref if study_id is None else study_id))
+            return record_of(_trashed_row(connection, ref, named))
 
     def undelete(self, study_id: str) -> Record:
         """Restore a deleted study from the trash.
@@ -135,17 +133,17 @@ class Deletion(Cubes):
             return True
 
 
-def _trashed_row(connection: Connection, study_id: str) -> Row[Any]:
-    query = select(studies).where(studies.c.id == study_id, in_trash()).order_by(studies.c.number.desc())
+def _trashed_row(connection: Connection, ref: str, named: ColumnElement[bool]) -> Row[Any]:
+    query = select(studies).where(named, in_trash()).order_by(studies.c.deleted.desc())
     row = connection.execute(query.limit(1)).one_or_none()
     if row is None:
-        raise unknown_study(connection, study_id)
-    require_row(studies, row, study_id)
+        raise unknown_study(connection, ref)
+    require_row(studies, row, row.id)
     return row
 
 
 def _restorable_row(connection: Connection, study_id: str) -> Row[Any]:
-    row = _trashed_row(connection, study_id)
+    row = _trashed_row(connection, study_id, studies.c.id == study_id)
     if alive_row(connection, study_id) is not None:
         told = f"Study {study_id} was submitted again since it was deleted."
         allowed, advice = "a study that was not submitted again", "delete the study that was submitted again"
