@@ -82,9 +82,8 @@ NEUTRAL = {
     "studies.ground": "builtin files generated heading kanai_tajimi paper question random_vibration recipe shelf "
     "shock sweep",
     "studies.store": "faults kept_quota provenance record solver",
-    "studies.store.cube": "coding cube decoded definition",
+    "studies.store.cube": "coding decoded definition",
     "studies.store.files": "folder sealed shelf",
-    "studies.store.reuse": "reuse",
     # tuned mass dampers are compared with, not stored
     "studies.tmd": "absorber minimax stationary transfer tunings under_record",
     "worker": "cores fingerprint kernel_cache niceness provenance scenes warm",
