@@ -4,9 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO := demo
 LIBRARY := service/page/library
-# pip compiles Python's bytecode on one core
+# bytecode is stored as modules are loaded: pip would compile all of it, on one core
+unexport PYTHONDONTWRITEBYTECODE
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
-BYTECODE := $(BIN)/python -m compileall -q -j 0 $(VENV)/lib
 
 .DEFAULT_GOAL := help
 .PHONY: help install install-dev bytecode install-bench demo warm test test-kernels night night-tests mutants lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
@@ -23,7 +23,6 @@ $(VENV)/bin/python:
 $(VENV)/.installed: requirements.lock pyproject.toml | $(VENV)/bin/python
 	$(PIP) --require-hashes -r requirements.lock
 	$(PIP) --no-deps --no-build-isolation -e .
-	$(BYTECODE)
 	@touch $@
 
 install-dev: $(VENV)/.installed-dev node_modules/.installed
@@ -34,10 +33,9 @@ node_modules/.installed: package-lock.json
 
 $(VENV)/.installed-dev: requirements-dev.lock $(VENV)/.installed
 	$(PIP) --require-hashes -r requirements-dev.lock
-	$(BYTECODE)
 	@touch $@
 
-# Hundreds of processes load the package: none shall compile its modules first, even where PYTHONDONTWRITEBYTECODE keeps Python from storing them.
+# Hundreds of processes load the package: none shall compile its modules first.
 bytecode: install
 	@$(BIN)/python -m compileall -q service studies worker src/damperlab
 

@@ -89,7 +89,8 @@ def simulate(
     check_file(output)
     at = {**DESIGN_POINT, **design}
     document: dict[str, object] = {**given(asked), "particle": not no_particle, "samples": SAMPLES_LIMIT}
-    document |= {name: at[name] for name in EVERY if name in at and not (no_particle and name in OF_PARTICLE)}
+    unneeded = [name for name in OF_PARTICLE if no_particle and name not in design]
+    document |= {name: at[name] for name in EVERY if name in at and name not in unneeded}
     document |= contact_document(contact, contact_time)
     left_out = {
         name: value for name, value in DESIGN_POINT.items() if name in document and name not in design
@@ -152,7 +153,7 @@ def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output:
 def _print(answer: "SimulatedDocument", steady: bool, details: bool) -> None:
     """Print a short description of the response. With `details`, also print every metric and the final state."""
     metrics = answer["metrics"]
-    status = answer["status"] if details or not steady else Status(int(metrics["status"])).outcome
+    status = answer["status"] if details or not steady else _outcome(metrics)
     for line in lines_of(Brief(None, (status,), tuple(_rows(answer))).document()):
         say(line)
     if details or not steady:
@@ -172,23 +173,32 @@ def _print(answer: "SimulatedDocument", steady: bool, details: bool) -> None:
         say("Details: --details.")
 
 
+def _outcome(metrics: "dict[str, float]") -> str:
+    """Describe a steady response that was found, or why none was found."""
+    status = Status(int(metrics["status"]))
+    if status is not Status.CONVERGED:
+        return status.outcome
+    period = int(metrics["period"])
+    if period:
+        return f"The steady response repeats after {counted(period, 'cycle')}."
+    return "The steady response does not repeat; its mean is known to within `steady.tolerance`."
+
+
 def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
     """Yield a row for each known result: amplitude, class of the response, impacts, and energy losses."""
     known = {name: value for name, value in answer["metrics"].items() if not isnan(value)}
     if AMPLITUDE in known:
         error = known.get("amplitude_error", 0.0)
         within = f" ± {error:.1g}" if error > ROUNDING * known[AMPLITUDE] else ""
-        beside = {"largest": known.get("amplitude_ratio_max"), "rms": known.get("amplitude_ratio_rms")}
+        # the amplitude of the sine with the same rms, in the database `amplitude_ratio_rms`
+        beside = {"largest": known.get("amplitude_ratio_max"), "√2·rms": known.get("amplitude_ratio_rms")}
         told = ", ".join(f"{name} {value:.4g}" for name, value in beside.items() if value is not None)
         yield "amplitude X/Z", f"{known[AMPLITUDE]:.4g}{within}", told
     if known.get("response_class", -1) >= 0:
         name = cell("response_class", known["response_class"])
-        period = int(known.get("period", 0))
-        repeats = f"repeats after {counted(period, 'cycle')}" if period else ""
-        if "settles_after_cycles" in answer:
-            settles = answer["settles_after_cycles"]
-            repeats += f"; a small disturbance falls to a hundredth in {settles:.3g} cycles"
-        yield "response", name, repeats
+        settles = answer.get("settles_after_cycles")
+        settling = "" if settles is None else f"a small disturbance falls to a hundredth in {settles:.3g} cycles"
+        yield "response", name, settling
     if known.get("impacts_per_cycle", 0.0) > 0.0:
         speed = known.get("impact_speed_max")
         at_most = "" if speed is None else f"at most {speed:.4g} Z·ω_n"

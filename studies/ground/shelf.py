@@ -163,10 +163,18 @@ class Shelf:
             return whole, builtin_record(whole)
         if whole in set(self._uploaded()):
             return whole, self._motion(whole)
-        near = nearest(record_id, (*FIRST_COMPONENTS, *self.ids()))
+        near = self._named(record_id) or nearest(record_id, (*FIRST_COMPONENTS, *self.ids()))
         advice = f"did you mean {near}?" if near else "list the records, or upload this one"
         allowed = f"one of {listing(FIRST_COMPONENTS)}, a component of these, or the id of an uploaded record"
         raise RecordNotFound("record", describe(record_id), allowed, advice)
+
+    def _named(self, name: str) -> str | None:
+        """Return the id of an uploaded record with this name."""
+        for record_id in self._uploaded():
+            with suppress(RecordDamaged):
+                if self._kept(record_id)["name"] == name:
+                    return record_id
+        return None
 
     def _motion(self, record_id: str) -> GroundMotion:
         """Read an uploaded record. Raise `RecordDamaged` if the samples do not match the id."""

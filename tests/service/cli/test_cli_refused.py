@@ -115,6 +115,7 @@ NAMED = [
     # what one option needs of another
     ("simulate --method rk4", "`--cycles` is missing"),
     ("simulate --excitation force --method rk4 --cycles 3", "excitation"),
+    ("simulate --no-particle --clearance-ratio 3", "`--clearance-ratio`"),
     ("simulate --contact dwell", "--contact-time"),
     ("simulate --contact dwell --contact-time -2", "`--contact-time` must be"),
     ("simulate --contact-time 0.1", "--contact dwell"),

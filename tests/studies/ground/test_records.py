@@ -206,6 +206,8 @@ def test_the_shelf_keeps_a_record_once(shelf: Shelf, tmp_path: Path) -> None:
     assert shelf.get("el-centro")[0] == "el-centro-180"
     with pytest.raises(RecordNotFound, match="loma-prieta"):
         shelf.get("loma prieta")
+    with pytest.raises(RecordNotFound, match=record_id):
+        shelf.get(motion.name)
     assert record_id in shelf.ids()
     assert shelf.summaries()[-1] == {"id": record_id, **motion.summary()}
 
