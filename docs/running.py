@@ -1,5 +1,6 @@
 """A service of its own, with a store of its own, for as long as a page of the documentation needs one."""
 
+import os
 import re
 import subprocess
 import sys
@@ -26,7 +27,9 @@ def service() -> Iterator[str]:
     with tempfile.TemporaryDirectory() as folder, tempfile.NamedTemporaryFile() as log:
         program = str(Path(sys.executable).parent / "damperlab")
         command = [program, "serve", "--port", "0", "--data-dir", folder]
-        with subprocess.Popen(command, stdout=log, stderr=log) as process:
+        # kernels that no page asks for would take the cores from those that pages do
+        environment = os.environ | {"DAMPERLAB_WARM": "false"}
+        with subprocess.Popen(command, env=environment, stdout=log, stderr=log) as process:
             try:
                 yield _address(Path(log.name), process)
             finally:

@@ -15,6 +15,8 @@ DRIFTING = ("contact", "cavity-friction", "cavity-standing")
 """Drawn through motions that do not repeat."""
 FIXED = [name for name in FIGURES if name not in ("response-chaotic", "response-modulated", *DRIFTING)]
 """Motions that repeat, and sketches: another processor draws the same lines."""
+AT_NIGHT = re.compile("cavity|response-(?!symmetric)")
+"""Drawn by the lines that draw another figure, of other designs."""
 POINTS = 0.25
 """Distance on paper: a coordinate is rounded to 0.1, and what is left of a path is chosen to 0.2."""
 
@@ -26,7 +28,7 @@ def test_every_figure_is_kept() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=pytest.mark.night if name.startswith("cavity") else ()) for name in FIGURES],
+    [pytest.param(name, marks=pytest.mark.night if AT_NIGHT.match(name) else ()) for name in FIGURES],
 )
 def test_figure_is_what_is_drawn_today(name: str, tmp_path: Path) -> None:
     same = name in FIXED or is_of_here(key_of(name))

@@ -6,15 +6,15 @@ from pathlib import Path
 import pytest
 from docs.computed import is_of_here
 from docs.console import ROOT, Shown, difference
-from docs.running import service
 from docs.snippets import key_of, pages, put_what_a_reader_has, run_snippets
 from tests.docs.tiers import first_read
+from tests.service.conftest import serving
 
 
 @pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    with service() as address:
-        yield address
+def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with serving(tmp_path_factory.mktemp("service")) as running:
+        yield running.url
 
 
 def test_pages_with_python_are_found() -> None:

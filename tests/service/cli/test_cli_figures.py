@@ -202,18 +202,6 @@ def test_codes_are_named_on_their_scale() -> None:
     assert not [line for line in figure.axes[0].lines if line.get_marker() == "*"]
 
 
-def test_threads_draw_the_same_bytes(tmp_path: Path) -> None:
-    answer = known_map()
-
-    def draw(index: int) -> bytes:
-        path = tmp_path / f"{index}.svg"
-        save(draw_map(answer, "amplitude_ratio"), path)
-        return path.read_bytes()
-
-    with ThreadPoolExecutor(4) as pool:
-        assert len(set(pool.map(draw, range(4)))) == 1
-
-
 def test_an_axis_is_logarithmic_where_its_values_are() -> None:
     assert is_logarithmic(np.geomspace(0.01, 100, 9))
     assert not is_logarithmic(np.linspace(0.01, 100, 9))
@@ -247,6 +235,18 @@ def test_a_comparison_draws_three_curves_and_shades_where_the_study_is_better() 
     # below and above r = 1, where the study's 50 is the worse
     np.testing.assert_allclose(spans, answer.attrs["hybrid_better"])
     assert [round(edge, 3) for span in spans for edge in span] == [0.8, 0.95, 1.05, 1.2]
+
+
+def test_threads_draw_the_same_bytes(tmp_path: Path) -> None:
+    answer = comparison(np.array([2.8, 2.3]))
+
+    def draw(index: int) -> bytes:
+        path = tmp_path / f"{index}.svg"
+        save(draw_comparison(answer), path)
+        return path.read_bytes()
+
+    with ThreadPoolExecutor(4) as pool:
+        assert len(set(pool.map(draw, range(4)))) == 1
 
 
 def test_nothing_is_shaded_where_a_peak_may_lie_between_the_frequencies() -> None:

@@ -1,7 +1,8 @@
-"""Every result that a study stores is shown by every command that takes one, with its unit or what it is over."""
+"""Every result that a study stores is shown by every question that takes one, with its unit or what it is over."""
 
 import re
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,11 @@ import pytest
 import yaml
 from tests.service.cli.commands import run
 
+from damperlab.service.questions.frequency_response import FREQUENCY_RESPONSE
+from damperlab.service.questions.question import Subject
+from damperlab.service.questions.resonance_map import RESONANCE_MAP
+from damperlab.studies.questions import Selection
+from damperlab.studies.store.store import Store
 from damperlab.studies.unit_names import ACCELERATIONS, AMPLITUDES, OVER, RESULTS
 from damperlab.studies.variables import VARIABLES
 
@@ -93,15 +99,17 @@ def kept_in(scene: str) -> list[str]:
     return stored if "ratios" in scene else [*stored, *(name for name in RESULTS if name not in lacking)]
 
 
-def test_every_result_is_shown_with_its_unit_or_what_it_is_over(
-    scene: str, printed: Callable[..., str]
-) -> None:
-    for metric in kept_in(scene):
-        for question in ("map", "response")[: 1 if "forced" in scene else 2]:
-            detailed = printed(question, scene, "--metric", metric, "--details").partition("\n\n")[2]
-            caption, _, _ = detailed.partition(". ")
-            assert unit_in(caption) == UNIT_OF.get(metric), caption
-    printed("optimum", scene)
+def test_every_result_is_shown_with_its_unit_or_what_it_is_over(scene: str, folder: Path) -> None:
+    with closing(Store.open(folder / "data")) as store:
+        subject = Subject(store.find(scene), store, "map")
+        for metric in kept_in(scene):
+            for question in (RESONANCE_MAP, FREQUENCY_RESPONSE)[: 1 if "forced" in scene else 2]:
+                asked = [
+                    kind(metric=metric) if issubclass(kind, Selection) else kind() for kind in question.asks
+                ]
+                words = question.tell(subject, question.of(subject, *asked), True, *asked)
+                caption, _, _ = words.sentences[0].partition(". ")
+                assert unit_in(caption) == UNIT_OF.get(metric), caption
 
 
 UNIT_OF = {
@@ -124,7 +132,11 @@ def unit_in(caption: str) -> str | None:
     return found[1] if found else None
 
 
-def test_a_report_is_written_of_every_scene(scene: str, folder: Path, printed: Callable[..., str]) -> None:
+@pytest.mark.night
+def test_a_ranking_and_a_report_are_written_of_every_scene(
+    scene: str, folder: Path, printed: Callable[..., str]
+) -> None:
+    printed("optimum", scene)
     file = folder / f"{scene}.html"
     printed("report", scene, "-o", str(file))
     caption = "amplitude ratio X/Z" if "ratios" in scene else "amplitude of the structure X in mm"

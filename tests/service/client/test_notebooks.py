@@ -2,8 +2,6 @@
 
 import os
 import re
-import subprocess
-import sys
 import traceback
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ import nbformat
 import pytest
 from docs.computed import is_of_here
 from docs.executed import NOTEBOOKS, execute, lasting
+from tests.ready import ready
 
 from damperlab import Client, Study
 from damperlab.service.client import Refused
@@ -102,17 +101,16 @@ LINES = (
 
 def test_a_notebook_shows_the_users_own_lines_and_the_message(tmp_path: Path) -> None:
     cells = [f"def mine():\n    return {line}\nmine()" for line, _, _ in LINES]
-    script = (
-        "from IPython.core.interactiveshell import InteractiveShell\n"
-        "shell = InteractiveShell(colors='nocolor')\n"
-        "shell.run_cell('from damperlab import Client, Study, open_store')\n"
-        f"for cell in {cells!r}:\n    shell.run_cell(cell)\n    print('end of a cell')\n"
+    program = (
+        "get_ipython().run_cell('from damperlab import Client, Study, open_store')\n"
+        f"for cell in {cells!r}:\n    get_ipython().run_cell(cell)\n    print('end of a cell')\n"
     )
-    ended = subprocess.run(
-        [sys.executable, "-c", script], cwd=tmp_path, env=os.environ | {"HOME": str(tmp_path)},
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    shown = ended.stdout.split("end of a cell")[:-1]
+    with (tmp_path / "printed").open("w+") as printed:
+        settings = os.environ | {"IPYTHONDIR": str(tmp_path)}
+        options = ["--colors=NoColor", "--HistoryManager.enabled=False", "-c", program]
+        ready().loaded.fork("IPython", options, settings, out=printed, folder=tmp_path).wait(600.0)
+        printed.seek(0)
+        shown = printed.read().split("end of a cell")[:-1]
     for text, (line, name, said) in zip(shown, LINES, strict=True):
         assert f"{name}: " in text, line
         assert said in text
