@@ -14,8 +14,8 @@ import httpx
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
 from tests.service.conftest import start_service
-from tests.service.security.raw import host_of
-from tests.service.security.test_malformed import BROKEN, STRUCTURED, ask, judge
+from tests.service.security.raw import ask, host_of
+from tests.service.security.test_malformed import BROKEN, STRUCTURED, judge
 
 
 def main() -> None:

@@ -16,7 +16,8 @@ import httpx
 import psutil
 import pytest
 from tests import ports
-from tests.ready import Started, ready
+from tests.ready import Started
+from tests.service import served
 
 from damperlab import Client
 from damperlab.service.edge.connection import LEAVE_SECONDS
@@ -87,7 +88,7 @@ def start_service(data_dir: Path, log: Path, **environment: str) -> Running:
     defaults["DAMPERLAB_WARM"] = "false"  # a background that compiles would take the cores from the tests
     variables = {**os.environ, **defaults, **environment}
     with log.open("wb") as out:
-        process = ready().start("damperlab", ["serve"], variables, out, out)
+        process = served.start(variables, out)
     give_up = time.monotonic() + START_SECONDS
     while time.monotonic() < give_up:
         found = re.search(r"running on (https?://\S+)", log.read_text())
@@ -176,6 +177,9 @@ def computing(running: Running) -> list[psutil.Process]:
         with suppress(psutil.NoSuchProcess):
             if "anyio.to_process" in each.cmdline():
                 found.append(each)
+    for forked in re.findall(rf"{served.COMPUTES}(\d+)", running.log.read_text()):
+        with suppress(psutil.NoSuchProcess):
+            found.append(psutil.Process(int(forked)))
     return found
 
 

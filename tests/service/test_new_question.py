@@ -3,12 +3,11 @@
 import json
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.ready import ready
 from tests.service.cli.commands import LINEAR, run
 
 from damperlab.service.questions.every import EVERY
@@ -85,54 +84,6 @@ AMPLITUDE_SHARE: Question[Any] = Question(
 )
 '''
 
-DOORS = """
-import contextlib, inspect, io, json, sys, threading, time
-from pathlib import Path
-
-import httpx, uvicorn
-
-import damperlab.service
-assert Path(damperlab.service.__file__).is_relative_to(sys.argv[1]), damperlab.service.__file__
-from damperlab.service.app import create_app
-from damperlab.service.cli.main import app as commands
-from damperlab.service.client import Client
-from damperlab.service.page.words import words_module
-from damperlab.service.settings import Settings
-from damperlab.service.work.kept import READS
-from docs.hooks import command_reference, http_reference
-
-data, study = Path(sys.argv[2]), sys.argv[3]
-app = create_app(Settings(data_dir=data, warm=False, question_points_apart=0))
-server = uvicorn.Server(uvicorn.Config(app, port=0, log_config=None))
-thread = threading.Thread(target=server.run)
-thread.start()
-while not server.started:
-    time.sleep(0.02)
-port = server.servers[0].sockets[0].getsockname()[1]
-url = f"http://127.0.0.1:{port}"
-try:
-    answer = httpx.get(f"{url}/api/v1/studies/{study}/amplitude-share", params={"share": 0.25}, timeout=300)
-    refused = httpx.get(f"{url}/api/v1/studies/{study}/amplitude-share", params={"share": 2}, timeout=300)
-    ask = Client(url).study(study).amplitude_share
-    assert str(inspect.signature(ask)) == "(*, share=0.5)", inspect.signature(ask)
-    assert "Share of the points." in ask.__doc__, ask.__doc__
-    dataset = ask(share=0.25)
-    dataset.plot(data / "share.png")
-    client = dataset["amplitude_ratio"].values.tolist()
-finally:
-    server.should_exit = True
-    thread.join()
-printed = io.StringIO()
-with contextlib.redirect_stdout(printed):
-    asked = ["share", study, "--share", "0.25", "--json", "--data-dir", str(data)]
-    commands(args=asked, standalone_mode=False)
-print(json.dumps({
-    "http": answer.json(), "status": answer.status_code, "refused": refused.json(), "client": client,
-    "command": json.loads(printed.getvalue()), "document": app.openapi(), "words": words_module().decode(),
-    "reads": READS.get("amplitude-share"), "references": [http_reference(), command_reference()],
-}))
-"""
-
 
 @pytest.fixture
 def extended(tmp_path: Path) -> Path:
@@ -142,9 +93,7 @@ def extended(tmp_path: Path) -> Path:
     for name in ("studies", "worker"):
         (package / name).unlink()
         (package / name).symlink_to(ROOT / name)
-    shutil.copytree(
-        ROOT / "service", package / "service", ignore=shutil.ignore_patterns("__pycache__", "library")
-    )
+    shutil.copytree(ROOT / "service", package / "service", ignore=shutil.ignore_patterns("library"))
     questions = package / "service" / "questions"
     (questions / "amplitude_share.py").write_text(QUESTION)
     listed = (questions / "every.py").read_text()
@@ -159,15 +108,8 @@ def extended(tmp_path: Path) -> Path:
 def test_a_new_question_is_one_file_and_its_line_in_the_list(extended: Path, tmp_path: Path) -> None:
     (tmp_path / "study.json").write_text(json.dumps(LINEAR))
     made = json.loads(run("run", tmp_path / "study.json", "--data-dir", tmp_path / "data", "--json").stdout)
-    environment = os.environ | {"PYTHONPATH": f"{extended}{os.pathsep}{ROOT}"}
-    ended = subprocess.run(
-        [sys.executable, "-c", DOORS, str(extended), str(tmp_path / "data"), made["id"]],
-        capture_output=True,
-        text=True,
-        env=environment,
-        cwd=tmp_path,
-        check=False,
-    )
+    places = [str(extended), str(tmp_path / "data"), made["id"]]
+    ended = ready().run("tests.service.extended", places, dict(os.environ), 600.0)
     assert ended.returncode == 0, ended.stderr
     found: dict[str, Any] = json.loads(ended.stdout)
 
@@ -183,9 +125,8 @@ def test_a_new_question_is_one_file_and_its_line_in_the_list(extended: Path, tmp
     assert schema["properties"]["share"] == {"type": "array", "items": {"type": ["number", "null"]}}
     assert found["reads"] == ["beside"]
     assert '"method": "amplitude_share"' in found["words"]
-    http, commands = found["references"]
-    assert "/amplitude-share" in http
-    assert "## damperlab share" in commands
+    assert found["signature"] == "(*, share=0.5)"
+    assert "Share of the points." in found["help"]
 
 
 def test_the_list_names_every_file_of_a_question() -> None:

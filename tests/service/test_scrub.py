@@ -6,17 +6,12 @@ from pathlib import Path
 
 import pytest
 from tests.faults.damage import make_store
+from tests.filling import flip
 
 from damperlab.service.scrub import Scrub
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi
 from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.store.store import Store
-
-
-def flip(file: Path) -> None:
-    content = bytearray(file.read_bytes())
-    content[-3] ^= 4
-    file.write_bytes(bytes(content))
 
 
 def test_damage_is_found_logged_once_and_gone_when_it_is_mended(
@@ -31,8 +26,8 @@ def test_damage_is_found_logged_once_and_gone_when_it_is_mended(
         assert not any(scrub.found.values())
         study_id = store.find("done").id
         block = next(Path(store.cube_path(study_id), "blocks").glob("3~*"))
-        flip(block)
-        flip(tmp_path / "records" / f"{record_id}.npy")
+        flip(block, -3, 4)
+        flip(tmp_path / "records" / f"{record_id}.npy", -3, 4)
         with caplog.at_level(logging.ERROR, "damperlab.scrub"):
             scrub.look()
             scrub.look()
@@ -42,7 +37,7 @@ def test_damage_is_found_logged_once_and_gone_when_it_is_mended(
         assert "block 3" in about_study
         assert f"damperlab store verify {study_id} --repair" in about_study
         assert record_id in about_catalogue
-        flip(block)
+        flip(block, -3, 4)
         Records(tmp_path).put(motion)
         scrub.look()
         assert not any(scrub.found.values())

@@ -1,72 +1,74 @@
 """Outdated results over HTTP and in the client: flagged, recomputed beside, compared, and deleted at once."""
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import httpx
 import numpy as np
-import pytest
-from tests.other_solver import SCALE, OtherSolver
+from tests.filling import enter, write
 from tests.service.contract import check
 
 from damperlab import Client
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block
+from damperlab.studies.store.store import Store
+from damperlab.worker.block import solve_block
 
 STUDIES = "/api/v1/studies"
 
 
-@pytest.fixture(scope="module")
-def other(tmp_path_factory: pytest.TempPathFactory) -> OtherSolver:
-    return OtherSolver(tmp_path_factory.mktemp("other"))
-
-
 def test_outdated_results_are_flagged_and_recomputed_beside(
-    own_service: Callable[..., Any], other: OtherSolver, tmp_path: Path, helpers: Any
+    own_service: Callable[..., Any], helpers: Any, tmp_path: Path
 ) -> None:
-    file = tmp_path / "curve.json"
-    file.write_text(httpx.Response(200, json=helpers.CURVE).text)
-    old = other.run("run", str(file), "--data-dir", str(tmp_path / "data"))
-    running = own_service()
-    with httpx.Client(base_url=running.url, timeout=300) as http:
-        again = http.post(STUDIES, json=helpers.CURVE)
-        assert (again.status_code, again.json()["id"], again.json()["outdated"]) == (200, old["id"], True)
-        (listed,) = http.get(STUDIES).json()["studies"]
+    """What another solver really computes is compared in `tests/worker/run/test_versions.py`."""
+    study = parse_study(helpers.CURVE)
+    whole = Block.whole(study.shape)
+    values = {name: np.asarray(column) for name, column in solve_block(study, whole).items()}
+    with closing(Store.open(tmp_path / "data")) as store:
+        old = enter(store, study, study.shape, solver="another").id
+        write(store, old, whole, values | {"amplitude_ratio": 2 * values["amplitude_ratio"]})
+        store.set_state(old, "done")
+    url = own_service().url
+    with httpx.Client(base_url=url, timeout=300) as client, Client(url) as remote:
+        again = client.post(STUDIES, json=helpers.CURVE)
+        assert (again.status_code, again.json()["id"], again.json()["outdated"]) == (200, old, True)
+        (listed,) = client.get(STUDIES).json()["studies"]
         assert (listed["outdated"], listed["version"]) == (True, 1)
-        refused = http.post(f"{STUDIES}/{old['id']}/retry")
+        refused = client.post(f"{STUDIES}/{old}/retry")
         assert refused.status_code == 409
         assert refused.json()["type"] == "urn:damperlab:problem:nothing-to-do"
         assert "recompute" in refused.json()["errors"][0]["advice"]
-        made = http.post(f"{STUDIES}/{old['id']}/recompute")
+        made = client.post(f"{STUDIES}/{old}/recompute")
         assert made.status_code == 201
-        newer = made.json()
-        assert made.headers["Location"] == f"{STUDIES}/{old['id']}-2"
-        done = helpers.wait_for(http, newer["id"], helpers.ended)
+        newer = made.json()["id"]
+        assert made.headers["Location"] == f"{STUDIES}/{old}-2"
+        done = helpers.wait_for(client, newer, helpers.ended)
         assert (done["state"], done["outdated"], done["version"]) == ("done", False, 2)
-        assert http.post(STUDIES, json=helpers.CURVE).json()["id"] == newer["id"]
-        assert http.post(f"{STUDIES}/{newer['id']}/recompute").status_code == 409
-        versions = http.get(f"{STUDIES}/{old['id']}/versions").json()["studies"]
-        assert [each["id"] for each in versions] == [old["id"], newer["id"]]
-        answer = http.get(f"{STUDIES}/{newer['id']}/differences")
+        assert client.post(STUDIES, json=helpers.CURVE).json()["id"] == newer
+        assert client.post(f"{STUDIES}/{newer}/recompute").status_code == 409
+        versions = client.get(f"{STUDIES}/{old}/versions").json()["studies"]
+        assert [each["id"] for each in versions] == [old, newer]
+        answer = client.get(f"{STUDIES}/{newer}/differences")
         check("get", f"{STUDIES}/{{study_id}}/differences", answer)
         found = answer.json()
-        assert (found["older"], found["compared"], found["differing"]) == (old["id"], 11, 11)
-    with Client(running.url) as client:
-        before, after = client.study(old["id"]), client.study(newer["id"])
+        assert (found["older"], found["compared"], found["differing"]) == (old, 11, 11)
+        before, after = remote.study(old), remote.study(newer)
         assert (before.outdated, after.outdated) == (True, False)
         # asked once more, the version that is there answers
         assert before.recompute() == after
-        assert {each["variable"] for each in after.differences(before)["variables"]} >= {"amplitude_ratio"}
+        assert after.differences(before) == found
         one, two = (each.cube()["amplitude_ratio"].values for each in (before, after))
-        np.testing.assert_array_equal(one, two * SCALE)
+        np.testing.assert_array_equal(one, two * 2)
         before.delete()
-    with httpx.Client(base_url=running.url, timeout=300) as http:
         for path in ("", "/resonance-map", "/frequency-response", "/optimal-designs", "/axes"):
-            gone = http.get(f"{STUDIES}/{old['id']}{path}", follow_redirects=True)
+            gone = client.get(f"{STUDIES}/{old}{path}", follow_redirects=True)
             # the start of its id finds the version that took its place, for those who only look
             assert gone.status_code in (200, 422), gone.text
-        assert http.delete(f"{STUDIES}/{old['id']}").status_code == 404
-        assert http.delete(f"{STUDIES}/{newer['id']}").status_code == 204
-        missing = http.get(f"{STUDIES}/{newer['id']}/frequency-response")
+        assert client.delete(f"{STUDIES}/{old}").status_code == 404
+        assert client.delete(f"{STUDIES}/{newer}").status_code == 204
+        missing = client.get(f"{STUDIES}/{newer}/frequency-response")
         assert missing.status_code == 404
         assert "deleted 20" in missing.json()["errors"][0]["found"]
         cubes = tmp_path / "data" / "cubes"

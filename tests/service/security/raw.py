@@ -34,6 +34,18 @@ def send_raw(url: str, request: bytes, *, patience_seconds: float = 60.0) -> Ans
     return Answer(int(head[9:12]), head.decode("latin-1").lower(), body)
 
 
+def ask(url: str, request: bytes) -> bytes:
+    """Send bytes, end our half, and read to the end."""
+    address = urlsplit(url)
+    received = b""
+    with socket.create_connection((address.hostname, address.port), timeout=60) as connection:
+        connection.sendall(request)
+        connection.shutdown(socket.SHUT_WR)
+        while part := connection.recv(65536):
+            received += part
+    return received
+
+
 def host_of(url: str) -> bytes:
     """The Host header that belongs to an address."""
     return urlsplit(url).netloc.encode()

@@ -32,6 +32,7 @@ def test_a_point_without_end_is_ended_at_its_limit(own_service: Callable[..., An
         helpers.wait_until(lambda: not psutil.pid_exists(process.pid))
 
 
+@pytest.mark.usefixtures("anew")
 @pytest.mark.parametrize("how", [pytest.param(signal.SIGTERM, marks=pytest.mark.night), signal.SIGKILL])
 def test_a_service_that_ends_leaves_nothing_that_computes(
     own_service: Callable[..., Any], helpers: Any, how: signal.Signals

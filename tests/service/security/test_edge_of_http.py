@@ -2,17 +2,15 @@
 
 import gzip
 import json
-import socket
 import zipfile
 from io import BytesIO
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import httpx
 import pytest
 from tests.service.cli.commands import run
-from tests.service.security.raw import host_of, send_raw
+from tests.service.security.raw import ask, host_of, send_raw
 
 LIMIT = 4 * 1024 * 1024
 
@@ -127,14 +125,7 @@ STUDIES = "/api/v1/studies"
 
 def _answers(url: str, request: bytes) -> list[int]:
     """Send bytes and give the statuses of all answers, until the connection ends."""
-    address = urlsplit(url)
-    received = b""
-    with socket.create_connection((address.hostname, address.port), timeout=60) as connection:
-        connection.sendall(request)
-        connection.shutdown(socket.SHUT_WR)
-        while part := connection.recv(65536):
-            received += part
-    statuses = []
+    received, statuses = ask(url, request), []
     while received.startswith(b"HTTP/1.1 "):
         head, _, rest = received.partition(b"\r\n\r\n")
         statuses.append(int(head[9:12]))

@@ -1,15 +1,13 @@
 """Malformed heads and bodies over real sockets: each is answered, none by a failure."""
 
 import json
-import socket
 from typing import Any
-from urllib.parse import urlsplit
 
 import httpx
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from tests.service.security.raw import host_of
+from tests.service.security.raw import ask, host_of
 
 METHODS = [b"GET", b"POST", b"DELETE", b"HEAD", b"PUT", b"OPTIONS", b"get", b"", b"B\x00D", b"\xff"]
 PATHS = [
@@ -102,18 +100,6 @@ BROKEN = st.builds(
     st.integers(0, 10**6),
     st.binary(max_size=8),
 )
-
-
-def ask(url: str, request: bytes) -> bytes:
-    """Send bytes, end our half, and read to the end."""
-    address = urlsplit(url)
-    received = b""
-    with socket.create_connection((address.hostname, address.port), timeout=60) as connection:
-        connection.sendall(request)
-        connection.shutdown(socket.SHUT_WR)
-        while part := connection.recv(65536):
-            received += part
-    return received
 
 
 def judge(request: bytes, answer: bytes) -> None:
