@@ -8,7 +8,6 @@ from damperlab.worker.scenes import scene_named
 from damperlab.worker.warm import compile_apart, missing
 
 SCENES = (
-    "acceleration-friction-particle-instant",
     "orbit-friction",
     "orbit-friction-particle-instant",
     "orbit-linear",
@@ -17,7 +16,6 @@ SCENES = (
     "peaks-friction-particle-instant",
     "peaks-friction-particle-rubbing",
     "record-friction",
-    "record-friction-particle-falling",
     "record-friction-particle-instant",
     "record-friction-particle-rubbing",
     "record-history-friction",
@@ -32,16 +30,12 @@ SCENES = (
     "rk4-particle-instant",
     "steady-friction",
     "steady-friction-particle-instant",
-    "steady-friction-particle-rubbing",
     "steady-particle-instant",
     "stepped-friction",
     "stepped-friction-particle-instant",
     "stepped-linear",
     "stepped-particle-instant",
     "transient-friction",
-    "transient-friction-particle-compliant",
-    "transient-friction-particle-dwell",
-    "transient-friction-particle-falling",
     "transient-friction-particle-instant",
     "transient-friction-particle-rubbing",
     "transient-linear",

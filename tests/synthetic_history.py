@@ -41,7 +41,13 @@ class MadeHistory:
 
 
 def made_history(
-    kind: str, seed: int, *, shaken: bool = False, given: bool = False, noise: float = NOISE
+    kind: str,
+    seed: int,
+    rows: int = ROWS,
+    *,
+    shaken: bool = False,
+    given: bool = False,
+    noise: float = NOISE,
 ) -> MadeHistory:
     """Draw a prototype of a kind and its free decay, or its response to a sine that begins at rest, with normal noise."""
     rng = np.random.default_rng([seed, len(kind), shaken])
@@ -58,12 +64,12 @@ def made_history(
     base = None
     if shaken:
         rate = 2.0 * np.pi * BASE_HZ
-        base = BASE_M * rate**2 * np.sin(rate * STEP_S * np.arange(ROWS))
+        base = BASE_M * rate**2 * np.sin(rate * STEP_S * np.arange(rows))
     else:
         truth[RELEASE] = RELEASE_M * float(rng.uniform(0.98, 1.02))
-    blank = History(f"{kind} {seed}", STEP_S, np.full(ROWS, RELEASE_M), True, base)
+    blank = History(f"{kind} {seed}", STEP_S, np.full(rows, RELEASE_M), True, base)
     exact = displacement(make_history_question(blank, structure, RANGES[kind]), truth)
     deviation = noise * float(np.abs(exact).max())
-    moved = exact + deviation * rng.standard_normal(ROWS)
-    measured = replace(blank, displacement_m=moved, deviation_m=np.full(ROWS, deviation) if given else None)
+    moved = exact + deviation * rng.standard_normal(rows)
+    measured = replace(blank, displacement_m=moved, deviation_m=np.full(rows, deviation) if given else None)
     return MadeHistory(make_history_question(measured, structure, RANGES[kind]), truth)

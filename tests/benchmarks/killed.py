@@ -35,7 +35,7 @@ def asleep(index: int, seconds: float) -> BlockOutcome:
 def run(blocks: int = 240, workers: int = 24) -> dict[str, Any]:
     """So many workers, of which half are killed at a third of the work."""
     environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'src'}"}
-    with scheduler_process() as (address, _):
+    with scheduler_process(anew=True) as (address, _):
         command = [sys.executable, "-m", "damperlab", "admin", "worker", address, "--memory-limit=0"]
         started = [
             subprocess.Popen(

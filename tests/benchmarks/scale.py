@@ -76,7 +76,7 @@ def measure(seconds: float, processes: int, workers: int, threads: int) -> dict[
     )
     imported = peak_mib()
     environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'src'}"}
-    with tempfile.TemporaryDirectory() as folder, scheduler_process() as (address, scheduler):
+    with tempfile.TemporaryDirectory() as folder, scheduler_process(anew=True) as (address, scheduler):
         hosts: list[subprocess.Popen[str]] = []
         try:
             code = "import asyncio, sys; from tests.benchmarks.scale import _work; "

@@ -7,9 +7,13 @@ import xarray as xr
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.plan import Block
-from damperlab.studies.variables import VARIABLES
+from damperlab.studies.variables import STANDARD, VARIABLES
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.block import solve_suite_block
+from damperlab.worker.steady.response.measures import INTEGRATED
+
+LEAN = [name for name in STANDARD if name not in INTEGRATED]
+"""What needs no integral over a motion: the kernels of a design's search compute it."""
 
 
 def solved(study: Study | Suite) -> xr.Dataset:

@@ -241,13 +241,13 @@ def means_something(study: Study) -> None:
 
 
 @given(json_values | near_values)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_arbitrary_json_only_ever_raises_study_faults(document: object) -> None:
     parses_or_is_refused(document)
 
 
 @given(st.sampled_from([*EXAMPLES, *(s.document() for s in named_studies().values())]), st.data())
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_damaged_studies_only_ever_raise_study_faults(base: dict[str, Any], data: st.DataObject) -> None:
     document = json.loads(json.dumps(base))
     for _ in range(data.draw(st.integers(1, 3))):

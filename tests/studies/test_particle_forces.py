@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.studies.documents import fields_of
-from tests.studies.solving import solved
+from tests.studies.solving import LEAN, solved
 from tests.worker.forms import night
 
 from damperlab.studies.answers.optimal_designs import optimal_designs
@@ -88,10 +88,9 @@ def test_what_does_not_go_together_is_refused_by_its_field(given: dict[str, Any]
 def test_without_friction_and_gravity_the_values_are_those_of_a_study_that_says_nothing_of_them(
     gravity: int | list[int],
 ) -> None:
-    plain = solved(parse_harmonic({"axes": AXES}))
-    both = solved(
-        parse_harmonic({"axes": AXES, "particle_friction_ratio": [0, 0.3], "gravity_ratio": gravity})
-    )
+    plain = solved(parse_harmonic({"axes": AXES, "metrics": LEAN}))
+    given = {"particle_friction_ratio": [0, 0.3], "gravity_ratio": gravity}
+    both = solved(parse_harmonic({"axes": AXES, "metrics": LEAN, **given}))
     none = both.isel(particle_friction_ratio=0, gravity_ratio=0)
     for name in plain.data_vars:
         if name != "run_time":
@@ -101,7 +100,8 @@ def test_without_friction_and_gravity_the_values_are_those_of_a_study_that_says_
 
 
 def test_answers_tell_them_as_they_tell_other_dimensions() -> None:
-    cube = solved(parse_harmonic({"axes": AXES, "particle_friction_ratio": [0, 0.3], "gravity_ratio": 0}))
+    given = {"particle_friction_ratio": [0, 0.3], "gravity_ratio": 0}
+    cube = solved(parse_harmonic({"axes": AXES, "metrics": LEAN, **given}))
     ranked = optimal_designs(cube)
     best = cube["amplitude_ratio"].max("frequency_ratio").min().item()
     assert ranked["value"].values[0] == best

@@ -110,7 +110,7 @@ PUNCTUATION = st.text(alphabet='[]{}:,-?&*!|>"\n #ab1.e', max_size=40)
 @example('{"\\ud800": "\\ud800"}', "json")
 @example("%YAML 9.9\n---\na: 1", "yaml")
 @example("<<: {a: 1}", "yaml")
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_arbitrary_text_only_ever_raises_study_faults(text: str | bytes, written_in: Format) -> None:
     with pytest.raises(StudyFaults) as caught:
         parse_study_text(text, written_in)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import settings
 
 EPS = 2.0**-52
-FIXED = settings(max_examples=60, deadline=None, derandomize=True, database=None)
+FIXED = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 
 both = pytest.mark.parametrize("form", ["plain", "jitted"])
 

@@ -1,8 +1,11 @@
 """A study in twelve blocks, and studies that are run in the process of a test, where no cluster may be asked for."""
 
 import threading
+import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from multiprocessing.queues import SimpleQueue
+from pathlib import Path
 from typing import Any
 
 from distributed import Client
@@ -15,6 +18,7 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
+from damperlab.worker.run.lease import hold
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 from damperlab.worker.worker_process.examination import bits_of
@@ -102,3 +106,10 @@ def run_here(
     return run_study(
         store, study_id, never, tell, stop or threading.Event(), here_seconds=AMPLE_SECONDS, **more
     )
+
+
+def hold_for_good(folder: Path, study_id: str, told: "SimpleQueue[str]") -> None:
+    """Claim a study and keep it, in a process that is killed."""
+    with hold(Store.open(folder), study_id):
+        told.put("held")
+        time.sleep(600)

@@ -2,7 +2,7 @@
 
 import itertools
 from math import pi, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from tests.oracles import compliant_wall, dwelling
 from tests.reference.simulator import simulate as reference
 from tests.reference.state import State as Place
 from tests.worker.forms import night
+from tests.worker.plain_python import accelerated, plainly
 
 from damperlab.studies.answers.largest_acceleration import Acting, accelerations
 from damperlab.studies.definition import parse_study
@@ -51,10 +52,12 @@ class Orbit(NamedTuple):
     """u, u', p, p' of that state, at phase 0, in which no wall is touched."""
 
 
-def orbit_of(r: float, gamma: float, particle: Particle | None, forced: bool) -> Orbit:
+def orbit_of(
+    r: float, gamma: float, particle: Particle | None, forced: bool, settings: Settings = METERED
+) -> Orbit:
     friction = gamma or None
     rest = at_rest(r, friction, particle, forced)
-    found, end = settle(0.03, r, friction, particle, METERED, rest, forced)
+    found, end = settle(0.03, r, friction, particle, settings, rest, forced)
     assert (found.status, found.period) == (Status.CONVERGED, 1)
     place, p_rate = end.v, 0.0
     if particle is not None:
@@ -92,30 +95,48 @@ def test_a_linear_response_accelerates_by_its_frequency_squared(r: float, forced
 # r, γ_F, (d/Z, e, β), forced: friction with stick and without; hybrid dampers that stick, one of them asymmetric; rides and
 # slips; without friction
 RIGID = [
-    night((0.6, 0.3, None, False)),
-    night((0.95, 0.3, None, True)),
+    (0.6, 0.3, None, False),
+    (0.95, 0.3, None, True),
     (0.95, 0.8, (0.5, 0.5, 0.1), False),
     (0.6, 0.3, (0.5, 0.5, 0.1), False),
     (1.3, 0.3, (0.5, 0.0, 0.1), False),
-    night((1.3, 0.3, (0.5, 0.0, 0.1), True)),
-    night((0.95, 0.8, (0.5, 0.5, 0.1), True)),
-    night((0.95, 0.0, (5.0, 0.5, 0.1), False)),
+    (1.3, 0.3, (0.5, 0.0, 0.1), True),
+    (0.95, 0.8, (0.5, 0.5, 0.1), True),
+    (0.95, 0.0, (5.0, 0.5, 0.1), False),
 ]
 
 
-@pytest.mark.parametrize("point", RIGID, ids=str)
-def test_rigid_walls_and_friction_agree_with_the_reference_simulator(point) -> None:
-    """The response is known to 1e-10 of a distance from periodicity that impacts amplify; Simpson's rule on 2π/200 to 1e-8."""
+def assert_accelerates(point: Any, orbit: Orbit, peak: float, square: float) -> None:
+    """Assert what the reference simulator says of a cycle.
+
+    The response is known to 1e-10 of a distance from periodicity that impacts amplify; Simpson's rule on 2π/200 to 1e-8.
+    """
     r, gamma, given, forced = point
-    peak, square, impacts, end, (u, _, p, p_rate) = orbit_of(
-        r, gamma, Particle(*given) if given else None, forced
-    )
-    start = Place(0.0, end.v, end.w, u - p, p_rate)
+    u, _, p, p_rate = orbit.start
+    start = Place(0.0, orbit.end.v, orbit.end.w, u - p, p_rate)
     truth = reference(0.03, r, gamma, given, 1, digits=None, start=start, acceleration=True, forced=forced)
-    assert (truth["impacts"] > 0) == (impacts > 0)
+    assert (truth["impacts"] > 0) == (orbit.impacts > 0)
     assert float(truth["u"]) == pytest.approx(u, abs=1e-6)  # it is the same orbit
     assert peak == pytest.approx(float(truth["acceleration_peak"]), rel=1e-7)
     assert square == pytest.approx(float(truth["acceleration_square"]) * r / (2.0 * pi), rel=1e-7)
+
+
+@pytest.mark.night
+@pytest.mark.parametrize("point", RIGID, ids=str)
+def test_rigid_walls_and_friction_agree_with_the_reference_simulator(point) -> None:
+    r, gamma, given, forced = point
+    orbit = orbit_of(r, gamma, Particle(*given) if given else None, forced)
+    assert_accelerates(point, orbit, orbit.peak, orbit.square)
+
+
+def test_a_cycle_in_plain_python_agrees_with_the_reference_simulator() -> None:
+    """Of orbits that were found without their acceleration."""
+    points = RIGID[2:5]
+    without = METERED._replace(acceleration=None)
+    orbits = [orbit_of(r, gamma, Particle(*given), forced, without) for r, gamma, given, forced in points]
+    asked = [(0.03, p[0], p[1], Particle(*p[2]), o.end) for p, o in zip(points, orbits, strict=True)]
+    for point, orbit, (peak, square) in zip(points, orbits, plainly(accelerated, asked), strict=True):
+        assert_accelerates(point, orbit, peak, square * point[0] / (2.0 * pi))
 
 
 DWELLS = [(0.6, 0.3, 1.0, False), (1.3, 0.3, 1.0, False), (0.6, 0.8, 1.0, False), (1.3, 0.3, 1.0, True)]
@@ -175,12 +196,13 @@ def test_compliant_walls_agree_with_a_plain_march(point) -> None:
 
 SAME = [
     (0.95, 0.3, Particle(2.0, 0.5, 0.1)),
-    night((0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(100.0, 1.0)))),
-    night((0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(1e4, 20.0)))),
-    night((1.3, 0.3, None)),
+    (0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(100.0, 1.0))),
+    (0.9, 0.3, Particle(2.0, 0.5, 0.1, None, Wall(1e4, 20.0))),
+    (1.3, 0.3, None),
 ]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("point", SAME, ids=str)
 def test_a_response_has_the_same_bits_without_its_acceleration(point) -> None:
     """Some of these do not repeat: any other rounding would be another response."""
@@ -224,11 +246,12 @@ ASKED = {
 }
 
 
+METRICS = ["acceleration_ratio", "acceleration_ratio_rms", "amplitude_ratio"]
+
+
+@pytest.mark.night
 def test_a_study_stores_the_acceleration_where_it_asks_for_it() -> None:
-    study = parse_study(
-        ASKED | {"metrics": ["acceleration_ratio", "acceleration_ratio_rms", "amplitude_ratio"]}
-    )
-    assert {scene.purpose for scene in scenes(study)} == {"acceleration"}
+    study = parse_study(ASKED | {"metrics": METRICS})
     found = solve_block(study, Block.whole(study.shape))
     for (i, gamma), (j, r) in itertools.product(enumerate((0.3, 0.8)), enumerate((0.6, 0.95))):
         peak, rms = (
@@ -241,11 +264,13 @@ def test_a_study_stores_the_acceleration_where_it_asks_for_it() -> None:
 
 
 def test_a_study_that_asks_for_no_acceleration_is_computed_without_it() -> None:
+    assert {scene.purpose for scene in scenes(parse_study(ASKED | {"metrics": METRICS}))} == {"acceleration"}
     study = parse_study(ASKED)
     assert not any(name.startswith("acceleration") for name in study.metrics)
     assert {scene.purpose for scene in scenes(study)} == {"steady"}
 
 
+@pytest.mark.night
 def test_a_point_alone_tells_its_acceleration_where_that_is_asked_for() -> None:
     design = Design(0.03, 0.6, 0.3, Particle(0.5, 0.5, 0.1))
     asked = simulate_ready(design, settings=METERED, followed=False).metrics
@@ -266,6 +291,7 @@ def test_the_acceleration_in_a_wall_is_measured_without_energies_too() -> None:
         assert alone[name] == asked[name]
 
 
+@pytest.mark.night
 def test_the_largest_acceleration_is_that_where_the_structure_turns() -> None:
     rng = np.random.default_rng(7)
     shares = []

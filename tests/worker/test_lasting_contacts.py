@@ -8,6 +8,7 @@ import pytest
 from tests.oracles import compliant_wall, dwelling
 from tests.worker.designs_drawn import with_contact
 from tests.worker.forms import night
+from tests.worker.plain_python import plainly
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
@@ -15,7 +16,7 @@ from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.physics.compliant_wall import contact_time_of_stiffness
-from damperlab.worker.point import Design
+from damperlab.worker.point import Design, Simulation, simulate_ready
 from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.particle import Particle
 
@@ -31,20 +32,31 @@ DWELLS = [
 ]
 
 
-@pytest.mark.parametrize("forced", [False, night(True)])
-@pytest.mark.parametrize("scene", [one if one.friction_ratio else night(one) for one in DWELLS], ids=str)
-def test_a_contact_of_given_time_agrees_with_a_general_integrator(
-    scene: dwelling.Scene, forced: bool
-) -> None:
-    """Its tolerance is 1e-12 a step of hundreds; every impact amplifies by at most a few."""
-    expected, impacts = dwelling.end_state(replace(scene, forced=forced), 6)
+def dwelling_design(scene: dwelling.Scene) -> Design:
     particle = Particle(scene.clearance_ratio, scene.restitution, scene.mass_ratio, scene.contact_time)
-    design = Design(scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio, particle, forced=forced)
-    found = simulate(design, 6)
+    return Design(scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio, particle, scene.forced)
+
+
+def assert_dwells(found: Simulation, scene: dwelling.Scene) -> None:
+    """Assert that six cycles end where a general integrator ends.
+
+    Its tolerance is 1e-12 a step of hundreds; every impact amplifies by at most a few.
+    """
+    expected, impacts = dwelling.end_state(scene, 6)
     assert impacts >= 3
     assert found.events["impacts"] == impacts
     assert list(found.state.values()) == pytest.approx(expected, rel=0.0, abs=1e-8)
     assert found.metrics["energy_residual"] <= 1e-12
+
+
+@pytest.mark.night
+@pytest.mark.parametrize("forced", [False, True])
+@pytest.mark.parametrize("scene", DWELLS, ids=str)
+def test_a_contact_of_given_time_agrees_with_a_general_integrator(
+    scene: dwelling.Scene, forced: bool
+) -> None:
+    scene = replace(scene, forced=forced)
+    assert_dwells(simulate(dwelling_design(scene), 6), scene)
 
 
 # ζ, r, γ_F, d/Z, e, β, K/k, cycles: impacts alone; with friction; chatter, rest on the wall and stick; turns and stops in
@@ -77,23 +89,23 @@ FORCED = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("scene", "forced"),
-    [
-        *((one, False) if one[2] > 0.0 else night(one, False) for one in SHAKEN),
-        *(night(one, True) for one in FORCED),
-    ],
-    ids=str,
-)
-def test_compliant_walls_agree_with_a_plain_march(scene: tuple[float, ...], forced: bool) -> None:
-    """Both round at 1e-16 of a state of ten, thousands of times, and impacts amplify."""
-    zeta, r, gamma, clearance, restitution, mass, stiffness, cycles = scene
+def compliant_design(scene: tuple[float, ...], forced: bool) -> Design:
+    zeta, r, gamma, clearance, restitution, mass, stiffness, _ = scene
     contact_time = contact_time_of_stiffness(restitution, stiffness, mass)
     particle = with_contact(Particle(clearance, restitution, mass), "compliant", contact_time)
+    return Design(zeta, r, gamma, particle, forced)
+
+
+def assert_yields(found: Simulation, scene: tuple[float, ...], forced: bool) -> None:
+    """Assert that a march ends where a plain one ends.
+
+    Both round at 1e-16 of a state of ten, thousands of times, and impacts amplify.
+    """
+    particle = compliant_design(scene, forced).particle
+    assert particle is not None
     assert particle.wall is not None
-    plain = compliant_wall.Scene(zeta, r, gamma, clearance, mass, *particle.wall, forced=forced)
-    expected, march = compliant_wall.end_state(plain, int(cycles))
-    found = simulate(Design(zeta, r, gamma, particle, forced=forced), int(cycles))
+    plain = compliant_wall.Scene(*scene[:4], particle.mass_ratio, *particle.wall, forced=forced)
+    expected, march = compliant_wall.end_state(plain, int(scene[-1]))
     assert march.impacts >= 3
     assert (found.events["impacts"], found.events["turns"]) == (march.impacts, march.turns)
     assert list(found.state.values()) == pytest.approx(expected, rel=0.0, abs=1e-9)
@@ -103,12 +115,35 @@ def test_compliant_walls_agree_with_a_plain_march(scene: tuple[float, ...], forc
         assert found.metrics["relative_amplitude_ratio"] == same
 
 
+@pytest.mark.night
+@pytest.mark.parametrize(
+    ("scene", "forced"), [*((one, False) for one in SHAKEN), *((one, True) for one in FORCED)], ids=str
+)
+def test_compliant_walls_agree_with_a_plain_march(scene: tuple[float, ...], forced: bool) -> None:
+    assert_yields(simulate(compliant_design(scene, forced), int(scene[-1])), scene, forced)
+
+
+def test_contacts_that_take_time_agree_with_other_integrators_in_plain_python() -> None:
+    """Held through turns; walls with friction, with chatter, overdamped, and a turn and a stop in contact under a force."""
+    walls = [(SHAKEN[place], False) for place in (3, 6, 11)] + [(FORCED[4], True)]
+    designs = [
+        *((dwelling_design(scene), 6) for scene in DWELLS[2:]),
+        *((compliant_design(*wall), int(wall[0][-1])) for wall in walls),
+    ]
+    found = plainly(simulate_ready, designs)
+    for one, scene in zip(found, DWELLS[2:], strict=False):
+        assert_dwells(one, scene)
+    for one, wall in zip(found[2:], walls, strict=True):
+        assert_yields(one, *wall)
+
+
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("model", "longest", "place", "cycles"),
     [
-        night("dwell", 1e-4, (1.0, 0.0, 5.0, 0.47), 6),
+        ("dwell", 1e-4, (1.0, 0.0, 5.0, 0.47), 6),
         ("dwell", 1e-4, (1.0, 0.4, 5.0, 0.47), 6),
-        night("compliant", 1e-5, (1.0, 0.0, 2.0, 0.47), 10),
+        ("compliant", 1e-5, (1.0, 0.0, 2.0, 0.47), 10),
         ("compliant", 1e-5, (1.0, 0.4, 5.0, 0.47), 6),
         ("compliant", 1e-5, (0.9, 0.8, 0.3, 0.1), 4),
     ],
@@ -136,13 +171,14 @@ def test_short_contacts_tend_to_the_instantaneous_law_with_order_one(
     assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.1)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("contact_time", [1e-9, *(one.contact_time for one in CONTACT_TIMES.values())])
 @pytest.mark.parametrize(
     ("clearance", "restitution"),
     [(10.0, 0.47), (0.3, 0.47), (0.5, 0.01), (2.0, 1.0)],
     ids=["impacts", "chatter", "plastic", "elastic"],
 )
-@pytest.mark.parametrize("friction", [night(0.0), 0.8])
+@pytest.mark.parametrize("friction", [0.0, 0.8])
 @pytest.mark.parametrize("model", MODELS)
 def test_energy_balances(
     model: str, friction: float, clearance: float, restitution: float, contact_time: float
@@ -153,13 +189,16 @@ def test_energy_balances(
     assert found["energy_residual"] <= 1e-11
 
 
-@pytest.mark.parametrize("stiffness", [10.0, 1e4])
-@pytest.mark.parametrize("friction", [night(0.0), 0.8])
-def test_the_history_in_compliant_walls_is_the_motion(friction: float, stiffness: float) -> None:
+@pytest.mark.parametrize(
+    ("friction", "stiffness", "form"),
+    [(0.8, 10.0, "plain"), *(night(f, k, "jitted") for f in (0.0, 0.8) for k in (10.0, 1e4))],
+)
+def test_the_history_in_compliant_walls_is_the_motion(friction: float, stiffness: float, form: str) -> None:
     """Its samples keep momentum in contact, move as their velocities say, and show no force that pulls."""
     contact_time = contact_time_of_stiffness(0.3, stiffness, 0.5)
     particle = with_contact(Particle(0.3, 0.3, 0.5), "compliant", contact_time)
-    found = simulate(Design(0.0038, 0.9, friction, particle), 6, history=6)
+    design = Design(0.0038, 0.9, friction, particle)
+    found = simulate(design, 6, 6) if form == "jitted" else plainly(simulate_ready, [(design, 6, 6)])[0]
     time, u, p, v = (found.history[name] for name in ("time", "u", "p", "v"))
     same = np.diff(time) <= 1e-12
     assert same.sum() > 20
@@ -173,6 +212,7 @@ def test_the_history_in_compliant_walls_is_the_motion(friction: float, stiffness
     assert np.isfinite(v).all()
 
 
+@pytest.mark.night
 def test_a_held_particle_keeps_its_wall_whatever_the_force() -> None:
     """A contact longer than the run: after the first impact the particle never leaves the wall, which pulls it too."""
     short = simulate(Design(0.02, 1.0, 1e-3, Particle(0.5, 0.47, 0.1, 1e3)), 12, history=12)
@@ -184,6 +224,7 @@ def test_a_held_particle_keeps_its_wall_whatever_the_force() -> None:
     assert time[-1] - time[struck] > 10.0 * 2.0 * pi
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("restitution", [0.0, 0.6])
 def test_a_particle_without_mass_is_thrown_back_by_a_mass_that_is_held(restitution: float) -> None:
     """It moves as one of next to no mass, whose push a held mass does not feel."""

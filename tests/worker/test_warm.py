@@ -4,6 +4,7 @@ import fcntl
 import os
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -30,7 +31,7 @@ from damperlab.worker.point import Design
 from damperlab.worker.scenes import Scene, accuracy_scenes, every_scene, scene_named, scenes, usual_scenes
 from damperlab.worker.simulate import scenes_of, simulate
 from damperlab.worker.solver.particle import Particle, Wall
-from damperlab.worker.warm import compile_apart, is_ready, marker, missing, require_done, start_apart, warm
+from damperlab.worker.warm import compile_apart, is_ready, marker, missing, warm, warm_alike
 
 PARTICLE = Particle(2.0, 0.47, 0.1)
 DESIGNS = {
@@ -103,7 +104,7 @@ HYBRID = {"friction_ratio": 0.3, "mass_ratio": 0.1, "clearance_ratio": 2, "frequ
         {},
         {"metrics": ["amplitude_ratio"], "particle": False, "axes": FRICTION_ALONE},
         night({"metrics": ["amplitude_ratio"]}),
-        {"metrics": ["acceleration_ratio"], "axes": HYBRID},
+        night({"metrics": ["acceleration_ratio"], "axes": HYBRID}),
         night({"metrics": ["acceleration_ratio"]}),
         {"start": {"kind": "ensemble", "n": 2, "seed": 1}},
         {"start": {"kind": "continuation", "direction": "up"}},
@@ -152,23 +153,42 @@ def test_every_scene_has_its_own_name_and_what_is_usual_is_among_them() -> None:
 CHEAPEST = [scene_named(name) for name in ("rk4-friction", "rk4-linear", "stepped-linear")]
 
 
+@pytest.fixture
+def compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
+    """Which scenes are compiled, one after the other, for a folder that holds none; nothing is compiled."""
+    found: list[Scene] = []
+    monkeypatch.setattr("damperlab.worker.warm.CACHE_FOLDER", tmp_path)
+    monkeypatch.setattr("damperlab.worker.warm.shipped_folder", lambda: tmp_path / "none")
+    monkeypatch.setattr("damperlab.worker.warm._compute_once", found.append)
+    return found
+
+
 def test_a_scene_that_another_process_compiles_is_left_to_it_and_waited_for_where_nothing_else_is_left(
-    tmp_path: Path,
+    compiled: list[Scene], tmp_path: Path
 ) -> None:
-    folder = tmp_path / CACHE_FOLDER.name
-    folder.mkdir(mode=0o700)
     first, second, _ = CHEAPEST
-    with (folder / f"{first.name}.lock").open("w") as lock:
+    with (tmp_path / f"{first.name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        require_done(start_apart([first, second], tmp_path))
-        assert not (folder / marker(first)).exists()
-        assert float((folder / marker(second)).read_text()) > 0.0
-        process = start_apart([first], tmp_path)
-        with pytest.raises(subprocess.TimeoutExpired):
-            process.wait(3.0)
-        (folder / marker(first)).touch()  # as the other process does once it is done
-    require_done(process)
-    assert (folder / marker(first)).read_text() == "", "compiled twice"
+        warm_alike([first, second])
+        assert compiled == [second]
+        assert float((tmp_path / marker(second)).read_text()) >= 0.0
+        waits = threading.Thread(target=warm_alike, args=([first],))
+        waits.start()
+        waits.join(0.5)
+        assert waits.is_alive()
+        (tmp_path / marker(first)).touch()  # as the other process does once it is done
+    waits.join()
+    assert compiled == [second], "compiled twice"
+
+
+@pytest.mark.parametrize(("share", "others"), [(0.0, False), (1e3, True)])
+def test_a_process_goes_on_with_that_in_which_the_same_acts_and_while_memory_is_left_with_others(
+    compiled: list[Scene], monkeypatch: pytest.MonkeyPatch, share: float, others: bool
+) -> None:
+    friction, linear, alike = CHEAPEST
+    monkeypatch.setattr("damperlab.worker.warm.SHARE", share)
+    warm_alike([linear, friction, alike])
+    assert compiled == [linear, alike, friction][: 2 + others]
 
 
 @pytest.mark.night
@@ -190,26 +210,6 @@ def test_a_process_that_compiles_ends_with_whoever_started_it(tmp_path: Path) ->
             starter.kill()
         compiles.wait(900.0)
     assert not (folder / marker(CHEAPEST[0])).exists()
-
-
-@pytest.mark.night
-@pytest.mark.parametrize(("share", "others"), [(0.0, False), (1e3, True)])
-def test_a_process_goes_on_with_that_in_which_the_same_acts_and_while_memory_is_left_with_others(
-    share: float, others: bool, tmp_path: Path
-) -> None:
-    friction, linear, alike = CHEAPEST
-    names = [scene.name for scene in (linear, friction, alike)]
-    code = (
-        "from damperlab.worker import warm; from damperlab.worker.scenes import scene_named as named; "
-        f"warm.SHARE = {share}; warm.warm_alike([named(name) for name in {names}])"
-    )
-    environment = os.environ | {"DAMPERLAB_CACHE_DIR": str(tmp_path)}
-    subprocess.run([sys.executable, "-c", code], env=environment, check=True)
-    folder = tmp_path / CACHE_FOLDER.name
-    made = [folder / marker(scene) for scene in (linear, alike, friction)]
-    assert [file.exists() for file in made] == [True, True, others]
-    ended = [file.stat().st_mtime_ns for file in made[: 2 + others]]
-    assert ended == sorted(ended)
 
 
 @pytest.mark.night

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 import xarray as xr
-from tests.studies.solving import solved
+from tests.studies.solving import LEAN, solved
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.leading import leading
@@ -22,6 +22,7 @@ STRUCTURE = {"mass_kg": 250, "natural_frequency_hz": 7.6, "particle_mass_kg": 20
 ONE: dict[str, Any] = {
     "name": "floor",
     "damping_ratio": 0.02,
+    "metrics": LEAN,
     "physical": STRUCTURE
     | {"base_amplitude_m": 0.001, "clearance_m": [0.003, 0.004, 0.005], "friction_force_n": 300},
     "axes": {"restitution": 0.5, "frequency_ratio": [0.95, 0.97, 0.99]},

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-from tests.studies.solving import solved
+from tests.studies.solving import LEAN, solved
 
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.particle_friction import COEFFICIENTS
@@ -78,7 +78,12 @@ def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() 
     }  # fmt: skip
     band = {"start": 0.95, "stop": 1.0, "num": 6}
     study = parse_study(
-        {"damping_ratio": 0.02, "physical": physical, "axes": {"restitution": 0.5, "frequency_ratio": band}}
+        {
+            "damping_ratio": 0.02,
+            "metrics": LEAN,
+            "physical": physical,
+            "axes": {"restitution": 0.5, "frequency_ratio": band},
+        }
     )
     name, cube = named(study)
     cubes, search = {name: with_units(cube)}, Search(tolerance=1.0)

@@ -20,7 +20,7 @@ def _map(rows: int, columns: int) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, {"note": "At r = 1."})
 
 
-@settings(deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None, derandomize=True)
 @given(rows=st.integers(1, 40), columns=st.integers(1, 40), most=st.integers(2, 45))
 def test_what_stays_is_what_was_there_and_its_ends(rows: int, columns: int, most: int) -> None:
     whole = _map(rows, columns)
@@ -56,7 +56,7 @@ def test_a_part_without_a_grid_point_is_refused_with_what_there_is() -> None:
     assert "the study has 11 values from 0 to 1" in str(refused.value)
 
 
-@settings(deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None, derandomize=True)
 @given(
     rows=st.integers(1, 60),
     columns=st.integers(1, 60),

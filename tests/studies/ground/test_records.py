@@ -95,7 +95,7 @@ def test_units_may_repeat_what_the_file_says_and_not_contradict_it(
     assert (fault.field, fault.found) == ("units", f"{other} while the file says {own}")
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.binary(max_size=400))
 def test_no_bytes_break_the_readers(content: bytes) -> None:
     for layout in ("at2", "csv"):
@@ -103,7 +103,7 @@ def test_no_bytes_break_the_readers(content: bytes) -> None:
             read_record(AT2.encode()[:180] + content, layout, "", "g")  # type: ignore[arg-type]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     st.lists(st.floats(-5.0, 5.0), min_size=2, max_size=40).filter(lambda x: max(map(abs, x)) > 1e-6),
     st.sampled_from([0.005, 0.01, 0.02, 1 / 30]),

@@ -27,20 +27,30 @@ def study(number: int) -> Study:
     return make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
 
 
-@pytest.fixture
-def filled(store):
-    """Three studies: done, deleted, and running with a claim and four of twelve blocks."""
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Path:
+    """Where three studies lie: done, deleted, and begun with four of twelve blocks."""
+    store = Store.open(tmp_path_factory.mktemp("made") / "data")
     for number, blocks in enumerate((12, 1, 4)):
         made = study(number)
         store.submit(made, make_plan_of(made), {"kernels": "k"}, key=f"key {number}")
         put(store, made, *range(blocks), generation="g")
     store.set_state(store.find("study 0").id, "done")
     store.delete(store.find("study 1").id)
+    store.close()
+    return store.data_dir
+
+
+@pytest.fixture
+def filled(made, tmp_path):
+    """A copy of them; the one that is begun is running with a claim."""
+    store = Store.open(shutil.copytree(made, tmp_path / "data"))
     running = store.find("study 2").id
     store.claim(running, "runner 7")
     store.set_state(running, "running")
     Path(store.cube_path(running), "blocks", "0~half").write_bytes(b"an attempt under way")
-    return store
+    yield store
+    store.close()
 
 
 def is_sound(store: Store) -> bool:

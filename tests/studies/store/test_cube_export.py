@@ -6,6 +6,7 @@ import itertools
 import json
 import re
 import tracemalloc
+from itertools import islice
 from math import prod
 
 import h5netcdf
@@ -32,12 +33,14 @@ from damperlab.studies.variables import DIMENSIONS
 CELL_METHODS = re.compile(
     r"((time|realization): (maximum|minimum|mean|root_mean_square|standard_deviation)( \([^:()]+\))?( |$))+"
 )
+METRICS = ["amplitude_ratio", "amplitude_error", "impact_speed_max", "response_class", "cycles"]
+"""Floats, codes and counts."""
 SHAPES = [(1, 1, 1, 5, 3, 4), (1, 3, 1, 4, 2, 7), (2, 1, 3, 1, 1, 1), (1, 1, 1, 1, 1, 40)]
 
 
 @pytest.fixture
 def cube(store):
-    study, plan, study_id = entered(store)
+    study, plan, study_id = entered(store, metrics=METRICS)
     rng = np.random.default_rng(3)
     for index in range(plan.count - 2):
         block = plan.block(index)
@@ -100,6 +103,7 @@ def in_units(store):
     """A cube of a study whose clearance and frequency are given in units, its friction and mass as ratios."""
     study, plan, study_id = entered(
         store,
+        metrics=METRICS,
         physical=STRUCTURE | {"clearance_m": [0.006, 0.03], "excitation_frequency_hz": [3.5, 4.0, 4.5]},
         axes={"friction_ratio": [0.1, 0.2], "mass_ratio": 0.05, "restitution": 0.5},
     )
@@ -191,7 +195,8 @@ def test_exports_hold_a_piece_of_the_cube_at_a_time(store, tmp_path, monkeypatch
     write_file(cube.isel(clearance_ratio=slice(0, 1)), tmp_path / "small.nc", "netcdf")
     tracemalloc.start()
     write_file(cube, tmp_path / "cube.nc", "netcdf")
-    assert sum(text.count("\n") for text in csv_lines(cube)) == study.points + 1
+    # the header and a thousand rows
+    assert sum(text.count("\n") for text in islice(csv_lines(cube), 5)) == 1001
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < in_memory / 2
@@ -282,15 +287,12 @@ def test_other_keys_are_no_groups(store, key):
     assert group_of(key, describe_cube(store.snapshot(record.id)[0].get("zarr.json"))) is None
 
 
-@pytest.mark.parametrize(
-    "physical", [None, {"mass_kg": 20, "natural_frequency_hz": 4, "base_amplitude_m": 0.001}]
-)
-def test_exports_and_zarr_follow_the_conventions_that_other_programs_read(store, tmp_path, physical):
+def test_exports_and_zarr_follow_the_conventions_that_other_programs_read(store, tmp_path):
     # loaded here: both take seconds
     import pint_xarray  # noqa: F401 - the accessor .pint
     from cf_xarray.units import units as cf_units  # and the accessor .cf
 
-    study = make_study(physical=physical) if physical else make_study()
+    study = make_study(physical={"mass_kg": 20, "natural_frequency_hz": 4, "base_amplitude_m": 0.001})
     plan = make_plan_of(study)
     record = enter(store, study).id
     block = plan.block(0)
@@ -308,9 +310,8 @@ def test_exports_and_zarr_follow_the_conventions_that_other_programs_read(store,
         }
         quantified = found.drop_vars(["provenance"], errors="ignore").pint.quantify(unit_registry=cf_units)
         assert quantified["amplitude_ratio"].pint.units == cf_units.dimensionless
-        if physical:
-            assert quantified["amplitude_m"].pint.units == cf_units.metre
-            assert "amplitude_error_m" in found["amplitude_m"].attrs["ancillary_variables"].split()
+        assert quantified["amplitude_m"].pint.units == cf_units.metre
+        assert "amplitude_error_m" in found["amplitude_m"].attrs["ancillary_variables"].split()
         for variable in found.data_vars.values():
             for name in variable.attrs.get("ancillary_variables", "").split():
                 assert name in found, (variable.name, name)

@@ -126,7 +126,7 @@ def test_every_way_of_indexing_hides_the_same_points(store):
     whole = store.cube(study_id)["amplitude_ratio"].load()
     assert 0 < np.isnan(whole).sum() < whole.size
     rng = np.random.default_rng(5)
-    for _ in range(60):
+    for _ in range(25):
         index: dict[str, object] = {}
         for name in DIMENSIONS:
             extent = whole.sizes[name]

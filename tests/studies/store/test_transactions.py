@@ -1,14 +1,13 @@
 """What writes to the catalogue waits for no disk and no object store meanwhile, and what is cut short loses nothing."""
 
-import subprocess
-import sys
-import textwrap
+import multiprocessing
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.filling import enter, make_plan_of, make_study, values_of
+from tests.studies.store.racing import submit_and_die
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
@@ -125,45 +124,16 @@ def test_a_cube_that_was_taken_for_garbage_before_its_study_was_entered_is_made_
     assert list(verify(store, store.find(record.id))) == []
 
 
-_KILLED = """
-    import os
-    import sys
-    from pathlib import Path
-    from damperlab.studies.definition import parse_study
-    from damperlab.studies.plan import plan_with_chunk
-    from damperlab.studies.store.store import Store
-    import numpy as np
-
-    folder, where = sys.argv[1:]
-    store = Store.open(Path(folder))
-    axes = {"friction_ratio": 0, "frequency_ratio": [0.8, 1.0]}
-    study = parse_study({"damping_ratio": 0.01, "axes": axes, "particle": False})
-    plan = plan_with_chunk(study, study.shape, lambda _, at: np.full(len(at["mass_ratio"]), 1e-3))
-
-    def die(*given):
-        os.kill(os.getpid(), 9)
-
-    if where == "before the cube":
-        store._make = die
-    elif where == "before the row":
-        store._publish = die
-    store.submit(study, plan, {})
-"""
-
-
-@pytest.mark.parametrize(
-    "where", ["before the row", pytest.param("before the cube", marks=pytest.mark.night)]
-)
+@pytest.mark.parametrize("where", ["_make", "_publish"])
 def test_a_submission_that_is_killed_leaves_nothing_that_hinders_the_next(tmp_path: Path, where: str) -> None:
-    def submit(how: str) -> int:
-        command = [sys.executable, "-c", textwrap.dedent(_KILLED), str(tmp_path), how]
-        return subprocess.run(command, cwd=Path(__file__).parents[3], timeout=600, check=False).returncode
-
-    assert submit(where) == -9
+    """Before its cube is made, or before its row is."""
+    process = multiprocessing.get_context("spawn").Process(target=submit_and_die, args=(tmp_path, where))
+    process.start()
+    process.join()
+    assert process.exitcode == -9
     store = Store.open(tmp_path)
     assert store.page().records == ()
-    assert submit("nowhere") == 0
-    (record,) = store.page().records
+    record = enter(store, make_study())
     assert list(verify(store, record)) == []
     assert list(check_catalogue(store)) == []
     collect_garbage(store, 0.0, orphan_seconds=0.0)

@@ -71,7 +71,7 @@ def test_the_peak_of_an_extreme_absorber_is_that_in_fifty_digits(mu, tuning, zet
     assert float(there) == pytest.approx(float(exact), rel=1e-8)
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=12, deadline=None, derandomize=True)
 @given(st.floats(-10, 1), st.floats(-2, 1), st.floats(-3, 0.5), st.floats(-5, -0.1), st.floats(-0.3, 0.3))
 def test_the_peak_of_any_absorber_is_that_in_fifty_digits(
     log_mu, log_offset, log_damping, log_structural, detuned
@@ -84,7 +84,7 @@ def test_the_peak_of_any_absorber_is_that_in_fifty_digits(
     assert highest(absorber, structural).value == pytest.approx(exact, rel=1e-10)
 
 
-@pytest.mark.parametrize("mu", [1e-12, 1e-8, 1e-4, 1e-2, 1.0, 10.0])
+@pytest.mark.parametrize("mu", [1e-12, 1e-4, 10.0])
 def test_minimax_of_any_mass_is_the_closed_form_without_structural_damping(mu):
     found, exact = minimax(mu, 0.0), exact_hinf(mu)
     width = min(1.0, math.sqrt(mu))

@@ -70,7 +70,7 @@ def test_exact_hinf_is_nishihara_and_asami(mass_ratio):
     assert level[0].value == pytest.approx(level[2].value, rel=1e-11)
 
 
-@pytest.mark.parametrize(("mass_ratio", "structural"), [(0.1, 0.0), (0.1, 0.0038), (0.1, 0.05), (0.2, 0.05)])
+@pytest.mark.parametrize(("mass_ratio", "structural"), [(0.1, 0.0038), (0.2, 0.05)])
 def test_minimax_is_the_least_peak_that_a_simplex_over_sweeps_finds(mass_ratio, structural):
     tuning, damping, peak = tuned_mass.minimax(mass_ratio, structural)
     found = minimax(mass_ratio, structural)
@@ -80,8 +80,10 @@ def test_minimax_is_the_least_peak_that_a_simplex_over_sweeps_finds(mass_ratio, 
     assert found.damping_ratio == pytest.approx(damping, abs=1e-7)
 
 
-@pytest.mark.parametrize("excitation", ["base", "force"])
-@pytest.mark.parametrize(("mass_ratio", "structural"), [(0.01, 0.3), (1.0, 0.1), (0.1, 0.0038), (5.0, 0.0)])
+@pytest.mark.parametrize(
+    ("mass_ratio", "structural", "excitation"),
+    [(0.01, 0.3, "base"), (1.0, 0.1, "force"), (0.1, 0.0038, "force"), (5.0, 0.0, "base")],
+)
 def test_no_neighbour_of_the_minimax_is_better(mass_ratio, structural, excitation):
     found = minimax(mass_ratio, structural, excitation)
     best = highest(found, structural, excitation).value
@@ -120,8 +122,9 @@ def mean_square(absorber: Absorber, excitation: str) -> float:
     return float(solve_continuous_lyapunov(motion, -np.outer(noise, noise))[0, 0])
 
 
-@pytest.mark.parametrize("mass_ratio", [0.01, 0.1, 1.0])
-@pytest.mark.parametrize("excitation", ["base", "force"])
+@pytest.mark.parametrize(
+    ("excitation", "mass_ratio"), [("base", 0.01), ("base", 0.1), ("force", 0.1), ("force", 1.0)]
+)
 def test_h2_has_the_least_mean_square(excitation, mass_ratio):
     best = tuned("h2", mass_ratio, excitation=excitation)
 
@@ -146,9 +149,7 @@ def test_every_criterion_tunes_and_detuning_does_harm():
     assert best.detuned(0.1).tuning == pytest.approx(1.1 * best.tuning, rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("mu", "zeta"), [(0.1, 0.0038), (0.05, 0.01), (0.01, 0.002), (1e-4, 0.0), (0.3, 0.05)]
-)
+@pytest.mark.parametrize(("mu", "zeta"), [(0.1, 0.0038), (1e-4, 0.0), (0.3, 0.05)])
 def test_of_peaks_of_one_height_the_lowest_frequency_is_said(mu, zeta):
     """The best tuning makes two: which of them rounding makes the higher is a matter of the processor."""
     absorber = minimax(mu, zeta)

@@ -154,7 +154,7 @@ def test_system_that_is_not_there_or_refuses_is_named(
 def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(
     tmp_path: Path, queue: Path, system: BatchSystem
 ) -> None:
-    computed(tmp_path, system, STUDY, "--workers", "2", DAMPERLAB_WORKERS_MIN="1")
+    computed(tmp_path, system, STUDY, "--workers", "1", DAMPERLAB_WORKERS_MIN="1")
     with closing(Store.open(tmp_path / "data")) as store:
         record = store.find("batch")
         assert (record.state, record.points_done, record.points_failed) == ("done", 120, 0)

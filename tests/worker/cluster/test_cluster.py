@@ -18,7 +18,6 @@ from damperlab.worker.niceness import NICENESS
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
 
 ROOT = Path(__file__).parents[3]
-pytestmark = pytest.mark.usefixtures("anew")
 
 
 def _threads_environment() -> dict[str, str | None]:
@@ -42,9 +41,10 @@ def _gone(processes: list[psutil.Process], seconds: float = 120.0) -> bool:
     return not alive
 
 
+@pytest.mark.usefixtures("anew")
 def test_local_workers_have_one_thread_each_and_listen_on_loopback_only() -> None:
-    with connect(workers=2) as client:
-        assert list(client.nthreads().values()) == [1, 1]
+    with connect(workers=1) as client:
+        assert list(client.nthreads().values()) == [1]
         for environment in client.run(_threads_environment).values():
             assert set(environment.values()) == {"1"}
         # what computes stands back behind the process that answers; 19 is the end of the scale
@@ -66,22 +66,20 @@ def test_what_the_library_meets_where_its_scheduler_has_died_is_a_lost_scheduler
 
     No process is left in either case.
     """
-    me = psutil.Process()
-    before = set(_working(me))
     begun: list[psutil.Process] = []
 
     def meet() -> None:
-        with connect(workers=1):
-            begun.extend(child for child in _working(me) if child not in before)
-            (scheduler,) = (each for each in begun if "damperlab.worker.cluster.scheduler" in each.cmdline())
+        with connect(workers=1) as client:
+            scheduler = client.run_on_scheduler(os.getpid)
+            begun.extend(map(psutil.Process, (scheduler, *client.run(os.getpid).values())))
             if dies:
-                scheduler.kill()
+                begun[0].kill()
             raise ValueError("IOStream is not idle; cannot convert to SSL")
 
     with pytest.raises(SchedulerLost if dies else ValueError) as seen:
         meet()
     assert "IOStream" in str(seen.value.__cause__ if dies else seen.value)
-    assert len(begun) > 1
+    assert len(begun) == 2
     assert _gone(begun)
 
 
@@ -98,6 +96,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.usefixtures("anew")
 @pytest.mark.parametrize(
     ("number", "whole_group"),
     [pytest.param(signal.SIGINT, True, marks=pytest.mark.night), (signal.SIGKILL, False)],

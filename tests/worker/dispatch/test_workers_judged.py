@@ -38,8 +38,8 @@ ROOT = Path(__file__).parents[3]
 @contextmanager
 def worker(address: str, *options: str, cwd: Path = ROOT, hidden: Path | None = None) -> Iterator[None]:
     """A worker of Dask's own command, from whose world a folder may be hidden."""
-    command = ("worker", address, "--nthreads=1", "--no-dashboard", *options)
-    with dask_process(*command, cwd=cwd, hidden=hidden):
+    arguments = (address, "--nthreads=1", "--no-dashboard", *options)
+    with dask_process("worker", *arguments, cwd=cwd, hidden=hidden):
         yield
 
 

@@ -11,6 +11,7 @@ from damperlab.studies.fit.fitted import Fitted
 from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.fit.verdict import verdict
 from damperlab.studies.tmd.transfer import without_absorber
+from damperlab.worker.fit import estimate
 from damperlab.worker.fit.estimate import fit_response
 from damperlab.worker.fit.model import responses_at
 
@@ -44,6 +45,15 @@ def refitted(
     noise = np.random.default_rng(seed).standard_normal(true.size)
     measured = Measurement("made", columns | {name: true * np.exp(0.02 * noise)})
     return fit_response(make_question(measured, structure, fit, share=share))
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few responses and short chains, for what is said of a fit and not for how wide its intervals are."""
+    monkeypatch.setattr(estimate, "START", {2: 80})
+    monkeypatch.setattr(estimate, "MOST_ROUNDS", 5)
+    monkeypatch.setattr(estimate, "STEPS", 80)
+    monkeypatch.setattr(estimate, "LAST_STEPS", 300)
 
 
 @pytest.mark.night
@@ -80,6 +90,7 @@ def test_the_linear_structure_gives_its_damping_back_with_the_error_of_least_squ
     assert np.mean(widths) == pytest.approx(1.0, abs=0.08)
 
 
+@pytest.mark.usefixtures("quick")
 def test_without_deviations_the_scatter_is_estimated_and_nothing_is_said_of_chi_square() -> None:
     one = made("friction", 2)
     measured = Measurement("bare", one.question.measured.columns)
@@ -92,6 +103,7 @@ def test_without_deviations_the_scatter_is_estimated_and_nothing_is_said_of_chi_
     assert "standard deviation" in said(fitted)
 
 
+@pytest.mark.usefixtures("quick")
 def test_a_wrong_row_is_named_and_decides_nothing() -> None:
     one = made("friction", 4)
     columns = dict(one.question.measured.columns)
@@ -104,6 +116,7 @@ def test_a_wrong_row_is_named_and_decides_nothing() -> None:
     assert max(in_halves(fitted, one.truth)) < 3
 
 
+@pytest.mark.usefixtures("quick")
 def test_a_particle_that_never_strikes_tells_nothing_about_itself() -> None:
     r = np.linspace(0.5, 0.7, 9)
     structure = {"axes": {"mass_ratio": 0.1, "clearance_ratio": 20.0, "friction_ratio": 0.1}}
@@ -160,6 +173,7 @@ def test_two_base_amplitudes_give_force_and_length_of_a_real_damper() -> None:
     assert all(each.high - each.low < 0.2 * truth[each.name] for each in fitted.estimates)
 
 
+@pytest.mark.usefixtures("quick")
 def test_deviations_that_are_too_small_are_told_and_the_intervals_are_wider() -> None:
     one = made("friction", 6)
     measured = one.question.measured

@@ -151,7 +151,7 @@ def test_friction_and_damping_of_a_free_decay_are_told_apart_and_chi_square_agre
 
 
 def test_friction_of_the_particle_is_found_in_a_decay() -> None:
-    one = made_history("rubbing", 1)
+    one = made_history("rubbing", 1, 400)
     fitted = fit_history(one.question)
     assert all(each.determined for each in fitted.estimates)
     assert all(hold(fitted, one.truth))
@@ -185,7 +185,7 @@ def test_noise_that_is_not_white_makes_intervals_wider() -> None:
 
 
 def test_what_no_parameters_describe_is_refused() -> None:
-    one = made_history("friction", 0)
+    one = made_history("friction", 0, 200)
     rng = np.random.default_rng(0)
     measured = one.question.measured
     noise = measured.largest_m * rng.uniform(-1.0, 1.0, measured.rows)

@@ -52,7 +52,7 @@ def test_white_noise_in_a_wide_band_is_that_of_lyapunov() -> None:
 
 @pytest.mark.parametrize(
     ("frequencies", "levels"),
-    [((1.0, 100.0), (1.0, 1.0)), ((2.0, 9.0, 12.0, 60.0), (0.05, 2.0, 2.0, 0.1)), ((1.0, 10.4), (0.3, 3.0))],
+    [((2.0, 9.0, 12.0, 60.0), (0.05, 2.0, 2.0, 0.1)), ((1.0, 10.4), (0.3, 3.0))],
 )
 def test_the_structure_alone_has_the_stationary_variances(
     frequencies: tuple[float, ...], levels: tuple[float, ...]

@@ -1,15 +1,14 @@
 """A worker that shows that it is alive by computing what is known, and leaves where that comes out otherwise."""
 
 import asyncio
-import os
-import subprocess
-import sys
+import signal
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.ports import free_port
+from tests.worker.dask_processes import worker_process
 
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
@@ -52,20 +51,16 @@ def test_file_is_not_touched_where_the_answers_are_wrong(
     assert not (tmp_path / "alive").exists()
 
 
-def test_worker_that_waits_for_its_scheduler_is_alive_and_leaves_when_it_is_told(tmp_path: Path) -> None:
+def test_worker_that_waits_for_its_scheduler_is_alive_and_leaves_when_it_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     file = tmp_path / "alive"
-    address = f"tcp://127.0.0.1:{free_port()}"
-    command = [sys.executable, "-m", "damperlab", "admin", "worker", address, "--alive", str(file)]
-    worker = subprocess.Popen(
-        command, env={**os.environ, "DAMPERLAB_CLUSTER_TLS": ""}, stderr=subprocess.PIPE
-    )
-    try:
+    monkeypatch.setenv("DAMPERLAB_CLUSTER_TLS", "")
+    with worker_process(f"tcp://127.0.0.1:{free_port()}", "--alive", str(file)) as worker:
         give_up = time.monotonic() + GIVE_UP_SECONDS
         while not file.exists():
             assert worker.poll() is None
             assert time.monotonic() < give_up
             time.sleep(0.1)
-    finally:
-        worker.terminate()
-        worker.communicate(timeout=GIVE_UP_SECONDS)
-    assert worker.returncode == 0
+        worker.send_signal(signal.SIGTERM)
+        assert worker.wait(GIVE_UP_SECONDS) == 0

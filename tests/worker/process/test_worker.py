@@ -4,7 +4,6 @@ import asyncio
 import os
 import signal
 import socket
-import subprocess
 import threading
 import time
 from collections.abc import Iterator
@@ -187,24 +186,23 @@ def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> N
             ("tls:", (f"--tls={theirs}",), "its certificate is not trusted here"),
             ("tcp:", (), "it closes the connection; perhaps it requires certificates"),
         ):
-            asked = address.replace("tls:", scheme)
-            with worker_process(asked, "--lifetime=60", *options, stderr=subprocess.PIPE) as stranger:
-                assert stranger.stderr is not None
-                with stranger.stderr as told:
-                    lines = iter(told.readline, b"")
-                    said = next(
-                        text for line in lines if "does not accept this worker" in (text := line.decode())
-                    )
-                    assert reason in said
-                    # it is asked again meanwhile, and nothing more is said
-                    time.sleep(2.0)
-                    stranger.kill()
-                    assert told.read() == b""
-        with worker_process(address, stderr=subprocess.PIPE) as nobody:
-            _, refused = nobody.communicate(timeout=GONE_SECONDS)
-            assert b"There are no certificates to show to tls:" in refused
-            assert b"--tls" in refused
-            assert nobody.returncode == 1
+            asked, told = address.replace("tls:", scheme), tmp_path / scheme
+            with (
+                told.open("wb") as file,
+                worker_process(asked, "--lifetime=60", *options, stderr=file) as stranger,
+            ):
+                while "does not accept this worker" not in (said := told.read_text()):
+                    assert stranger.poll() is None
+                    time.sleep(0.1)
+                assert reason in said
+                # it is asked again meanwhile, and nothing more is said
+                time.sleep(2.0)
+                assert told.read_text() == said
+        told = tmp_path / "nobody"
+        with told.open("wb") as file, worker_process(address, stderr=file) as nobody:
+            assert nobody.wait(GONE_SECONDS) == 1
+        assert "There are no certificates to show to tls:" in told.read_text()
+        assert "--tls" in told.read_text()
 
 
 def test_cluster_with_certificates_computes_for_those_who_have_one(

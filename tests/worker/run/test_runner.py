@@ -1,15 +1,13 @@
 """Whole studies on real worker processes and a real store: to the end, stopped, resumed, hit by failures."""
 
+import multiprocessing
 import os
 import shutil
 import signal
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
-from pathlib import Path
+from contextlib import closing, contextmanager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -17,7 +15,17 @@ import psutil
 import pytest
 import xarray as xr
 from distributed import Client
-from tests.worker.run_here import BLOCKS, friction_study, ignore, never, of_one_piece, submit
+from tests.worker.run_here import (
+    BLOCKS,
+    friction_study,
+    give_up,
+    hold_for_good,
+    ignore,
+    never,
+    of_one_piece,
+    run_here,
+    submit,
+)
 
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
@@ -29,8 +37,6 @@ from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
-
-ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
@@ -74,14 +80,6 @@ def slowly(block: Block) -> None:
     time.sleep(0.2)
 
 
-def stop_after(blocks: int, stop: threading.Event):  # type: ignore[no-untyped-def]
-    def watch(progress: Progress) -> None:
-        if progress.blocks_done >= blocks:
-            stop.set()
-
-    return watch
-
-
 def test_cube_holds_what_the_solver_says_and_progress_rises_from_nothing_to_the_whole(
     client: Client, store: Store, submitted: Record
 ) -> None:
@@ -100,32 +98,6 @@ def test_cube_holds_what_the_solver_says_and_progress_rises_from_nothing_to_the_
     assert (seen[-1].points_done, seen[-1].blocks_done) == (submitted.points_total, BLOCKS)
     assert seen[-1].seconds_left == 0.0
     assert seen[-1].points_per_second > 0.0
-
-
-def test_stopped_study_keeps_its_blocks_and_resume_computes_only_the_rest(
-    client: Client, store: Store, submitted: Record
-) -> None:
-    stop = threading.Event()
-    with meanwhile(client, slowly):
-        record = run_study(store, submitted.id, lambda: nullcontext(client), stop_after(2, stop), stop)
-    assert record.state == "cancelled"
-    assert 2 <= record.blocks_done < BLOCKS
-    before = store.cube(submitted.id).load()
-    kept = before["status"] != Status.NOT_COMPUTED
-    assert int(kept.sum()) == record.points_done
-
-    record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
-    assert (record.state, record.blocks_done) == ("done", BLOCKS)
-    after = store.cube(submitted.id).load()
-    # Run times never repeat to the last bit: what has the same one was not computed again.
-    xr.testing.assert_equal(before["run_time"].where(kept), after["run_time"].where(kept))
-
-
-def test_no_client_is_started_for_a_study_that_is_stopped_already(store: Store, submitted: Record) -> None:
-    stop = threading.Event()
-    stop.set()
-    record = run_study(store, submitted.id, never, ignore, stop)
-    assert (record.state, record.blocks_done) == ("cancelled", 0)
 
 
 def test_failing_blocks_become_failed_points_and_the_rest_goes_on(
@@ -151,16 +123,6 @@ def test_failing_blocks_become_failed_points_and_the_rest_goes_on(
     assert (again.state, again.message) == (record.state, record.message)
 
 
-def test_study_of_which_every_block_fails_is_failed(client: Client, store: Store, submitted: Record) -> None:
-    def fail(block: Block) -> None:
-        raise ZeroDivisionError("broken on purpose")
-
-    with meanwhile(client, fail):
-        record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
-    assert (record.state, record.points_failed) == ("failed", submitted.points_total)
-    assert run_study(store, submitted.id, never, ignore, threading.Event()).state == "failed"
-
-
 def test_killed_workers_cost_time_and_no_points(client: Client, store: Store, submitted: Record) -> None:
     def kill_one(progress: Progress) -> None:
         if not killed and progress.blocks_done:
@@ -175,36 +137,79 @@ def test_killed_workers_cost_time_and_no_points(client: Client, store: Store, su
     assert (record.state, record.points_failed, record.message) == ("done", 0, None)
 
 
-def test_lost_cube_interrupts_and_says_so(client: Client, store: Store, submitted: Record) -> None:
+@pytest.fixture
+def slow_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks that are computed in this process take long enough to act meanwhile; their progress is told at once."""
+
+    def solve(*asked: Any) -> Any:
+        time.sleep(0.1)
+        return solve_block(*asked)
+
+    monkeypatch.setattr("damperlab.worker.worker_process.tasks.solve_block", solve)
+    monkeypatch.setattr("damperlab.worker.run.progress.REPORT_SECONDS", 0.0)
+    monkeypatch.setattr("damperlab.worker.run.lease.RENEW_SECONDS", 0.05)
+
+
+@pytest.mark.usefixtures("slow_here")
+def test_stopped_study_keeps_its_blocks_and_resume_computes_only_the_rest(
+    store: Store, submitted: Record
+) -> None:
+    stop = threading.Event()
+
+    def stop_after_two(progress: Progress) -> None:
+        if progress.blocks_done >= 2:
+            stop.set()
+
+    record = run_here(store, submitted.id, stop_after_two, stop)
+    assert record.state == "cancelled"
+    assert 2 <= record.blocks_done < BLOCKS
+    before = store.cube(submitted.id).load()
+    kept = before["status"] != Status.NOT_COMPUTED
+    assert int(kept.sum()) == record.points_done
+
+    record = run_here(store, submitted.id)
+    assert (record.state, record.blocks_done) == ("done", BLOCKS)
+    after = store.cube(submitted.id).load()
+    # Run times never repeat to the last bit: what has the same one was not computed again.
+    xr.testing.assert_equal(before["run_time"].where(kept), after["run_time"].where(kept))
+
+
+def test_no_client_is_started_for_a_study_that_is_stopped_already(store: Store, submitted: Record) -> None:
+    stop = threading.Event()
+    stop.set()
+    record = run_study(store, submitted.id, never, ignore, stop)
+    assert (record.state, record.blocks_done) == ("cancelled", 0)
+
+
+def test_study_of_which_every_block_fails_is_failed(store: Store, submitted: Record) -> None:
+    for index in range(BLOCKS):
+        give_up(store, submitted, friction_study(), index)
+    record = run_study(store, submitted.id, never, ignore, threading.Event())
+    assert (record.state, record.points_failed) == ("failed", submitted.points_total)
+
+
+def test_lost_cube_interrupts_and_says_so(store: Store, submitted: Record) -> None:
     shutil.rmtree(store.cube_path(submitted.id))
-    record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
+    record = run_here(store, submitted.id)
     assert (record.state, record.blocks_done) == ("failed", 0)
     assert record.message is not None
     assert "the study's data cannot be read" in record.message
 
 
-def test_cancel_by_another_process_is_noticed(
-    client: Client, store: Store, submitted: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("damperlab.worker.run.lease.RENEW_SECONDS", 0.1)
-
+@pytest.mark.usefixtures("slow_here")
+def test_cancel_by_another_process_is_noticed(store: Store, submitted: Record) -> None:
     def cancel(progress: Progress) -> None:
         if progress.blocks_done:
             other.set_state(submitted.id, "cancelled", only_from=("running",))
 
-    other = Store.open(store.data_dir)
-    with meanwhile(client, slowly):
-        record = run_study(store, submitted.id, lambda: nullcontext(client), cancel, threading.Event())
-    other.close()
+    with closing(Store.open(store.data_dir)) as other:
+        record = run_here(store, submitted.id, cancel)
     assert record.state == "cancelled"
     assert 1 <= record.blocks_done < BLOCKS
 
 
-def test_study_that_is_deleted_while_it_runs_is_left(
-    client: Client, store: Store, submitted: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("damperlab.worker.run.lease.RENEW_SECONDS", 0.1)
-
+@pytest.mark.usefixtures("slow_here")
+def test_study_that_is_deleted_while_it_runs_is_left(store: Store, submitted: Record) -> None:
     def delete(progress: Progress) -> None:
         if progress.blocks_done and not deleted:
             store.set_state(submitted.id, "cancelled")
@@ -212,48 +217,28 @@ def test_study_that_is_deleted_while_it_runs_is_left(
             deleted.append(True)
 
     deleted: list[bool] = []
-    with meanwhile(client, slowly), pytest.raises(StudyNotFound):
-        run_study(store, submitted.id, lambda: nullcontext(client), delete, threading.Event())
+    with pytest.raises(StudyNotFound):
+        run_here(store, submitted.id, delete)
 
 
-_CLAIM = """
-import sys, time
-from pathlib import Path
-from damperlab.studies.store.store import Store
-from damperlab.worker.run.lease import hold
-with hold(Store.open(Path(sys.argv[1])), sys.argv[2]):
-    print("held", flush=True)
-    time.sleep(600)
-"""
+def test_claim_of_a_killed_process_is_taken_over_at_once(store: Store, submitted: Record) -> None:
+    start = multiprocessing.get_context("spawn")
+    told = start.SimpleQueue()
+    process = start.Process(target=hold_for_good, args=(store.data_dir, submitted.id, told))
+    process.start()
+    assert told.get() == "held"
+    with pytest.raises(StudyBusy):
+        run_study(store, submitted.id, never, ignore, threading.Event())
+    process.kill()
+    process.join()
+    assert run_here(store, submitted.id).state == "done"
 
 
-def test_claim_of_a_killed_process_is_taken_over_at_once(
-    client: Client, store: Store, submitted: Record
-) -> None:
-    process = subprocess.Popen(
-        [sys.executable, "-c", _CLAIM, str(store.data_dir), submitted.id],
-        stdout=subprocess.PIPE,
-        text=True,
-        cwd=ROOT,
-    )
-    assert process.stdout is not None
-    with process.stdout:
-        assert process.stdout.readline() == "held\n"
-        with pytest.raises(StudyBusy):
-            run_study(store, submitted.id, never, ignore, threading.Event())
-        process.kill()
-        process.wait()
-    record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
-    assert record.state == "done"
-
-
-def test_error_of_the_caller_leaves_the_study_failed_and_free(
-    client: Client, store: Store, submitted: Record
-) -> None:
+def test_error_of_the_caller_leaves_the_study_failed_and_free(store: Store, submitted: Record) -> None:
     def fail(progress: Progress) -> None:
         raise LookupError("of the caller")
 
     with pytest.raises(LookupError):
-        run_study(store, submitted.id, lambda: nullcontext(client), fail, threading.Event())
+        run_here(store, submitted.id, fail)
     record = store.find(submitted.id)
     assert (record.state, record.message, record.owner) == ("failed", "of the caller", None)

@@ -19,6 +19,7 @@ from damperlab.worker.steady.start import at_rest, moving
 from damperlab.worker.steady.stopping_rules import FEWEST_MEASURED, is_known
 
 SETTINGS = Settings(4000, 0.02, 1e-9)
+PEAKS = SETTINGS._replace(energies=None)
 KNOWN = {
     "mean": 5.0,
     "error": 0.1,
@@ -91,7 +92,7 @@ def test_a_mass_creeps_to_where_friction_holds_it_against_a_particle_that_rubs(
     particle = Particle(3.0, 0.5, 0.3, None, None, particle_friction, None)
     design = Design(0.02, r, friction, particle)
     edge = friction - r * r - 0.3 * pull
-    found = simulate(design, followed=False).metrics
+    found = simulate(design, settings=PEAKS, followed=False).metrics
     assert (found["response_class"], found["status"]) == (ResponseClass.LOCKED, Status.CONVERGED)
     assert found["amplitude_ratio"] == pytest.approx(1.0 + edge, abs=1e-12)
     assert found["cycles"] < 400
@@ -104,11 +105,13 @@ def test_a_mass_creeps_to_where_friction_holds_it_against_a_particle_that_rubs(
 def test_a_particle_that_drifts_to_its_first_wall_is_waited_for() -> None:
     """Its friction slows it by 4κ/r² a cycle, so the peaks are steady long before it strikes, or repeats."""
     particle = Particle(1.5642633806133657, 0.9369338456676992, 0.0365418, None, None, 2.59e-4, None)
-    found = simulate(Design(0.31586941, 0.70575194, 0.507672, particle), followed=False).metrics
+    design = Design(0.31586941, 0.70575194, 0.507672, particle)
+    found = simulate(design, settings=PEAKS, followed=False).metrics
     assert found["impacts_per_cycle"] == pytest.approx(2.0)
     assert found["amplitude_ratio"] == pytest.approx(0.97724, rel=1e-3)
     slower = Particle(5.630396842342817, 0.3637796473777184, 0.1988463, None, None, 2.887e-5, None)
-    unknown = simulate(Design(0.15653894, 1.01967702, 1e-12, slower), followed=False).metrics
+    design = Design(0.15653894, 1.01967702, 1e-12, slower)
+    unknown = simulate(design, settings=PEAKS, followed=False).metrics
     assert unknown["status"] == Status.MAX_CYCLES
 
 
