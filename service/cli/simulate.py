@@ -197,7 +197,9 @@ def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
     if known.get("response_class", -1) >= 0:
         name = cell("response_class", known["response_class"])
         settles = answer.get("settles_after_cycles")
-        settling = "" if settles is None else f"a small disturbance falls to a hundredth in {settles:.3g} cycles"
+        settling = (
+            "" if settles is None else f"a small disturbance falls to a hundredth in {settles:.3g} cycles"
+        )
         yield "response", name, settling
     if known.get("impacts_per_cycle", 0.0) > 0.0:
         speed = known.get("impact_speed_max")
