@@ -5,6 +5,8 @@ import logging
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from typing import Any
 
 import dask
 from distributed import Client, Nanny, Security, SpecCluster, rpc
@@ -131,17 +133,7 @@ def _local(count: int) -> Iterator[Client]:
     }
     with (
         dask.config.set(_LOCAL_CONFIG),
-        # the cluster starts without workers, so that an interrupt during their start closes the cluster
-        SpecCluster(
-            workers={},
-            worker={"cls": Nanny, "options": worker},
-            scheduler={
-                "cls": SchedulerProcess,
-                "options": {"security": shown, "config": SCHEDULER_CONFIG},
-            },
-            security=shown,
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
+        _without_workers(worker, shown) as cluster,
         closed_where_lost(cluster),
         _told_where_lost(cluster),
         Client(cluster, security=shown, set_as_default=False) as client,
@@ -150,6 +142,26 @@ def _local(count: int) -> Iterator[Client]:
         client.wait_for_workers(count, timeout=START_TIMEOUT_SECONDS)
         cluster.sync(_watched, cluster)
         yield client
+
+
+def _without_workers(worker: dict[str, Any], shown: Security) -> SpecCluster:
+    """Start a cluster without workers, so that an interrupt during their start closes the cluster.
+
+    The cluster's thread blocks SIGINT, and the workers that it starts inherit this: Ctrl-C in a terminal would end a
+    worker that still loads its modules, and `dask_setup` comes too late for that.
+    """
+    resource_tracker.ensure_running()  # the thread that starts the tracker would unblock SIGINT
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return SpecCluster(
+            workers={},
+            worker={"cls": Nanny, "options": worker},
+            scheduler={"cls": SchedulerProcess, "options": {"security": shown, "config": SCHEDULER_CONFIG}},
+            security=shown,
+            silence_logs=logging.CRITICAL,
+        )
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
 
 
 async def _watched(cluster: SpecCluster) -> None:

@@ -67,8 +67,10 @@ class Examiner:
         self._workers.examine_again()
         answers: dict[str, Answer] = {}
         first: float | None = None
-        while look_on():
+        while True:
             look()
+            if not look_on():
+                return None
             for key in self._tasks.ended(0.2):
                 if heard := self.heard(key):
                     address, answers[address] = heard
@@ -77,7 +79,6 @@ class Examiner:
             first = (first or time.monotonic()) if answers else None
             if first is not None and (not self._asked or time.monotonic() - first > LATE_SECONDS):
                 return answers
-        return None
 
     def settle(self, answers: Mapping[str, Answer], identity: str, truth: str) -> dict[str, str] | None:
         """Decide which answers are right, and accept or exclude the workers by their answers.

@@ -49,6 +49,11 @@ def test_local_workers_have_one_thread_each_and_listen_on_loopback_only() -> Non
             assert set(environment.values()) == {"1"}
         # what computes stands back behind the process that answers; 19 is the end of the scale
         assert set(client.run(os.nice, 0).values()) == {min(19, os.nice(0) + NICENESS)}
+        # Ctrl-C in a terminal reaches a worker that still loads its modules, too
+        for worker in client.run(os.getpid).values():
+            status = Path(f"/proc/{worker}/status").read_text()
+            blocked = int(status.partition("SigBlk:")[2].split()[0], 16)
+            assert blocked & 1 << signal.SIGINT - 1
         me = psutil.Process()
         listening = [
             connection.laddr.ip
