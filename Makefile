@@ -4,9 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO := demo
 LIBRARY := service/page/library
-# bytecode is stored as modules are loaded: pip would compile all of it, on one core
+# bytecode is stored as modules are loaded: pip would compile all of it, on one core; the lock files name every dependency
 unexport PYTHONDONTWRITEBYTECODE
-PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
 
 .DEFAULT_GOAL := help
 .PHONY: help install install-dev bytecode install-bench demo warm test test-kernels night night-tests mutants lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
@@ -22,7 +22,7 @@ $(VENV)/bin/python:
 
 $(VENV)/.installed: requirements.lock pyproject.toml | $(VENV)/bin/python
 	$(PIP) --require-hashes -r requirements.lock
-	$(PIP) --no-deps --no-build-isolation -e .
+	$(PIP) --no-build-isolation -e .
 	@touch $@
 
 install-dev: $(VENV)/.installed-dev node_modules/.installed
