@@ -123,10 +123,3 @@ def test_no_page_of_the_documentation_uses_the_retired_name_of_a_suite() -> None
     for page in (ROOT / "docs").rglob("*.md"):
         text = page.read_text().split("## Retired words")[0]
         assert not re.search(r"\bsurveys?\b", text, re.IGNORECASE), page.name
-
-
-@pytest.mark.parametrize(
-    "word", ["amplitude_ratio", "clearance_ratio", "floquet_multiplier", "response_class"]
-)
-def test_the_glossary_explains_the_names_of_the_cube(word: str) -> None:
-    assert f"`{word}" in (ROOT / "docs/glossary.md").read_text()
