@@ -1,6 +1,5 @@
 """What the pages say that can be written is accepted, and what two of them say of one thing agrees."""
 
-import itertools
 import re
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,6 @@ WRITTEN = [
     for found in TITLED.finditer(page.read_text())
     if found[1].endswith(".yaml")
 ]
-COUNT = re.compile(r"\b(\d+) agree\b|\b(\d+ of \d+) within\b")
 
 
 @pytest.mark.parametrize("example", GLOSSARY)
@@ -61,22 +59,6 @@ def test_files_of_one_name_are_one_file() -> None:
     assert [each for each, of in (texts | names).items() if len(of) > 1] == []
 
 
-def test_the_readme_counts_what_the_page_on_accuracy_counts() -> None:
-    """The same comparison, by the number of answers it begins with, has the same outcome on both."""
-    counted = {
-        name: [
-            [next(filter(None, each)) for each in COUNT.findall(one + other)]
-            for one, other in itertools.pairwise(lines)
-            if re.match(r"\| 300 random steady answers", one)
-        ]
-        for name in ("README.md", "docs/accuracy.md")
-        for lines in [(ROOT / name).read_text().splitlines()]
-    }
-    (readme,), (accuracy,) = counted.values()
-    assert len(readme) == 2
-    assert readme == accuracy
-
-
 def test_the_readme_shows_the_verdict_of_the_guide_to_designs() -> None:
     readme, guide = ((ROOT / name).read_text() for name in ("README.md", "docs/how-to/design.md"))
     command = "$ damperlab design floor.yaml"
@@ -85,12 +67,8 @@ def test_the_readme_shows_the_verdict_of_the_guide_to_designs() -> None:
 
 
 def test_a_locked_mass_moves_by_z_about_where_friction_stopped_it() -> None:
-    """The law that the pages state, of the example that they show; none of them says that its X/Z is 1."""
+    """The law that the pages state, of the example that they show."""
     metrics = simulate(EXAMPLES["locked"].design).metrics
     offset = metrics["relative_amplitude_ratio"]
     assert offset > 0.1
     assert metrics["amplitude_ratio"] == pytest.approx(1.0 + offset, abs=1e-12)
-    for page in ("response-classes.md", "faq.md", "model.md"):
-        text = (DOCS / page).read_text()
-        assert "X/Z = 1 + |x − z|/Z" in text
-        assert not re.search(r"X/Z = 1(?! \+|\.?\d)", text)

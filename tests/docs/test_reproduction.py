@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 from docs.computed import is_of_here
 from docs.console import Shown, difference
-from docs.reproduced import KEY, PAGE, RECOMPUTED, page_of, section_in
+from docs.reproduced import KEY, PAGE, RECOMPUTED, section_in
 
 from damperlab.service.documents import plain
 from damperlab.service.reproduction.prototype import (
@@ -48,11 +48,6 @@ def test_the_page_has_every_section_of_the_paper() -> None:
     for part in ("Figure 7", "Figure 8", "Figure 9", "Figures 10", "Figure 11", "Figure 12", "Figure 14", "Table 3",
                  "Table 4", "Table A1", "Figure A2"):  # fmt: skip
         assert any(part in head for head in heads), part
-
-
-def test_a_short_form_is_no_page() -> None:
-    with pytest.raises(ValueError, match="short form"):
-        page_of({**REPORT, "quick": True, "sections": []})
 
 
 def test_a_particle_that_its_friction_carries_meets_no_wall() -> None:

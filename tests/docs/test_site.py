@@ -1,14 +1,11 @@
 """The documentation is made from the code, and loads nothing from elsewhere. `make docs` builds it; here are its parts."""
 
 import importlib.util
-import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import nbformat
 import pytest
-import yaml
 from docs.console import put_files
 from tests.service.cli.commands import every_command
 
@@ -17,10 +14,6 @@ from damperlab.service.settings import Settings
 from damperlab.studies.reading import read_study
 
 ROOT = Path(__file__).parents[2]
-WITHOUT_FIGURE = (
-    "glossary.md", "storage.md", "reproduction.md", "how-to/access.md", "threat-model.md", "solver.md", "scheduling.md",
-)  # fmt: skip
-"""Pages to look things up in."""
 
 
 @pytest.fixture(scope="module")
@@ -102,36 +95,6 @@ def test_command_reference_has_every_command_and_option(hooks: Any) -> None:
         for parameter in command.params:
             if not getattr(parameter, "hidden", False) and parameter.param_type_name == "option":
                 assert parameter.opts[0] in section
-
-
-def menu() -> Iterator[tuple[str, str]]:
-    """Give section and file of every page that the menu leads to."""
-    for entry in yaml.safe_load((ROOT / "mkdocs.yml").read_text())["nav"]:
-        for section, target in entry.items():
-            for page in (
-                [target] if isinstance(target, str) else (next(iter(each.values())) for each in target)
-            ):
-                yield section, page
-
-
-@pytest.mark.parametrize(
-    "page", [page for section, page in menu() if section not in ("Reference", "Notebooks")]
-)
-def test_every_teaching_page_has_a_figure_that_is_there(page: str) -> None:
-    path = ROOT / "docs" / page
-    shown = re.findall(r"!\[([^\]]+)\]\(([^)\s]+)\)", path.read_text())
-    assert shown or page in WITHOUT_FIGURE
-    for words, picture in shown:
-        assert (path.parent / picture).is_file(), picture
-        assert len(words) > 8, "a reader who cannot see it is told what it shows"
-
-
-def test_every_page_is_in_the_menu() -> None:
-    listed = {page for _, page in menu()}
-    there = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
-    assert there <= listed
-    made = {f"notebooks/{path.stem}.md" for path in ROOT.glob("docs/notebooks/*.ipynb")}
-    assert listed - there == made | {"reference/http.md", "reference/commands.md"}
 
 
 def test_every_figure_is_shown_somewhere() -> None:

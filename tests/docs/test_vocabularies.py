@@ -68,40 +68,21 @@ def constants(nodes: Iterable[ast.expr | None]) -> list[str]:
     return [one.value for one in nodes if isinstance(one, ast.Constant) and isinstance(one.value, str)]
 
 
-def python_sets(source: str) -> Iterator[tuple[int, list[str]]]:
-    """Give the texts of each list, tuple and set, and of each Literal and enumeration: a list of words; no table by them."""
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.List | ast.Tuple | ast.Set):
-            yield node.lineno, constants(node.elts)
-        elif isinstance(node, ast.ClassDef) and any("Enum" in ast.unparse(base) for base in node.bases):
-            assigned = [one for one in node.body if isinstance(one, ast.Assign)]
-            yield node.lineno, [ast.unparse(target).lower() for one in assigned for target in one.targets]
-
-
-def script_sets(source: str) -> Iterator[tuple[int, list[str]]]:
-    """Give the texts of each array of a module, and of the first column of each array of arrays."""
-    for found in re.finditer(r"\[([^\[\]]*)\]", source):
-        yield source.count("\n", 0, found.start()) + 1, _texts(found[1])
-    for found in re.finditer(r"\[\s*((?:\[[^\[\]]*\],?\s*)+)\]", source):
-        yield source.count("\n", 0, found.start()) + 1, re.findall(r"""\[\s*["'`]([^"'`]*)["'`]""", found[1])
-
-
-def tables(place: str, source: str) -> Iterator[tuple[int, list[str]]]:
-    """Give the keys of each table that is written as one: a dict, or an object of a module."""
+def groups(place: str, source: str) -> Iterator[tuple[int, bool, list[str]]]:
+    """Give the keys of each table, a dict or an object, and the texts of each list, tuple and set; a Literal is one."""
     if place.endswith(".py"):
         for node in ast.walk(ast.parse(source)):
             if isinstance(node, ast.Dict):
-                yield node.lineno, constants(node.keys)
+                yield node.lineno, True, constants(node.keys)
+            elif isinstance(node, ast.List | ast.Tuple | ast.Set):
+                yield node.lineno, False, constants(node.elts)
     else:
-        for found in re.finditer(r"\{((?:[^{}]|\{[^{}]*\})*)\}", source):
-            yield (
-                source.count("\n", 0, found.start()) + 1,
-                re.findall(r"""(?:^|[{,]\s*|\n\s*)["']?([a-z][a-z0-9_]*)["']?:""", found[1]),
-            )
-
-
-def _texts(inside: str) -> list[str]:
-    return re.findall(r"""["'`]([^"'`]*)["'`]""", inside)
+        for is_table, group, text in (
+            (False, r"\[([^\[\]]*)\]", r"""["'`]([^"'`]*)["'`]"""),
+            (True, r"\{((?:[^{}]|\{[^{}]*\})*)\}", r"""(?:^|,)\s*["']?([a-z][a-z0-9_]*)["']?:"""),
+        ):
+            for found in re.finditer(group, source):
+                yield source.count("\n", 0, found.start()) + 1, is_table, re.findall(text, found[1])
 
 
 @cache
@@ -123,19 +104,15 @@ def _may_matter(source: str) -> bool:
     )
 
 
-def second_copies(place: str, source: str) -> list[tuple[str, int, str]]:
-    """List where a source names all words of a vocabulary, each once, in a list of its own."""
-    lists = python_sets(source) if place.endswith(".py") else script_sets(source)
-    return [
-        (place, line, name)
-        for line, texts in lists
-        for name, words in VOCABULARIES.items()
-        if set(words) <= set(texts) and len(set(texts)) == len(texts) and (place, name) not in ORDERS
-    ]
-
-
 def test_no_vocabulary_is_listed_outside_its_home_and_none_twice_there() -> None:
-    found = [each for place, source in sources() for each in second_copies(place, source)]
+    found = [
+        (place, line, name)
+        for place, source in sources()
+        for line, is_table, texts in groups(place, source)
+        for name, words in VOCABULARIES.items()
+        if not is_table and set(words) <= set(texts) and len(set(texts)) == len(texts)
+        if (place, name) not in ORDERS
+    ]
     assert [each for each in found if each[0] not in HOMES] == []
     at_home = [(place, name) for place, _, name in found]
     assert sorted(set(at_home)) == sorted(at_home)
@@ -146,9 +123,10 @@ def test_a_table_by_the_words_of_a_vocabulary_holds_all_of_them() -> None:
     lacking = [
         (place, line, name, sorted(set(words) - set(keys)))
         for place, source in sources()
-        for line, keys in tables(place, source)
+        for line, is_table, keys in groups(place, source)
         for name, words in VOCABULARIES.items()
-        if name in CLOSED and len(words) > 3 and len(set(keys)) == len(words) - 1 and set(keys) < set(words)
+        if is_table and name in CLOSED and len(words) > 3
+        if len(set(keys)) == len(words) - 1 and set(keys) < set(words)
     ]
     assert lacking == []
 

@@ -150,6 +150,7 @@ for absent in ("numba", "dask", "distributed", "fastapi", "sqlalchemy", "typer",
     assert find_spec(absent) is None, absent
 from damperlab import Client, Study, read_study
 from damperlab.service.client import Unreachable
+assert not {"xarray", "zarr", "matplotlib", "damperlab.worker"} & set(sys.modules)
 from damperlab.service.client.answers import ResonanceMap
 import damperlab.service.client.earthquake
 import xarray, aiohttp, fsspec, zarr
