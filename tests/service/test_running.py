@@ -97,7 +97,7 @@ def test_next_start_goes_on_where_a_stopped_service_was(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path
 ) -> None:
     first = own_service(DAMPERLAB_STUDIES_AT_ONCE="1")
-    with httpx.Client(base_url=first.url, timeout=300) as client:
+    with first.client() as client:
         running = client.post(STUDIES, json=helpers.long_study("first")).raise_for_status().json()["id"]
         waiting = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
         helpers.wait_for(client, running, lambda record: record["blocks_done"] > 0)
@@ -114,7 +114,7 @@ def test_next_start_goes_on_where_a_stopped_service_was(
     store.close()
 
     second = own_service(DAMPERLAB_STUDIES_AT_ONCE="2")
-    with httpx.Client(base_url=second.url, timeout=300) as client:
+    with second.client() as client:
         assert helpers.wait_for(client, waiting, helpers.ended)["state"] == "done"
         more = helpers.wait_for(client, running, lambda record: record["blocks_done"] > kept.blocks_done)
         assert more["state"] == "running"
@@ -134,7 +134,7 @@ def test_study_of_a_dead_process_is_picked_up(
     store.set_state(record.id, "running")
     store.close()
     service = own_service()
-    with httpx.Client(base_url=service.url, timeout=300) as client:
+    with service.client() as client:
         assert helpers.wait_for(client, record.id, helpers.ended)["state"] == "done"
     assert service.stop() == 0
 

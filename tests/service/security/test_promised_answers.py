@@ -81,7 +81,7 @@ def test_what_is_given_up_is_computed_no_longer(
     own_service: Callable[..., Any], helpers: Any, promised: bool
 ) -> None:
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+    with running.client() as client:
 
         def give_up(seconds: float) -> None:
             promise = client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE)
