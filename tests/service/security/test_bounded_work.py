@@ -11,24 +11,22 @@ import anyio
 import httpx
 import psutil
 import pytest
-from tests.service.security.conftest import ENDLESS, QUICK
+from tests.service.security.conftest import ENDLESS, QUICK, WORK_SECONDS
 
 from damperlab.service.work.turns import TooManyWaiting, Turns
 
 SIMULATE = "/api/v1/simulate"
-LIMIT_SECONDS = 1
 
 
-def test_a_point_without_end_is_ended_at_its_limit(own_service: Callable[..., Any], helpers: Any) -> None:
-    running = own_service(DAMPERLAB_WORK_SECONDS=str(LIMIT_SECONDS))
-    with running.client() as client:
+def test_a_point_without_end_is_ended_at_its_limit(apart: Any, helpers: Any) -> None:
+    with apart.client() as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        (process,) = helpers.computing(running)
+        (process,) = helpers.computing(apart)
         answer = client.post(SIMULATE, json=ENDLESS)
         assert answer.status_code == 422
         problem = answer.json()
         assert problem["type"] == "urn:damperlab:problem:work-limit"
-        assert f"{LIMIT_SECONDS} s" in problem["errors"][0]["allowed"]
+        assert f"{WORK_SECONDS} s" in problem["errors"][0]["allowed"]
         helpers.wait_until(lambda: not psutil.pid_exists(process.pid))
 
 
