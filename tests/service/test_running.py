@@ -120,10 +120,11 @@ def test_next_start_goes_on_where_a_stopped_and_a_killed_service_were(
 
     second = own_service(DAMPERLAB_STUDIES_AT_ONCE="2")
     with second.client() as client:
-        for each in (waiting, left):
-            assert helpers.wait_for(client, each, helpers.ended)["state"] == "done"
         more = helpers.wait_for(client, running, lambda record: record["blocks_done"] > kept.blocks_done)
         assert more["state"] == "running"
+        client.post(f"{STUDIES}/{running}/cancel").raise_for_status()
+        for each in (waiting, left):
+            assert helpers.wait_for(client, each, helpers.ended)["state"] == "done"
     second.stop(signal.SIGINT)
     assert second.process.returncode == 0
 
