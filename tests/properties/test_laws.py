@@ -24,7 +24,7 @@ from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.particle import Particle
 
-FEW = settings(max_examples=40, deadline=None)
+FEW = settings(max_examples=25, deadline=None)
 ROUNDING = 1e-12
 """Relative, of positions and velocities that a time history is put together from."""
 

@@ -132,7 +132,7 @@ def test_a_cancelled_design_stops_its_studies_goes_on_and_ends_the_same(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=300) as client:
+    with running.client() as client:
         design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
         helpers.wait_for_design(client, design_id, lambda now: now["round"] > 1)
         refused = client.delete(f"{DESIGNS}/{design_id}")
@@ -171,7 +171,7 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
     design_id = ""
     for beyond in (0, 1, 2):
         running = own_service()
-        with httpx.Client(base_url=running.url, timeout=300) as client:
+        with running.client() as client:
             design_id = design_id or client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
             now = helpers.wait_for_design(
                 client, design_id, lambda now, least=beyond: now["round"] > least or now["finished"]
@@ -186,7 +186,7 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
     store.close()
     assert before
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=300) as client:
+    with running.client() as client:
         now = helpers.wait_for_design(client, design_id, helpers.ended)
         assert now["state"] == "done", now["message"]
         assert now["answer"] == undisturbed
@@ -198,7 +198,7 @@ def test_a_quota_smaller_than_a_round_of_a_design_delays_it_and_no_more(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:
     running = own_service(DAMPERLAB_QUOTA_UNFINISHED="1")
-    with httpx.Client(base_url=running.url, timeout=300) as client:
+    with running.client() as client:
         design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
         now = helpers.wait_for_design(client, design_id, helpers.ended)
         assert (now["state"], now["answer"]) == ("done", undisturbed)
@@ -218,7 +218,7 @@ def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
     }
     del wide["clearance_m"]
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=300) as client:
+    with running.client() as client:
         design_id = client.post(DESIGNS, json=wide).json()["id"]
         now = helpers.wait_for_design(client, design_id, lambda now: bool(now["studies"]))
         study = f"/api/v1/studies/{now['studies'][0]}"

@@ -12,7 +12,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import httpx
 import psutil
 import pytest
 from tests.faults.processes import Database
@@ -38,7 +37,7 @@ def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path, hel
     address, processes = server
     with (
         helpers.serving(tmp_path, DAMPERLAB_CATALOGUE=address) as running,
-        httpx.Client(base_url=running.url, timeout=300) as client,  # what takes longer hangs
+        running.client() as client,  # what takes longer hangs
     ):
         helpers.wait_until(lambda: client.get("/health/ready").status_code == 200)
         assert client.get("/api/v1/studies").status_code == 200

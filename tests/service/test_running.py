@@ -93,11 +93,11 @@ def test_study_can_be_deleted_once_it_is_done(client: httpx.Client, helpers: Any
         assert client.get(address).status_code == 404
 
 
-def test_next_start_goes_on_where_a_stopped_service_was(
+def test_next_start_goes_on_where_a_stopped_and_a_killed_service_were(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path
 ) -> None:
     first = own_service(DAMPERLAB_STUDIES_AT_ONCE="1")
-    with httpx.Client(base_url=first.url, timeout=300) as client:
+    with first.client() as client:
         running = client.post(STUDIES, json=helpers.long_study("first")).raise_for_status().json()["id"]
         waiting = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
         helpers.wait_for(client, running, lambda record: record["blocks_done"] > 0)
@@ -111,32 +111,22 @@ def test_next_start_goes_on_where_a_stopped_service_was(
     assert (kept.state, kept.owner) == ("queued", None)
     assert 0 < kept.blocks_done < kept.blocks_total
     assert store.find(waiting).state == "queued"
+    # what a process leaves that was killed: a running study, and a claim that nobody renews
+    study = parse_study_text('{"particle": false, "axes": {"frequency_ratio": [0.5, 1]}}', "json")
+    left = enter(store, study, study.shape).id
+    assert store.claim(left, "a process that died", seconds=0.5)
+    store.set_state(left, "running")
     store.close()
 
     second = own_service(DAMPERLAB_STUDIES_AT_ONCE="2")
-    with httpx.Client(base_url=second.url, timeout=300) as client:
-        assert helpers.wait_for(client, waiting, helpers.ended)["state"] == "done"
+    with second.client() as client:
         more = helpers.wait_for(client, running, lambda record: record["blocks_done"] > kept.blocks_done)
         assert more["state"] == "running"
+        client.post(f"{STUDIES}/{running}/cancel").raise_for_status()
+        for each in (waiting, left):
+            assert helpers.wait_for(client, each, helpers.ended)["state"] == "done"
     second.stop(signal.SIGINT)
     assert second.process.returncode == 0
-
-
-def test_study_of_a_dead_process_is_picked_up(
-    own_service: Callable[..., Any], helpers: Any, tmp_path: Path
-) -> None:
-    text = '{"particle": false, "axes": {"frequency_ratio": [0.5, 1]}}'
-    study = parse_study_text(text, "json")
-    store = Store.open(tmp_path / "data")
-    record = enter(store, study, study.shape)
-    # What a process leaves that was killed: a running study, and a claim that nobody renews.
-    assert store.claim(record.id, "a process that died", seconds=0.5)
-    store.set_state(record.id, "running")
-    store.close()
-    service = own_service()
-    with httpx.Client(base_url=service.url, timeout=300) as client:
-        assert helpers.wait_for(client, record.id, helpers.ended)["state"] == "done"
-    assert service.stop() == 0
 
 
 @pytest.mark.parametrize("problem", ["port", "data"])

@@ -10,7 +10,6 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
 import pytest
 
@@ -56,7 +55,7 @@ def test_a_full_disk_pauses_studies_and_nothing_else(
 ) -> None:
     service = own_service(disk / "data")
     store = Store.open(disk / "data")
-    with httpx.Client(base_url=service.url, timeout=300) as client:
+    with service.client() as client:
         other = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
         assert helpers.wait_for(client, other, helpers.ended)["state"] == "done"
         study = client.post(STUDIES, json=helpers.long_study("paused")).raise_for_status().json()["id"]
@@ -98,7 +97,7 @@ def test_a_locked_catalogue_delays_and_loses_nothing(
     service = own_service(DAMPERLAB_CATALOGUE_WAIT_SECONDS="2")
     file = tmp_path / "data" / "catalogue.sqlite"
     with (
-        httpx.Client(base_url=service.url, timeout=300) as client,
+        service.client() as client,
         closing(sqlite3.connect(file, isolation_level=None, timeout=20)) as other,
         ThreadPoolExecutor(60) as threads,
     ):
@@ -146,7 +145,7 @@ def test_a_folder_that_cannot_be_used_is_told_and_no_defect(
         "designs": specification_document("prototype"),
         "records": {"kanai_tajimi": {"seed": 1}},
     }
-    with httpx.Client(base_url=running.url, timeout=300) as client:
+    with running.client() as client:
         refused = client.post(f"/api/v1/{shelf}", json=bodies[shelf])
         assert refused.status_code == 503
         assert str(tmp_path / "data" / shelf) in refused.json()["errors"][0]["message"]

@@ -5,7 +5,6 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
 from tests.filling import enter, write
 from tests.service.contract import check
@@ -30,8 +29,8 @@ def test_outdated_results_are_flagged_and_recomputed_beside(
         old = enter(store, study, study.shape, solver="another").id
         write(store, old, whole, values | {"amplitude_ratio": 2 * values["amplitude_ratio"]})
         store.set_state(old, "done")
-    url = own_service().url
-    with httpx.Client(base_url=url, timeout=300) as client, Client(url) as remote:
+    running = own_service()
+    with running.client() as client, Client(running.url) as remote:
         again = client.post(STUDIES, json=helpers.CURVE)
         assert (again.status_code, again.json()["id"], again.json()["outdated"]) == (200, old, True)
         (listed,) = client.get(STUDIES).json()["studies"]

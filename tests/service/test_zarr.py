@@ -141,14 +141,23 @@ def test_damaged_blocks_are_errors(
 def test_a_block_is_sent_in_parts_and_not_again(
     client: httpx.Client, stopped: tuple[Store, str, Study, Plan]
 ) -> None:
-    """Every kind of part is asked of an export, in `test_heads_tags_parts`."""
     url = f"{STUDIES}/{stopped[1]}/zarr/amplitude_ratio/c.0.0.0.0.0.0"
     whole = client.get(url)
     tag, size = whole.headers["etag"], len(whole.content)
     assert "first" in tag
-    part = client.get(url, headers={"Range": "bytes=-4", "If-Range": tag})
-    assert (part.status_code, part.content) == (206, whole.content[-4:])
-    assert part.headers["content-range"] == f"bytes {size - 4}-{size - 1}/{size}"
+    for asked, start, stop in (
+        ("-4", size - 4, size), ("1-2", 1, 3), ("5-", 5, size), (f"5-{10 * size}", 5, size),
+    ):  # fmt: skip
+        part = client.get(url, headers={"Range": f"bytes={asked}", "If-Range": tag})
+        assert (part.status_code, part.content) == (206, whole.content[start:stop])
+        assert part.headers["content-range"] == f"bytes {start}-{stop - 1}/{size}"
+    for beyond in (f"bytes={size}-", "bytes=5-2"):
+        assert client.get(url, headers={"Range": beyond}).status_code == 416, beyond
+    ignored = ("bytes=0-1,5-6", "bytes=-", "bytes=" + "9" * 400 + "-")
+    # a part of what is not there any more is not handed out
+    for headers in (*({"Range": each} for each in ignored), {"Range": "bytes=0-1", "If-Range": '"x"'}):
+        answer = client.get(url, headers=headers)
+        assert (answer.status_code, answer.content) == (200, whole.content)
     assert client.get(url, headers={"If-None-Match": f'"x", {tag}'}).status_code == 304
     head = client.head(url)
     assert (head.status_code, head.content, int(head.headers["content-length"])) == (200, b"", size)

@@ -49,6 +49,19 @@ class Guarded:
         return httpx.Client(base_url=self.url, headers=headers, timeout=PATIENCE_SECONDS, verify=TRUSTED)
 
 
+WORK_SECONDS = 1
+"""What a request to `apart` may take."""
+
+
+@pytest.fixture(scope="session")
+def apart(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[Any]:
+    """One service that has every question computed apart, for tests of the processes that compute."""
+    folder = tmp_path_factory.mktemp("apart")
+    asked = {"DAMPERLAB_QUESTION_POINTS_APART": "0", "DAMPERLAB_WORK_SECONDS": str(WORK_SECONDS)}
+    with helpers.serving(folder, **asked) as running:
+        yield running
+
+
 @pytest.fixture(scope="session")
 def guarded(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[Guarded]:
     """One service with keys for all tests that leave it as they found it."""

@@ -11,24 +11,22 @@ import anyio
 import httpx
 import psutil
 import pytest
-from tests.service.security.conftest import ENDLESS, QUICK
+from tests.service.security.conftest import ENDLESS, QUICK, WORK_SECONDS
 
 from damperlab.service.work.turns import TooManyWaiting, Turns
 
 SIMULATE = "/api/v1/simulate"
-LIMIT_SECONDS = 2
 
 
-def test_a_point_without_end_is_ended_at_its_limit(own_service: Callable[..., Any], helpers: Any) -> None:
-    running = own_service(DAMPERLAB_WORK_SECONDS=str(LIMIT_SECONDS))
-    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+def test_a_point_without_end_is_ended_at_its_limit(apart: Any, helpers: Any) -> None:
+    with apart.client() as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        (process,) = helpers.computing(running)
+        (process,) = helpers.computing(apart)
         answer = client.post(SIMULATE, json=ENDLESS)
         assert answer.status_code == 422
         problem = answer.json()
         assert problem["type"] == "urn:damperlab:problem:work-limit"
-        assert f"{LIMIT_SECONDS} s" in problem["errors"][0]["allowed"]
+        assert f"{WORK_SECONDS} s" in problem["errors"][0]["allowed"]
         helpers.wait_until(lambda: not psutil.pid_exists(process.pid))
 
 
@@ -38,7 +36,7 @@ def test_a_service_that_ends_leaves_nothing_that_computes(
     own_service: Callable[..., Any], helpers: Any, how: signal.Signals
 ) -> None:
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+    with running.client() as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
     (process,) = helpers.computing(running)
     before = process.cpu_times().user
@@ -59,7 +57,7 @@ def test_a_machine_that_is_too_busy_is_not_a_request_that_asks_too_much(
 ) -> None:
     patience = 20
     running = own_service(DAMPERLAB_WORK_WAIT_SECONDS=str(patience))
-    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+    with running.client() as client:
         helpers.wait_until(lambda: client.post(SIMULATE, json=QUICK).status_code == 200)
         idle = helpers.held(running)
         answer = client.post(SIMULATE, json=QUICK)
@@ -75,7 +73,7 @@ def test_time_in_which_others_have_the_processors_does_not_count(
 ) -> None:
     limit = 2
     running = own_service(DAMPERLAB_WORK_SECONDS=str(limit))
-    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+    with running.client() as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
         idle = helpers.held(running)
         others = threading.Timer(5.0 * limit, idle.resume)

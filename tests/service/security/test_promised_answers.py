@@ -1,7 +1,6 @@
 """Answers that are promised and fetched later: RFC 7240, ``Prefer: respond-async``."""
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 import httpx
@@ -77,11 +76,8 @@ def test_promised_answer_is_the_answer(service: Any, client: httpx.Client, helpe
 
 
 @pytest.mark.parametrize("promised", [True, False], ids=["promise", "request"])
-def test_what_is_given_up_is_computed_no_longer(
-    own_service: Callable[..., Any], helpers: Any, promised: bool
-) -> None:
-    running = own_service()
-    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+def test_what_is_given_up_is_computed_no_longer(apart: Any, helpers: Any, promised: bool) -> None:
+    with apart.client() as client:
 
         def give_up(seconds: float) -> None:
             promise = client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE)
@@ -98,7 +94,7 @@ def test_what_is_given_up_is_computed_no_longer(
                 client.post(SIMULATE, json=ENDLESS, headers=PATIENTLY, timeout=seconds)
 
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        assert helpers.ends_once_given_up(helpers.held(running), give_up if promised else leave)
+        assert helpers.ends_once_given_up(helpers.held(apart), give_up if promised else leave)
 
 
 def test_the_client_of_python_gives_up_what_it_no_longer_waits_for(

@@ -78,9 +78,9 @@ def test_heads_and_bodies_that_do_not_come_end_with_408(
         refused = [_rest(each)[:12] for each in [connected() for _ in range(80)]]
         assert refused.count(b"HTTP/1.1 503") >= 20
         assert set(refused) == {b"HTTP/1.1 503", b"HTTP/1.1 408"}
-    metrics = f"{running.url}/metrics"
-    helpers.wait_until(lambda: httpx.get(metrics, timeout=300).status_code == 200)
-    told = httpx.get(metrics, timeout=300).text
+    with running.client() as client:
+        helpers.wait_until(lambda: client.get("/metrics").status_code == 200)
+        told = client.get("/metrics").text
     assert all(f'method="other",status="{status}"' in told for status in (408, 503))
 
 
@@ -187,4 +187,5 @@ def test_idle_connections_of_one_address_keep_nobody_out(own_service: Callable[.
         for each in idle[:-most]:
             assert _rest(each) == b""  # the oldest are closed
         for _ in range(2):
-            assert httpx.get(f"{running.url}/health/live", timeout=60).status_code == 200
+            with running.client() as client:
+                assert client.get("/health/live").status_code == 200

@@ -14,6 +14,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
+from tests.service.conftest import TRUSTED
 from tests.service.security.conftest import Guarded, make_key
 
 STUDIES = "/api/v1/studies"
@@ -70,7 +71,7 @@ def _from(guarded: Guarded, address: str, user: str | None = None, **headers: st
     sent = {name.replace("_", "-"): value for name, value in headers.items()}
     if user is not None:
         sent["X-Forwarded-User"] = user
-    transport = httpx.HTTPTransport(local_address=address)
+    transport = httpx.HTTPTransport(local_address=address, verify=TRUSTED)
     return httpx.Client(base_url=guarded.url, headers=sent, transport=transport, timeout=300)
 
 

@@ -119,9 +119,9 @@ def test_a_design_and_its_studies_are_whose_they_are(guarded: Guarded, helpers: 
 
 
 def test_a_revoked_and_an_expired_key_open_nothing(guarded: Guarded, helpers: Any) -> None:
-    short = make_key(guarded.data_dir, "guest", "read", 4.0)
+    short = make_key(guarded.data_dir, "guest", "read", 1.0)
     lost = make_key(guarded.data_dir, "guest", "read")
-    with httpx.Client(base_url=guarded.url, timeout=300) as client:
+    with guarded.client(None) as client:
 
         def status(key: dict[str, Any]) -> int:
             return client.get(STUDIES, headers={"Authorization": f"Bearer {key['key']}"}).status_code
@@ -164,9 +164,9 @@ def test_changes_are_in_the_audit_log_with_who_asked_for_them(guarded: Guarded) 
 def test_a_session_of_the_page(guarded: Guarded) -> None:
     own = {"Origin": guarded.url, "Sec-Fetch-Site": "same-origin"}
     session = "/api/v1/session"
-    with httpx.Client(base_url=guarded.url, headers=own, timeout=300) as page:
-        nobody = {"needed": True, "signed_in": False, "owner": "", "scopes": []}
-        assert page.get(session).json() == nobody
+    with guarded.client(None) as page, guarded.client(None) as nobody:
+        page.headers.update(own)
+        assert page.get(session).json() == {"needed": True, "signed_in": False, "owner": "", "scopes": []}
         for wrong in ({"key": "dlk_x"}, {"key": "ключ"}):
             assert page.post(session, json=wrong).status_code == 401
         for odd in ({}, [], {"key": 1}, {"key": "a", "b": 1}):
@@ -183,8 +183,8 @@ def test_a_session_of_the_page(guarded: Guarded) -> None:
         of_nobody = f"{'0' * 12}.99999999999.{'0' * 64}"
         changed = value[:-1] + ("0" if value[-1] != "0" else "1")
         for forged in (changed, value.replace(".", ".9", 1), of_nobody, "x"):
-            given = {"damperlab_session": forged}
-            assert httpx.get(guarded.url + STUDIES, cookies=given, timeout=300).status_code == 401
+            given = {"Cookie": f"damperlab_session={forged}"}
+            assert nobody.get(STUDIES, headers=given).status_code == 401
         # another site's page cannot use it
         cross = {"Origin": "http://evil.example", "Sec-Fetch-Site": "cross-site"}
         assert page.post(STUDIES, json=_study("evil", 1.2), headers=cross).status_code == 403
@@ -201,10 +201,9 @@ def test_a_session_ends_on_the_server(guarded: Guarded, helpers: Any) -> None:
         return client.cookies["damperlab_session"]
 
     def status(cookie: str) -> int:
-        given = {"damperlab_session": cookie}
-        return httpx.get(guarded.url + STUDIES, cookies=given, timeout=300).status_code
+        return nobody.get(STUDIES, headers={"Cookie": f"damperlab_session={cookie}"}).status_code
 
-    with guarded.client(None) as page, guarded.client(None) as other:
+    with guarded.client(None) as page, guarded.client(None) as other, guarded.client(None) as nobody:
         copied, stays = signed_in(page), signed_in(other)
         assert (status(copied), status(stays)) == (200, 200)
         assert page.delete("/api/v1/session").status_code == 204

@@ -110,59 +110,50 @@ QUESTIONS = (
 
 
 @pytest.fixture(scope="module")
-def computing(
-    tmp_path_factory: pytest.TempPathFactory, helpers: Any
-) -> Iterator[tuple[httpx.Client, Any, str]]:
-    """A service that has every question computed apart, in one process, with a finished study."""
-    with (
-        helpers.serving(tmp_path_factory.mktemp("apart"), DAMPERLAB_QUESTION_POINTS_APART="0") as running,
-        httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client,
-    ):
-        study = client.post("/api/v1/studies", json=helpers.CURVE).json()["id"]
-        helpers.wait_for(client, study, helpers.ended)
-        yield client, running, f"/api/v1/studies/{study}"
+def url(apart: Any, helpers: Any) -> str:
+    """A finished study of the service that computes apart."""
+    return f"/api/v1/studies/{helpers.computed(apart, helpers.CURVE)['id']}"
 
 
 def test_the_same_is_answered_apart(
-    computing: tuple[httpx.Client, Any, str], client: httpx.Client, curve: dict[str, Any], helpers: Any
+    apart: Any, url: str, client: httpx.Client, curve: dict[str, Any], helpers: Any
 ) -> None:
-    apart, running, url = computing
     assert url.endswith(curve["id"])
-    assert helpers.computing(running) == []
-    for question in (
-        "frequency-response",
-        "frequency-response?metric=nonsense",
-        "frequency-response?odd=1",
-        "resonance-map?x=frequency_ratio&y=friction_ratio",
-        "optimal-designs?objective=peak",
-        "tmd-comparison?mass_ratio=0.05",
-        "work-precision",
-    ):
-        here, there = (each.get(f"{url}/{question}") for each in (client, apart))
-        assert there.status_code == here.status_code, (question, there.text)
-        assert there.headers["content-type"] == here.headers["content-type"]
-        if question != "work-precision":  # which is about the time that was taken
+    for process in helpers.computing(apart):
+        process.kill()
+    helpers.wait_until(lambda: not helpers.computing(apart))
+    with apart.client() as other:
+        for question in (
+            "frequency-response",
+            "frequency-response?metric=nonsense",
+            "frequency-response?odd=1",
+            "resonance-map?x=frequency_ratio&y=friction_ratio",
+            "optimal-designs?objective=peak",
+        ):
+            here, there = (each.get(f"{url}/{question}") for each in (client, other))
+            assert there.status_code == here.status_code, (question, there.text)
+            assert there.headers["content-type"] == here.headers["content-type"]
             assert there.json() | {"request_id": ""} == here.json() | {"request_id": ""}, question
-    assert len(helpers.computing(running)) == 1
-    first = apart.get(f"{url}/frequency-response")
-    assert apart.get(f"{url}/frequency-response").content == first.content
-    again = apart.get(f"{url}/frequency-response", headers={"If-None-Match": first.headers["etag"]})
-    assert again.status_code == 304
-    assert apart.get("/api/v1/studies/000000000000/frequency-response").status_code == 404
+        assert len(helpers.computing(apart)) == 1
+        first = other.get(f"{url}/frequency-response")
+        assert other.get(f"{url}/frequency-response").content == first.content
+        again = other.get(f"{url}/frequency-response", headers={"If-None-Match": first.headers["etag"]})
+        assert again.status_code == 304
+        assert other.get("/api/v1/studies/000000000000/frequency-response").status_code == 404
 
 
 @pytest.mark.parametrize(("method", "question"), QUESTIONS)
 def test_what_a_study_is_asked_ends_with_its_client(
-    computing: tuple[httpx.Client, Any, str], helpers: Any, method: str, question: str
+    apart: Any, url: str, helpers: Any, method: str, question: str
 ) -> None:
-    client, running, url = computing
-    assert client.request(method, f"{url}/{question}").status_code in (200, 422)
+    with apart.client() as client:
+        assert client.request(method, f"{url}/{question}").status_code in (200, 422)
 
-    def leave(seconds: float) -> None:
-        with suppress(httpx.TimeoutException):
-            # packed otherwise: what was answered before is kept
-            otherwise = {"Accept-Encoding": "identity"}
-            client.request(method, f"{url}/{question}", headers=otherwise, timeout=seconds)
+        def leave(seconds: float) -> None:
+            with suppress(httpx.TimeoutException):
+                # packed otherwise: what was answered before is kept
+                otherwise = {"Accept-Encoding": "identity"}
+                client.request(method, f"{url}/{question}", headers=otherwise, timeout=seconds)
 
-    assert helpers.ends_once_given_up(helpers.held(running), leave)
-    assert client.get(url).status_code == 200
+        assert helpers.ends_once_given_up(helpers.held(apart), leave)
+        assert client.get(url).status_code == 200
