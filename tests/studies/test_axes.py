@@ -20,11 +20,8 @@ def fields(raw: object) -> list[str]:
     return fields_of(read_axis, raw, FRICTION_RATIO, "x")
 
 
-def test_a_list_is_a_set_of_values_and_comes_out_sorted() -> None:
+def test_a_list_is_a_set_of_values_and_comes_out_sorted_and_minus_zero_is_zero() -> None:
     assert read_axis([3, 1.5, 2], FRICTION_RATIO) == (1.5, 2.0, 3.0)
-
-
-def test_minus_zero_is_zero() -> None:
     value = read_axis(-0.0, FRICTION_RATIO)
     assert math.copysign(1.0, value) == 1.0  # type: ignore[arg-type]
     assert fields([0, -0.0]) == ["x[1]"]
@@ -55,11 +52,6 @@ def test_minus_zero_is_zero() -> None:
 )
 def test_faults_name_their_place(raw: Any, where: list[str]) -> None:
     assert fields(raw) == where
-
-
-def test_single_value_range_is_that_value() -> None:
-    spec = read_axis({"start": 5, "stop": 5.0, "num": 1}, CLEARANCE_RATIO)
-    assert axis_values(spec).tolist() == [5.0]
 
 
 @given(

@@ -85,20 +85,13 @@ def test_an_axis_in_units_becomes_an_increasing_axis_of_its_ratio() -> None:
     np.testing.assert_allclose(made["clearance_ratio"], [2, 4, 8], rtol=4e-16)
 
 
-def test_the_block_is_kept_with_the_study() -> None:
+def test_the_block_is_kept_with_the_study_and_an_empty_one_is_checked_like_none_at_all() -> None:
     parsed = parse_study(case(STRUCTURE, clearance_ratio=5, frequency_ratio=1))
     assert parsed.document()["physical"] == STRUCTURE
     assert parse_study(parsed.document()) == parsed
-
-
-def test_a_scene_without_particle_ignores_its_quantities() -> None:
-    parsed = parse_study(
-        case({"clearance_m": [0.1, 0.2], "particle_mass_kg": 1}, particle=False, frequency_ratio=1)
-    )
-    assert parsed.points == 1
-
-
-def test_an_empty_block_is_checked_like_none_at_all() -> None:
+    # a scene without particle ignores its quantities
+    ignored = {"clearance_m": [0.1, 0.2], "particle_mass_kg": 1}
+    assert parse_study(case(ignored, particle=False, frequency_ratio=1)).points == 1
     whole = {"axes": {"clearance_ratio": 5, "frequency_ratio": 1}}
     assert parse_study(whole | {"physical": None}) == parse_study(whole)
     for empty in (None, {}):

@@ -138,40 +138,6 @@ def test_contacts_that_take_time_agree_with_other_integrators_in_plain_python() 
 
 
 @pytest.mark.night
-@pytest.mark.parametrize(
-    ("model", "longest", "place", "cycles"),
-    [
-        ("dwell", 1e-4, (1.0, 0.0, 5.0, 0.47), 6),
-        ("dwell", 1e-4, (1.0, 0.4, 5.0, 0.47), 6),
-        ("compliant", 1e-5, (1.0, 0.0, 2.0, 0.47), 10),
-        ("compliant", 1e-5, (1.0, 0.4, 5.0, 0.47), 6),
-        ("compliant", 1e-5, (0.9, 0.8, 0.3, 0.1), 4),
-    ],
-    ids=str,
-)
-def test_short_contacts_tend_to_the_instantaneous_law_with_order_one(
-    model: str, longest: float, place: tuple[float, ...], cycles: int
-) -> None:
-    """The bodies move joined for a time T an impact, at a speed that is wrong by order one: an error of order T."""
-    r, friction, clearance, restitution = place
-
-    def end(particle: Particle) -> list[float]:
-        return [
-            value or 0.0 for value in simulate(Design(0.0038, r, friction, particle), cycles).state.values()
-        ]
-
-    particle = Particle(clearance, restitution, 0.1)
-    at_once = np.array(end(particle))
-    errors = [
-        float(np.abs(end(with_contact(particle, model, time)) - at_once).max())
-        for time in (longest, longest / 10.0, longest / 100.0)
-    ]
-    assert errors[0] < 1000.0 * longest
-    assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.1)
-    assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.1)
-
-
-@pytest.mark.night
 @pytest.mark.parametrize("contact_time", [1e-9, *(one.contact_time for one in CONTACT_TIMES.values())])
 @pytest.mark.parametrize(
     ("clearance", "restitution"),

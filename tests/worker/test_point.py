@@ -1,10 +1,11 @@
-"""One design point: its steady state, with and without a cycle marched on, and its responses from many starts."""
+"""One design point: its steady state, with and without a cycle marched on, and from many starts; and random points."""
 
 from typing import Literal
 
 import pytest
+from tests.benchmarks.sweep import sweep
 
-from damperlab.studies.variables import ResponseClass
+from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.attractors import find_attractors
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import scenes_of, simulate
@@ -95,3 +96,17 @@ def test_without_friction_and_particle_every_start_leads_to_the_closed_form() ->
 def test_under_a_force_nothing_is_next_to_a_structure_at_rest() -> None:
     found = find_attractors(Design(0.05, 0.8, 0.5, None, forced=True), 4, 0, SETTINGS)
     assert (found.met[0].starts, found.met[0].from_next_to_rest) == (4, False)
+
+
+POINTS = 2000
+
+
+@pytest.mark.night
+def test_every_random_point_ends_with_a_status_and_finite_values() -> None:
+    """The million of them is a benchmark, `python -m tests.benchmarks.sweep`."""
+    figures = sweep(POINTS, seed=20261121)
+    assert figures["hangs"] == 0
+    assert figures["found"] == []
+    assert sum(figures["status"].values()) == POINTS
+    failed = [name for name in figures["status"] if Status[name.upper()] > Status.MAX_CYCLES]
+    assert sum(figures["status"][name] for name in failed) < POINTS // 50

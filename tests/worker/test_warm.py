@@ -135,19 +135,14 @@ def test_a_comparison_compiles_nothing_more(tmp_path) -> None:
     assert compiled_by(lambda: compare(asked), wanted) == 0
 
 
-def test_a_linear_study_needs_no_kernel() -> None:
-    study = parse_study(
-        {"damping_ratio": 0.05, "particle": False, "axes": {"friction_ratio": 0, "frequency_ratio": [0.8, 1]}}
-    )
-    assert scenes(study) == []
-
-
-def test_every_scene_has_its_own_name_and_what_is_usual_is_among_them() -> None:
+def test_every_scene_has_its_own_name_what_is_usual_is_among_them_and_a_linear_study_needs_none() -> None:
     every = every_scene()
     assert len({scene.name for scene in every}) == len(every)
     assert all(scene_named(scene.name) == scene for scene in every)
     assert set(usual_scenes()) < set(every)
     assert {one for design in DESIGNS.values() for one in scenes_of(design)} <= set(usual_scenes())
+    axes = {"friction_ratio": 0, "frequency_ratio": [0.8, 1]}
+    assert scenes(parse_study({"damping_ratio": 0.05, "particle": False, "axes": axes})) == []
 
 
 CHEAPEST = [scene_named(name) for name in ("rk4-friction", "rk4-linear", "stepped-linear")]

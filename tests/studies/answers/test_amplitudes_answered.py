@@ -296,8 +296,7 @@ def test_a_damper_without_a_value_is_neither_equal_nor_best(cube: xr.Dataset) ->
     one = worst_case_designs(cube.assign(amplitude_m=values)).attrs["brief"]
     assert {"equal", "second"}.isdisjoint(row[0] for row in one["rows"])
 
-
-def test_a_damper_with_the_value_of_the_best_is_equal(cube: xr.Dataset) -> None:
+    # and those with the value of the best are equal
     values = cube["amplitude_m"].copy(data=np.ones_like(cube["amplitude_m"]))
     values[{"friction_force_n": 2}] = 2.0
     rows = worst_case_designs(cube.assign(amplitude_m=values)).attrs["brief"]["rows"]

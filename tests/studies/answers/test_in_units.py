@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damperlab.service.cli.words import rows_table
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
@@ -19,6 +20,7 @@ from damperlab.studies.answers.selection import say
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.faults import nearest
 from damperlab.studies.questions import Judging, Selection, Tuning
+from damperlab.studies.rounding import is_rounding
 from damperlab.studies.unit_names import COORDINATE_SOURCES
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
@@ -266,3 +268,34 @@ def test_a_doubt_about_the_units_of_a_study_is_said_first_everywhere() -> None:
         assert each["brief"]["rows"] == []
     assert said["complete"] == 1.0
     assert first_said({"note": ""}, ["Check the units."]) == {"note": ""}
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "words"),
+    [
+        (2.78743, 6.8e-15, "2.78743"),
+        (2.78743, 0.0, "2.78743"),
+        (0.0, 0.0, "0"),
+        (-2.0, 1e-12, "-2"),
+        (2.0, 1e-6, "2 ± 1e-06"),
+        (1.84424, 0.033, "1.84424 ± 0.033"),
+        (2.0, float("nan"), "2 (error not known)"),
+    ],
+)
+def test_a_value_known_to_rounding_has_no_error_beside_it(value: float, error: float, words: str) -> None:
+    assert RATIOS.measured(value, error) == words
+    # an error of nothing is not rounding
+    assert not is_rounding(0.0 * value, 1e-20)
+
+
+@pytest.mark.parametrize(
+    ("value", "error"),
+    [("value", "error"), ("amplitude_ratio", "amplitude_error"), ("hybrid", "amplitude_error")],
+)
+def test_a_table_says_rounding_and_keeps_the_other_errors(value: str, error: str) -> None:
+    answer = xr.Dataset(
+        {value: ("rank", [1.5, 1.6, np.nan]), error: ("rank", [2e-16, 0.03, np.nan])}, {"rank": [1, 2, 3]}
+    )
+    head, rows = rows_table(answer, RATIOS)
+    place = [column.split()[0] for column in head].index(error)
+    assert [row[place] for row in rows] == ["rounding", "0.03", "—"]

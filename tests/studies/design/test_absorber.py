@@ -67,12 +67,12 @@ def test_no_structure_within_the_tolerances_moves_more_than_is_said_nor_does_the
     off = {"tolerances": {"natural_frequency_hz": f"{tolerance:%}"}} if tolerance else {}
     found = tuned_beside(asked(damping_ratio, low_hz, high_hz, mass_ratio, **off), mass_ratio)
     assert found is not None
-    r = np.linspace(low_hz, high_hz, 801) / 8.0
+    r = np.linspace(low_hz, high_hz, 801 if damping_ratio < 0.02 else 401) / 8.0
     # the base moves the structure, and that the mass on its spring and dashpot
     own = r / found.absorber.tuning
     against = np.abs(own**2 / (1.0 + 2j * found.absorber.damping_ratio * own - own**2))
     highest = stroke = 0.0
-    for share in np.linspace(-tolerance, tolerance, 2001 if tolerance else 1):
+    for share in np.linspace(-tolerance, tolerance, r.size * 2 if tolerance else 1):
         moved = receptance(found, damping_ratio, r, 1.0, 1.0 + share)
         highest, stroke = max(highest, moved.max()), max(stroke, (moved * against).max())
     for said, truth in ((found.value, BASE_M * highest), (found.stroke, BASE_M * stroke)):
@@ -84,7 +84,7 @@ def test_no_structure_within_the_tolerances_moves_more_than_is_said_nor_does_the
     ("damping_ratio", "mass_ratio", "low_hz", "high_hz", "measure"),
     [
         (0.005, 0.05, 7.6, 8.8, "worst_relative_displacement"),
-        (0.02, 0.2, 6.4, 10.0, "worst_displacement"),
+        pytest.param(0.02, 0.2, 6.4, 10.0, "worst_displacement", marks=pytest.mark.night),
         pytest.param(0.1, 0.03, 7.488, 7.648, "worst_displacement", marks=pytest.mark.night),
         pytest.param(0.02, 0.05, 4.8, 7.6, "worst_displacement", marks=pytest.mark.night),
         pytest.param(0.02, 0.02, 18.0, 19.0, "worst_displacement", marks=pytest.mark.night),
@@ -104,7 +104,7 @@ def test_no_other_absorber_of_the_mass_does_better_over_the_band(
     assert found is not None
     # close together about the resonance, where a light absorber has its peaks
     band = (low_hz / 8.0, high_hz / 8.0)
-    r = np.unique(np.concatenate([np.geomspace(*band, 1000), np.clip(np.linspace(0.8, 1.2, 2000), *band)]))
+    r = np.unique(np.concatenate([np.geomspace(*band, 500), np.clip(np.linspace(0.8, 1.2, 1000), *band)]))
     s = 1j * r
 
     def worst(x: np.ndarray) -> float:
@@ -115,7 +115,7 @@ def test_no_other_absorber_of_the_mass_does_better_over_the_band(
         moved = through / below - (1.0 if measure == "worst_relative_displacement" else 0.0)
         return float(np.abs(moved).max())
 
-    grid = [np.array([p, q]) for p in np.linspace(-0.9, 1.2, 43) for q in np.linspace(-9.0, 0.5, 25)]
+    grid = [np.array([p, q]) for p in np.linspace(-0.9, 1.2, 29) for q in np.linspace(-9.0, 0.5, 17)]
     best = sorted(grid, key=worst)[:3]
     truth = BASE_M * min(minimize(worst, start, method="Nelder-Mead").fun for start in best)
     assert 0.999 * truth <= found.value <= 1.005 * truth
@@ -179,13 +179,16 @@ def test_the_tuned_mass_damper_moves_as_its_equations_of_motion_say(
         dynamic = mass * s**2 + through + link - link**2 / (small * s**2 + link)
         return float(judge(np.abs(s**derivative * (force / dynamic - against * base))))
 
-    rates = own_rate * np.linspace(1.0 - detuned, 1.0 + detuned, 41)
+    rates = own_rate * np.linspace(1.0 - detuned, 1.0 + detuned, 41 if detuned else 1)
     truth = [peak(share * MASS_KG, rate) for share in (1.0, 0.97, 1.03) for rate in rates]
     assert beside.nominal == pytest.approx(peak(MASS_KG, own_rate), rel=1e-5)
     assert (1.0 - 1e-5) * max(truth) <= beside.value <= (1.0 + 4e-4) * max(truth)
 
 
-@pytest.mark.parametrize(("low_hz", "high_hz", "mass_ratio"), [(10.0, 10.0, 0.01), (7.9, 8.1, 0.01)])
+@pytest.mark.parametrize(
+    ("low_hz", "high_hz", "mass_ratio"),
+    [pytest.param(10.0, 10.0, 0.01, marks=pytest.mark.night), (7.9, 8.1, 0.01)],
+)
 def test_nothing_within_two_per_cent_of_its_tuning_moves_more_than_is_said(
     low_hz: float, high_hz: float, mass_ratio: float
 ) -> None:
@@ -194,7 +197,7 @@ def test_nothing_within_two_per_cent_of_its_tuning_moves_more_than_is_said(
     assert found is not None
     r = np.linspace(low_hz, high_hz, 401) / 8.0
     tops = [
-        receptance(found, 0.02, r, 1.0 + share, 1.0).max() for share in np.linspace(-DETUNED, DETUNED, 4001)
+        receptance(found, 0.02, r, 1.0 + share, 1.0).max() for share in np.linspace(-DETUNED, DETUNED, 1001)
     ]
     assert found.detuned >= 0.9999 * BASE_M * max(tops)
     assert found.detuned == pytest.approx(BASE_M * max(tops), rel=0.005)
@@ -230,7 +233,7 @@ def test_a_mass_between_the_ends_of_its_tolerance_may_be_the_hardest(
     link = (
         0.3 * MASS_KG * np.array([(tuned.tuning * own) ** 2, 2.0 * tuned.damping_ratio * tuned.tuning * own])
     )
-    for share in np.linspace(-size, size, 4001):
+    for share in np.linspace(-size, size, 2001):
         for one in (first, second):
             omega = 2.0 * np.pi * one["frequency_hz"]
             # natural frequency and damping ratio of the structure stay: spring and dashpot change with its mass
@@ -271,7 +274,7 @@ def test_an_rms_over_a_wide_band_is_that_of_its_narrow_peaks() -> None:
     """Tuned so that its peaks lay between the frequencies that were looked at, one reached 2.6 times as much as another."""
     found = tuned_beside(asked(0.001, 1.0, 150.0, 0.001, measure="rms_displacement"), 0.001)
     assert found is not None
-    r = np.linspace(1.0, 150.0, 1_000_001) / 8.0
+    r = np.linspace(1.0, 150.0, 400_001) / 8.0
     square = (BASE_M * receptance(found, 0.001, r, 1.0, 1.0)) ** 2 / 2.0
     truth = np.sqrt(np.trapezoid(square, r) / (r[-1] - r[0]))
     assert found.value == pytest.approx(truth, rel=2e-3)

@@ -37,8 +37,13 @@ DAMPED: dict[str, Any] = {
 BUDGET = 40_000
 
 
-def pursued(document: dict[str, Any], budget: int = BUDGET) -> tuple[Found, dict[str, xr.Dataset]]:
-    """Follow a search to its end; every cube that it took, by digest."""
+def pursued(
+    document: dict[str, Any], budget: int = BUDGET, front: bool = True
+) -> tuple[Found, dict[str, xr.Dataset]]:
+    """Follow a search to its end; every cube that it took, by digest.
+
+    Most of what a small search takes is its front, the response against the mass of the particle, which may be left out.
+    """
     cubes: dict[str, xr.Dataset] = {}
     rounds = designing(parse_specification(document), budget)
 
@@ -48,12 +53,15 @@ def pursued(document: dict[str, Any], budget: int = BUDGET) -> tuple[Found, dict
                 cubes[study.digest] = solved(study)
         return [cubes[study.digest] for study in studies]
 
-    try:
-        ask = next(rounds)
-        while True:
-            ask = rounds.send(computed(ask.studies))
-    except StopIteration as end:
-        return end.value, cubes
+    with pytest.MonkeyPatch.context() as patch:
+        if not front:
+            patch.setattr("damperlab.studies.design.surroundings.masses_of", lambda *_: [])
+        try:
+            ask = next(rounds)
+            while True:
+                ask = rounds.send(computed(ask.studies))
+        except StopIteration as end:
+            return end.value, cubes
 
 
 @pytest.fixture(scope="module")
@@ -199,8 +207,8 @@ def test_a_budget_that_ends_before_the_first_look_is_refused() -> None:
 
 
 def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:
-    found, _ = pursued(DAMPED | {"limits": {"displacement_m": 1e-4}}, 3000)
-    assert found.book.spent <= 3000
+    found, _ = pursued(DAMPED | {"limits": {"displacement_m": 1e-4}}, 1500, front=False)
+    assert found.book.spent <= 1500
     assert found.stopped == found.ended == "budget"
     assert found.left_out
     answer = answer_document(found)
@@ -211,7 +219,7 @@ def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:
     assert "budget" in short(answer)["sentences"][0]
     # more points before a wider range, too
     narrow = DAMPED | {"choose": DAMPED["choose"] | {"friction_force_n": {"start": 0, "stop": 5}}}
-    advice = short(answer_document(pursued(narrow, 1000)[0]))["next"]
+    advice = short(answer_document(pursued(narrow, 1000, front=False)[0]))["next"]
     assert 0 < advice.index(found.asked.budget_key) < advice.index("allow")
 
 

@@ -44,7 +44,7 @@ BUDGET = 12_000
 
 @pytest.fixture(scope="module")
 def shaken() -> tuple[Found, dict[str, xr.Dataset]]:
-    return pursued(SHAKEN, BUDGET)
+    return pursued(SHAKEN, BUDGET, front=False)
 
 
 def peaks_m(

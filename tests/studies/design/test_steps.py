@@ -63,7 +63,7 @@ def test_who_needs_no_more_than_an_equal_share_gets_it_and_nothing_is_left_that_
 )
 def test_friction_alone_that_is_given_is_one_damper_and_is_said(budget: int, closely: bool) -> None:
     document = DAMPED | {"choose": {"clearance_m": {"start": 0.002, "stop": 0.012}}, "friction_force_n": 30.0}
-    found, _ = pursued(document, budget)
+    found, _ = pursued(document, budget, front=closely)
     assert found.book.spent <= budget
     answer = answer_document(found)
     assert answer["friction_alone"]["design"]["friction_force_n"] == 30.0

@@ -109,11 +109,6 @@ def choice_of(*materials: dict[str, Any]) -> Choice:
     return parse_specification(document).choices["restitution"]
 
 
-def test_materials_are_named_and_sorted_by_their_restitution() -> None:
-    choice = choice_of({"name": "steel", "restitution": 0.8}, {"name": "rubber", "restitution": 0.3})
-    assert choice == Choice(0.3, 0.8, (0.3, 0.8), ("rubber", "steel"))
-
-
 def test_every_fault_is_named_at_once() -> None:
     document = PROTOTYPE | {
         "structure": {"mass_kg": -1, "natural_frequency_hz": 2.5, "damping_ratio": 2},
@@ -170,40 +165,33 @@ def test_what_a_design_does_not_know_is_refused_with_its_reason(
     assert words.lower() in found[field].lower()
 
 
-@pytest.mark.parametrize("key", ["structure", "excitation", "choose", "restitution", "particle_mass_kg"])
-def test_what_is_missing_is_named(key: str) -> None:
-    assert key in faults_of(without(PROTOTYPE, key))
+def test_what_is_missing_is_named_and_anything_else_is_refused() -> None:
+    for key in ("structure", "excitation", "choose", "restitution", "particle_mass_kg"):
+        assert key in faults_of(without(PROTOTYPE, key))
+    for document in (None, [], 3, "text", {}, {"structure": 3, "excitation": []}):
+        assert faults_of(document)
 
 
-@pytest.mark.parametrize("document", [None, [], 3, "text", {}, {"structure": 3, "excitation": []}])
-def test_anything_else_is_refused_and_nothing_fails(document: object) -> None:
-    assert faults_of(document)
-
-
-def test_a_file_is_read_by_its_suffix(tmp_path: Path) -> None:
+def test_a_file_is_read_by_its_suffix_and_a_named_specification_by_its_name(tmp_path: Path) -> None:
     path = tmp_path / "spec.json"
     path.write_text(json.dumps(PROTOTYPE))
     assert read_specification(str(path)).digest == parse_specification(PROTOTYPE).digest
     for name in ("spec.txt", "missing.yaml"):
         with pytest.raises(StudyFaults):
             read_specification(str(tmp_path / name))
-
-
-def test_a_name_is_no_part_of_what_is_asked() -> None:
-    assert parse_specification(PROTOTYPE | {"name": "other"}).digest == parse_specification(PROTOTYPE).digest
-    assert (
-        parse_specification(PROTOTYPE | {"confidence": 0.8}).digest != parse_specification(PROTOTYPE).digest
-    )
-
-
-@pytest.mark.parametrize("name", sorted(named_specifications()))
-def test_a_named_specification_is_read_by_its_name(name: str) -> None:
-    assert read_specification(name).name == name
-
-
-def test_a_misspelled_name_is_answered_with_the_nearest() -> None:
+    assert all(read_specification(name).name == name for name in named_specifications())
     with pytest.raises(StudyFaults, match="Did you mean prototype"):
         read_specification("prototyp")
+
+
+def test_a_name_and_keys_without_a_value_are_no_part_of_what_is_asked() -> None:
+    digest = parse_specification(PROTOTYPE).digest
+    assert parse_specification(PROTOTYPE | {"name": "other"}).digest == digest
+    assert parse_specification(PROTOTYPE | {"confidence": 0.8}).digest != digest
+    keys = ("limits", "tolerances", "name")
+    empty = PROTOTYPE | dict.fromkeys(keys)
+    assert parse_specification(empty).digest == parse_specification(without(PROTOTYPE, *keys)).digest
+    assert "structure" in faults_of(PROTOTYPE | {"structure": None})
 
 
 @pytest.mark.parametrize(
@@ -408,18 +396,16 @@ def test_accelerations_are_a_measure_of_all_that_shakes(measure: str) -> None:
 RUBBER = {"name": "rubber", "restitution": 0.3, "contact_time_s": 0.004}
 
 
-@pytest.mark.parametrize("document", [PROTOTYPE, SHAKEN])
-def test_limits_hold_over_bands_and_under_records(document: dict[str, Any]) -> None:
-    limits = {"stick_fraction": 0.5, "acceleration_m_per_s2": 3.0, "rms_acceleration_m_per_s2": 2.0}
-    assert parse_specification(document | {"limits": limits}).limits == limits
-    for wrong in (0, 1.5):
-        assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": wrong}})
-
-
 NOISE = {"limits": {"impact_noise_m_per_s2": 3.0}}
 
 
-def test_what_holds_over_bands_alone_and_where_responses_begin() -> None:
+def test_limits_hold_over_bands_and_under_records() -> None:
+    limits = {"stick_fraction": 0.5, "acceleration_m_per_s2": 3.0, "rms_acceleration_m_per_s2": 2.0}
+    for document in (PROTOTYPE, SHAKEN):
+        assert parse_specification(document | {"limits": limits}).limits == limits
+        for wrong in (0, 1.5):
+            assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": wrong}})
+    # over bands alone
     assert parse_specification(PROTOTYPE | NOISE).limits == NOISE["limits"]
     assert parse_specification(SHAKEN | {"judge": "rest"}).judge == "rest"
 
@@ -469,9 +455,9 @@ def test_a_contact_time_is_in_seconds_where_everything_else_is_in_ratios() -> No
     assert "contact_time_s" in faults_of(RATIOS | {"contact_time_s": 0.004})
 
 
-def test_materials_have_contact_times() -> None:
+def test_materials_are_sorted_by_their_restitution_and_have_contact_times() -> None:
     choice = choice_of({"name": "steel", "restitution": 0.8}, RUBBER)
-    assert choice.contact_times_s == (0.004, 0.0)
+    assert choice == Choice(0.3, 0.8, (0.3, 0.8), ("rubber", "steel"), (0.004, 0.0))
     assert [choice.contact_time_s(share) for share in (0.0, 1.0)] == [0.004, 0.0]
     # one for all of a range
     document = PROTOTYPE | {"contact_time_s": 0.002}
@@ -499,10 +485,3 @@ def test_a_list_of_one_value_is_told_to_have_another() -> None:
     told = faults_of(changed("choose.clearance_m", [0.004]))["choose.clearance_m"]
     assert "Give another value, a range, or the number outside `choose`" in told
     assert "fewer" not in told
-
-
-def test_a_key_without_a_value_is_left_out() -> None:
-    keys = ("limits", "tolerances", "name")
-    empty = PROTOTYPE | dict.fromkeys(keys)
-    assert parse_specification(empty).digest == parse_specification(without(PROTOTYPE, *keys)).digest
-    assert "structure" in faults_of(PROTOTYPE | {"structure": None})

@@ -46,10 +46,6 @@ def test_marks_are_counted_once_and_leave_the_rest_pending(store):
     assert record.message == "block 11: lost"
     assert record.seconds == pytest.approx(1.0)
     np.testing.assert_array_equal(store.pending(study_id), [0, 1, 2, 4, 5, 6, 7, 8, 9, 10])
-
-
-def test_a_block_beyond_the_plan_is_an_error_of_the_program(store):
-    *_, study_id = entered(store)
     bigger = make_plan_of(make_study(), (1, 1, 1, 1, 1, 1))
     with pytest.raises(ValueError, match="block 59 of 12"):
         store.mark(study_id, outcome_of(bigger.block(59)))
@@ -255,21 +251,15 @@ def test_a_catalogue_of_0_1_0_is_left_alone(tmp_path):
     with pytest.raises(StoreFault, match=r"older than 0\.2\.0.*damperlab export"):
         Store.open(tmp_path)
     assert (tmp_path / "catalogue.sqlite").read_bytes() == before
-
-
-def test_a_cube_of_0_1_0_is_told():
-    """It was a Zarr group without a seal and without the codec of blocks."""
+    # of its cubes: Zarr groups without a seal and without the codec of blocks
     with pytest.raises(ValueError, match=r"damperlab 0\.1\.0; export it"):
         describe_cube(b'{"zarr_format": 3, "node_type": "group", "attributes": {}}')
 
 
-def test_a_file_that_is_no_catalogue_is_told(tmp_path):
+def test_a_file_that_is_no_catalogue_and_a_folder_that_cannot_be_made_are_told(tmp_path):
     (tmp_path / "catalogue.sqlite").write_bytes(b"no database at all, but long enough to look at" * 40)
     with pytest.raises(StoreFault, match=r"not a database.*damperlab store rebuild"):
         Store.open(tmp_path)
-
-
-def test_a_data_directory_that_cannot_be_made_is_told(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(StoreFault, match="--data-dir"):
         Store.open(tmp_path / "file" / "data")

@@ -1,17 +1,28 @@
-"""Studies that come at once: each entered once, in shared transactions, and what is refused is refused alone."""
+"""Studies that come at once, each entered once; quotas; and studies that are deleted for a while, and restored."""
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from tests.filling import make_plan_of, make_study, write_behind
+from tests.filling import enter, make_plan_of, make_study, write_behind
 
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.batches import Batches
-from damperlab.studies.store.catalogue.quota import Quota
-from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached
+from damperlab.studies.store.catalogue.quota import Quota, Usage
+from damperlab.studies.store.cube.description import bytes_per_point
+from damperlab.studies.store.faults import (
+    CatalogueDamaged,
+    KeyTaken,
+    NothingToDo,
+    QuotaReached,
+    StudyNotFound,
+    TooManyUnfinished,
+)
+from damperlab.studies.store.files.shelf import TOMBSTONE
 from damperlab.studies.store.life_cycle.entering import Submission
+from damperlab.studies.store.life_cycle.lookup import Wanted
+from damperlab.studies.store.provenance import submitter
 from damperlab.studies.store.store import Store
 
 THREADS = 12
@@ -120,3 +131,97 @@ def test_turns_answer_everybody_whatever_comes_of_one(store):
     assert max(map(len, done)) <= 4
     for number, answer in found.items():
         assert answer == (ValueError if number in unlucky else number if number % 2 else KeyError)
+
+
+def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(tmp_path: Path) -> None:
+    study, other = make_study(), make_study(damping_ratio=0.2)
+    size = study.points * bytes_per_point(study)
+    with_room = Store.open(tmp_path, quota=Quota(bytes=2 * size - 1))
+    record = enter(with_room, study)
+    assert with_room.usage() == Usage(study.points, size)
+    with pytest.raises(QuotaReached, match=f"{size:,} bytes.*{size - 1:,} bytes.*damperlab delete"):
+        enter(with_room, other)
+    assert [found.id for found in with_room.page().records] == [record.id]
+    assert len(list((tmp_path / "cubes").glob("*.zarr"))) == 1
+    assert with_room.submit(study, make_plan_of(study), {})[0] == record  # what is there is never refused
+    with_room.delete(record.id)
+    with_room.bury()
+    assert with_room.usage() == Usage(0, 0)
+    assert with_room.submit(other, make_plan_of(other), {})[1]
+    with_room.close()
+
+
+def test_owners_are_counted_each_for_itself(tmp_path: Path) -> None:
+    first, second, third = (make_study(damping_ratio=each) for each in (0.1, 0.2, 0.3))
+    each = Quota(points=2 * first.points, unfinished=1, setting="key_quota")
+    store = Store.open(tmp_path, quota=Quota(of_owner=each))
+
+    def submit(study, who: str | None):
+        token = submitter.set(who)
+        try:
+            return store.submit(study, make_plan_of(study), {"note": '"submitted_by": "ann"'})[0]
+        finally:
+            submitter.reset(token)
+
+    submit(first, 'an"n%')
+    with pytest.raises(TooManyUnfinished, match="key_quota_unfinished"):
+        submit(second, 'an"n%')
+    submit(second, "ann")
+    store.set_state(second.digest[:12], "cancelled")
+    submit(third, "ann")
+    with pytest.raises(QuotaReached, match="key_quota_points"):
+        submit(make_study(damping_ratio=0.4), "ann")
+    for damping in (0.5, 0.6, 0.7):
+        submit(make_study(damping_ratio=damping), None)
+    store.close()
+
+
+def test_a_tombstone_counts_until_its_files_are_gone(tmp_path: Path) -> None:
+    store = Store.open(tmp_path)
+    study = make_study()
+    record = enter(store, study)
+    store.delete(record.id)
+    assert store.usage().points == study.points
+    store.bury()
+    assert store.usage().points == 0
+    store.close()
+
+
+WEEK = 7 * 86_400.0
+
+
+def ids(store, **wanted):
+    return [record.id for record in store.page(wanted=Wanted(**wanted)).records]
+
+
+def test_a_study_is_taken_back_from_the_trash_as_it_was(store):
+    record = enter(store, make_study())
+    store.delete(record.id, WEEK)
+    assert (ids(store), ids(store, trash=True)) == ([], [record.id])
+    with pytest.raises(StudyNotFound, match="in the trash until"):
+        store.find(record.id)
+    with pytest.raises(StudyNotFound, match=f"in the trash until .* `damperlab undelete {record.id}`"):
+        store.find(record.name)
+    store.bury()  # what may still be restored stays
+    assert store.trashed(record.id).name == record.name
+    assert store.undelete(record.id) == record
+    assert (ids(store), ids(store, trash=True)) == ([record.id], [])
+    # and nothing beside its blocks says that it was deleted
+    assert TOMBSTONE not in {entry.key for entry in store.cube_shelf(record.id, 1).entries()}
+    assert list(verify(store, record)) == []
+    store.bury()
+    assert store.find(record.id) == record
+    with pytest.raises(StudyNotFound):
+        store.undelete(record.id)
+
+
+def test_what_is_deleted_for_good_or_was_submitted_again_is_not_taken_back(store):
+    record = enter(store, make_study())
+    store.delete(record.id)
+    with pytest.raises(StudyNotFound):
+        store.undelete(record.id)
+    again = enter(store, make_study())
+    store.delete(again.id, WEEK)
+    enter(store, make_study())
+    with pytest.raises(NothingToDo):
+        store.undelete(again.id)

@@ -1,12 +1,9 @@
-"""The catalogue made again from the cubes: the same studies, the same bits, from a folder and from a bucket."""
+"""The catalogue made again from the cubes, from a folder and from a bucket: the same studies, the same bits; no damaged key."""
 
 import os
 import shutil
 import sqlite3
-import subprocess
-import sys
 import threading
-import time
 from contextlib import closing, suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,6 +25,7 @@ from damperlab.studies.store.care import verify as verifying
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.catalogue.access_keys import AccessKeys
 from damperlab.studies.store.cube.block_file import write_region
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.life_cycle.manifest import lost_end
@@ -232,25 +230,6 @@ def test_an_older_copy_gets_what_it_lacks(filled):
     again.close()
 
 
-@pytest.mark.night
-def test_a_rebuild_that_is_killed_and_run_again_ends_the_same(filled):
-    data, before = filled.data_dir, told(filled)
-    filled.close()
-    program = (
-        f"from pathlib import Path\nfrom {rebuild.__module__} import rebuild\nrebuild(Path({str(data)!r}))"
-    )
-    for tenth in (6, 12, 18):
-        lose_catalogue(data)
-        process = subprocess.Popen([sys.executable, "-c", program])
-        time.sleep(tenth / 10)
-        process.kill()
-        process.wait()
-        rebuild(data)
-        again = Store.open(data)
-        assert told(again) == before
-        again.close()
-
-
 def test_a_removal_that_was_cut_short_anywhere_brings_nothing_back(filled, tmp_path, monkeypatch):
     gone = filled.find("study 0").id
     filled.delete(gone)
@@ -394,3 +373,35 @@ def test_another_catalogue_with_studies_is_not_taken_over(filled, tmp_path):
     (tmp_path / "other" / "catalogue.sqlite").replace(filled.data_dir / "catalogue.sqlite")
     with pytest.raises(StoreFault, match="whose cubes are not those"):
         rebuild(filled.data_dir)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "owner = 'bob'",
+        "scopes = 'read,submit,admin'",
+        "expires = 1e300",
+        "revoked = NULL",
+        "hash = hash || '0'",
+    ],
+)
+def test_a_key_whose_row_is_damaged_opens_nothing(store, damage):
+    keys = AccessKeys(store.catalogue)
+    good, secret = keys.create("alice", ("read",), lasts_seconds=3600.0)
+    bad, damaged = keys.create("rob", ("read",), lasts_seconds=60.0)
+    if damage.startswith("revoked"):
+        bad = keys.revoke(bad.id)
+    write_behind(store.data_dir, f"UPDATE access_keys SET {damage} WHERE id = '{bad.id}'")
+    assert keys.recognise(damaged) is None
+    assert keys.recognise(secret) == good
+    assert {key.id: (key.sound, key.valid) for key in keys.all()} == {
+        good.id: (True, True),
+        bad.id: (False, False),
+    }
+    for key in keys.all():
+        assert key.document()["valid"] == (key.id == good.id)
+    (told,) = check_catalogue(store)
+    assert bad.id in told
+    rebuild(store.data_dir)
+    assert keys.all() == [good]
+    assert list(check_catalogue(store)) == []

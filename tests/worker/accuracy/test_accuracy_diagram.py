@@ -1,13 +1,12 @@
-"""The report on accuracy: references, orders and an integrator that shares nothing with the solver."""
+"""The report on accuracy: references, orders and cases at the edge."""
 
 from math import pi
 
 import pytest
-from tests.benchmarks._peers import scipy_method
 from tests.reference.make_accuracy import point_of
 from tests.reference.simulator import simulate as simulate_in_digits
 
-from damperlab.worker.accuracy.cases import SCENES, Scene, references
+from damperlab.worker.accuracy.cases import SCENES, references
 from damperlab.worker.accuracy.extremes import extreme_cases
 from damperlab.worker.accuracy.methods import METHODS, Method
 from damperlab.worker.accuracy.report import advantages
@@ -95,21 +94,3 @@ def test_advantage_is_over_the_slower_of_ours_and_only_where_ours_is_no_worse() 
     assert found["rough"]["times_slower"] == 5.0
     assert found["finer"]["times_slower"] is None
     assert "lost" not in found
-
-
-TOLERANCE = 1e-10
-EVENT = METHODS[1]
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
-def test_dop853_with_events_agrees(scene: Scene) -> None:
-    """Its error per unit of time is about its tolerance, over 60 to 70 units of time, and amplified on the way."""
-    found = scipy_method("DOP853", (TOLERANCE,)).march(scene.design, scene.cycles, 1.0 / TOLERANCE)
-    ours = EVENT.march(scene.design, scene.cycles, 0.0)
-    assert found is not None
-    assert ours is not None
-    reference = references()[scene.name]
-    allowed = 100.0 * TOLERANCE * max(1.0, reference.amplification) * max(abs(x) for x in reference.state)
-    for one, other in zip(found, ours, strict=True):
-        assert one == pytest.approx(other, rel=0.0, abs=allowed)

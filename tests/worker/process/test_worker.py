@@ -7,7 +7,7 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import ClassVar
@@ -174,14 +174,21 @@ def test_files_say_who_may_take_part(tmp_path: Path) -> None:
         security(tmp_path / "ours")
 
 
-@pytest.mark.night
-def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> None:
+@contextmanager
+def certified(ours: Path, theirs: Path) -> Iterator[str]:
+    """Address of a scheduler with certificates of an authority; those of another one lie beside them."""
     pytest.importorskip("cryptography")
-    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
     make_certificates(ours)
     make_certificates(theirs)
     shown = ("--protocol=tls", f"--tls-ca-file={ours / 'ca.pem'}", f"--tls-cert={ours / 'cert.pem'}")
     with scheduler_process(*shown, f"--tls-key={ours / 'key.pem'}") as (address, _):
+        yield address
+
+
+@pytest.mark.night
+def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> None:
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    with certified(ours, theirs) as address:
         for scheme, options, reason in (
             ("tls:", (f"--tls={theirs}",), "its certificate is not trusted here"),
             ("tcp:", (), "it closes the connection; perhaps it requires certificates"),
@@ -208,12 +215,8 @@ def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> N
 def test_cluster_with_certificates_computes_for_those_who_have_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("cryptography")
     ours, theirs = tmp_path / "ours", tmp_path / "theirs"
-    make_certificates(ours)
-    make_certificates(theirs)
-    shown = ("--protocol=tls", f"--tls-ca-file={ours / 'ca.pem'}", f"--tls-cert={ours / 'cert.pem'}")
-    with scheduler_process(*shown, f"--tls-key={ours / 'key.pem'}") as (address, _):
+    with certified(ours, theirs) as address:
         assert address.startswith("tls://")
         with worker_process(address, f"--tls={ours}"):
             monkeypatch.setenv("DAMPERLAB_CLUSTER_TLS", str(ours))

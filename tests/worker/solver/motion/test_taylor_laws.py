@@ -1,7 +1,8 @@
-"""Taylor polynomials: their values in exact arithmetic, and the motion that they expand against the matrix exponential."""
+"""Taylor polynomials in exact arithmetic, the motion that they expand against the matrix exponential, rules of quadrature."""
 
 import mpmath
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from tests.worker.forms import EPS, FIXED, both, in_form
 
 from damperlab.worker.solver.excitation.sine import make_sine
 from damperlab.worker.solver.linear_motion import make_linear_motion
+from damperlab.worker.solver.motion.quadratic_forms import NODES, WEIGHTS
 from damperlab.worker.solver.motion.taylor import (
     LARGEST_WINDOW,
     TERMS,
@@ -20,6 +22,7 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
+from damperlab.worker.solver.observe.energies import GAUSS_NODES, GAUSS_WEIGHTS
 
 coefficients = st.lists(st.floats(-10.0, 10.0), min_size=TERMS, max_size=TERMS).map(np.array)
 times = st.floats(0.0, 1.0)
@@ -85,3 +88,17 @@ def test_the_motion_of_a_panel_is_that_of_the_matrix_exponential(
     curve = np.empty(TERMS)
     combine(x, w, sine, cosine, motion.absolute_rows, curve)
     assert abs(value(curve, base.window) - (expected[0] + expected[2])) <= size
+
+
+@pytest.mark.parametrize(("nodes", "weights"), [(GAUSS_NODES, GAUSS_WEIGHTS), (NODES, WEIGHTS)])
+def test_a_rule_is_that_of_exact_arithmetic_rounded_once(nodes: np.ndarray, weights: np.ndarray) -> None:
+    with mpmath.workdps(50):
+
+        def polynomial(x: mpmath.mpf) -> mpmath.mpf:
+            return mpmath.legendre(nodes.size, x)
+
+        roots = [mpmath.findroot(polynomial, 2 * mpmath.mpf(float(x)) - 1) for x in nodes]
+        slopes = [mpmath.diff(polynomial, x) for x in roots]
+        assert nodes.tolist() == [float((x + 1) / 2) for x in roots]
+        expected = [float(1 / ((1 - x**2) * slope**2)) for x, slope in zip(roots, slopes, strict=True)]
+    assert weights.tolist() == expected
