@@ -12,6 +12,7 @@ from playwright.sync_api import expect
 from tests.service.page.looking import serious
 from tests.service.security.conftest import make_key
 
+FIRST_TRACE = "[...document.querySelector('.plot').data[0].y]"
 FOCUSED = "document.activeElement.closest('label')?.querySelector('span')?.textContent"
 
 
@@ -27,8 +28,12 @@ def test_an_empty_service_leads_to_a_design_in_units(
 
 def test_a_fit_and_an_earthquake_need_no_study(open_page: Callable[..., Any]) -> None:
     page = open_page().go()
-    page.get_by_role("navigation").get_by_role("link", name="Earthquake").click()
+    with page.expect_response(re.compile("/earthquake-comparisons$")) as answered:
+        page.get_by_role("navigation").get_by_role("link", name="Earthquake").click()
     expect(page.get_by_role("row", name=re.compile("^tuned mass damper"))).to_be_visible()
+    peaks = [case["peak_relative_displacement_m"] for case in answered.value.json()["cases"].values()]
+    page.wait_for_selector(".plot .plot-container")
+    assert page.evaluate(FIRST_TRACE) == pytest.approx([1000 * peak for peak in peaks])
     page.get_by_role("navigation").get_by_role("link", name="Fit").click()
     page.get_by_label("Start from").select_option("friction of a structure")
     damping = page.get_by_role("group", name="Structural damping ratio")
@@ -39,6 +44,8 @@ def test_a_fit_and_an_earthquake_need_no_study(open_page: Callable[..., Any]) ->
     page.get_by_role("button", name="Estimate").click()
     found = page.get_by_role("region", name="What was found").first
     expect(found.get_by_role("row", name=re.compile("^Friction ratio"))).to_contain_text("to")
+    page.wait_for_selector(".plot .plot-container")
+    assert page.evaluate(FIRST_TRACE) == pytest.approx([6.1, 10.2, 16.4, 11.8, 7.6])  # as measured, in mm
     assert serious(page, ("light",)) == []
 
 

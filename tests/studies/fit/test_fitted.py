@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from damperlab.studies.fit.fitted import Estimate, Outcome
+from scipy.stats import norm
+
+from damperlab.studies.fit.fitted import OUTLIER, Estimate, Outcome, outlier_limit
 from damperlab.studies.fit.verdict import told
 
 
@@ -60,3 +62,8 @@ def test_a_narrow_interval_has_the_digits_that_tell_its_ends_apart(
 ) -> None:
     estimate = within("natural_frequency_hz", value, value - half, value + half, 10.7, 14.9)
     assert told(0.95, estimate).replace("11.7 Hz", "11.7").replace(" Hz to", " to") == said
+
+
+@pytest.mark.parametrize("rows", [1, 24, 1000])
+def test_of_all_rows_together_one_is_an_outlier_by_chance_once_in_a_hundred(rows: int) -> None:
+    assert rows * 2 * norm.sf(outlier_limit(rows)) == pytest.approx(OUTLIER)
