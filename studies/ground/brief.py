@@ -58,7 +58,11 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
         low, high = (quantity(PEAK, spread[PEAK][end], 3) for end in ("lowest", "highest"))
         doubts.append(f"The peak depends on the start: {low} to {high} over {spread['starts']} starts.")
     rows = tuple(
-        (values["label"], quantity(PEAK, values[PEAK], 3), f"with up to {quantity(SHAKEN, values[SHAKEN], 3)}")
+        (
+            values["label"],
+            quantity(PEAK, values[PEAK], 3),
+            f"with up to {quantity(SHAKEN, values[SHAKEN], 3)}",
+        )
         for values in cases.values()
     )
     if {"pid", "hybrid"} & cases.keys():

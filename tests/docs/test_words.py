@@ -43,7 +43,11 @@ def message_texts() -> Iterator[tuple[str, str]]:
             nodes = list(ast.walk(ast.parse(source)))
             docstrings = {node.value for node in nodes if isinstance(node, ast.Expr)}
             for node in nodes:
-                if isinstance(node, ast.Constant) and node not in docstrings and " " in str(node.value).strip():
+                if (
+                    isinstance(node, ast.Constant)
+                    and node not in docstrings
+                    and " " in str(node.value).strip()
+                ):
                     yield f"{place}:{node.lineno}", str(node.value)
 
 
