@@ -43,12 +43,9 @@ def message_texts() -> Iterator[tuple[str, str]]:
             nodes = list(ast.walk(ast.parse(source)))
             docstrings = {node.value for node in nodes if isinstance(node, ast.Expr)}
             for node in nodes:
-                if (
-                    isinstance(node, ast.Constant)
-                    and node not in docstrings
-                    and " " in str(node.value).strip()
-                ):
-                    yield f"{place}:{node.lineno}", str(node.value)
+                text = node.value if isinstance(node, ast.Constant) else None
+                if isinstance(text, str) and node not in docstrings and " " in text.strip():
+                    yield f"{place}:{node.lineno}", text
 
 
 def page_texts() -> Iterator[tuple[str, str]]:
