@@ -28,6 +28,14 @@ class Mutant(NamedTuple):
 
 MUTANTS = (
     Mutant("worker/run/lease.py", "RENEW_SECONDS = 5.0", "RENEW_SECONDS = 90.0", "tests/test_times.py"),
+    Mutant("service/security/guard.py", "KEPT_SECONDS = 5.0", "KEPT_SECONDS = 5000.0", "tests/test_times.py"),
+    Mutant("studies/fit/fitted.py", "OUTLIER / rows", "OUTLIER", "tests/studies/fit/test_fitted.py"),
+    Mutant(
+        "service/page/fit.js",
+        """units.amplitude !== "m" ? 1 : 1000""",
+        """units.amplitude !== "m" ? 1 : 100""",
+        "tests/service/page/test_first_look_browser.py::test_a_fit_and_an_earthquake_need_no_study",
+    ),
     Mutant(
         "studies/store/files/folder.py",
         "        sync_path(self._path.parent)\n",

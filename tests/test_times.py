@@ -7,13 +7,14 @@ import yaml
 
 from damperlab.service import app, designer, dispatch
 from damperlab.service.client import transport, waiting
+from damperlab.service.security import guard, sessions
 from damperlab.service.work import later, promises
 from damperlab.studies.store.care import sweep
 from damperlab.studies.store.files import bucket
 from damperlab.studies.store.life_cycle import claims
 from damperlab.worker.cluster import batch
 from damperlab.worker.run import lease, runner
-from damperlab.worker.worker_process import examination
+from damperlab.worker.worker_process import examination, worker
 
 ROOT = Path(__file__).parent.parent
 
@@ -58,3 +59,13 @@ def test_a_client_waits_longer_than_the_service_is_silent() -> None:
 def test_a_job_has_time_to_start_to_work_and_to_leave() -> None:
     assert batch.MARGIN_SECONDS + batch.LEAVE_SECONDS < batch.SHORTEST_SECONDS < batch.IDLE_SECONDS
     assert examination.EVERY_SECONDS < batch.LEAVE_SECONDS
+
+
+def test_a_worker_has_left_before_the_cloud_takes_its_machine() -> None:
+    announced = 30.0  # the shortest notice of the three large clouds, Google's
+    seen = worker.ASK_SECONDS + worker.ANSWER_SECONDS + worker.LOOK_SECONDS
+    assert seen + worker.Terms().leave_within_s < announced
+
+
+def test_a_revoked_key_is_refused_while_whoever_revoked_it_looks_on() -> None:
+    assert guard.KEPT_SECONDS < 10.0 < sessions.LASTS_SECONDS

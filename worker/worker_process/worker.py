@@ -20,7 +20,7 @@ from damperlab.worker.worker_process.examination import show_alive
 
 LOOK_SECONDS = 0.2
 """Interval between checks for a reason to leave, and between checks of the remaining work [s]."""
-ASK_SECONDS = 5.0
+ASK_SECONDS = 2.0
 """Interval between requests to `Terms.notice_url` [s]. Clouds announce a shutdown at least 30 s ahead."""
 ANSWER_SECONDS = 2.0
 """Longest wait for the answer to a request to `Terms.notice_url` [s]."""
