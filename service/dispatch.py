@@ -235,7 +235,7 @@ class Dispatcher:
             for line in (*swept.what, *swept.unknown):
                 _log.info("garbage: %s", line)
         except (StoreFault, OSError) as error:
-            _log.warning("files that nobody needs could not be removed: %s", error)
+            _log.warning("files that no study needs could not be removed: %s", error)
 
     def _remove(self) -> None:
         if not self._untidy.is_set():

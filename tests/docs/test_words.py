@@ -1,7 +1,6 @@
 """Messages, help texts, the web page and descriptions use the words of the glossary, and none that it has retired."""
 
 import ast
-import gc
 import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
@@ -15,16 +14,7 @@ from damperlab.service.app import create_app
 from damperlab.service.settings import Settings
 
 ROOT = Path(__file__).parents[2]
-SPOKEN = {
-    "BadParameter", "CommandFailed", "ClusterUnusable", "Fault", "Interrupted", "Option", "Argument", "Outage", "Problem",
-    "QueryFault", "Field", "StillRunning", "Stopped", "StoreFault", "Unreachable", "note", "refused", "_refused", "say",
-    "sentence", "unknown_key", "_at", "_no_other", "_too_much",
-}  # fmt: skip
-"""Calls whose texts a user reads."""
-PARTS = {"advice", "allowed", "found", "told", "instead", "detail", "message", "reason", "rule",
-         "_ADVICE", "_CORRECT", "_NAME_IT", "_REBUILD", "_SHORTER", "_TYPE_ADVICE"}  # fmt: skip
-"""Variables and keywords whose texts become part of such a call's."""
-OF_OTHERS = ("worker/solver/", "worker/steady/")
+OF_OTHERS = ("worker/solver/", "worker/steady/", "worker/accuracy/")
 
 
 @cache
@@ -44,18 +34,18 @@ def command_texts() -> Iterator[tuple[str, str]]:
 
 
 def message_texts() -> Iterator[tuple[str, str]]:
-    """Give the texts of calls that a user reads; only files that hold a retired word anywhere are looked through."""
+    """Give the texts of several words, without docstrings, of files that hold a retired word anywhere."""
     for part in ("service", "studies", "worker"):
         for file in sorted((ROOT / part).rglob("*.py")):
             place, source = file.relative_to(ROOT).as_posix(), file.read_text()
             if place.startswith(OF_OTHERS) or not retired().search(source):
                 continue
-            for call in ast.walk(_parsed(source)):
-                spoken = isinstance(call, ast.Call) and _name(call.func) in SPOKEN
-                if spoken or (isinstance(call, ast.Assign | ast.keyword) and _names(call) & PARTS):
-                    for node in ast.walk(call):
-                        if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                            yield f"{place}:{node.lineno}", node.value
+            nodes = list(ast.walk(ast.parse(source)))
+            docstrings = {node.value for node in nodes if isinstance(node, ast.Expr)}
+            for node in nodes:
+                text = node.value if isinstance(node, ast.Constant) and node not in docstrings else None
+                if isinstance(text, str) and " " in text.strip():
+                    yield f"{place}:{node.lineno}", text
 
 
 def page_texts() -> Iterator[tuple[str, str]]:
@@ -68,27 +58,6 @@ def page_texts() -> Iterator[tuple[str, str]]:
                 yield file.name, text
     for file in sorted((ROOT / "service/page").glob("*.html")):
         yield file.name, re.sub(r"<[^>]*>", " ", file.read_text())
-
-
-def _parsed(source: str) -> ast.Module:
-    """Parse without the garbage collector: where that runs finalizers within, the parser loses count of its depth."""
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        return ast.parse(source)
-    finally:
-        if collects:
-            gc.enable()
-
-
-def _names(given: ast.Assign | ast.keyword) -> set[str]:
-    if isinstance(given, ast.keyword):
-        return {given.arg or ""}
-    return {str(getattr(node, "id", "")) for target in given.targets for node in ast.walk(target)}
-
-
-def _name(function: ast.expr) -> str:
-    return str(getattr(function, "id", getattr(function, "attr", "")))
 
 
 def described(document: Any, place: str) -> Iterator[tuple[str, str]]:
