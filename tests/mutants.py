@@ -104,7 +104,7 @@ MUTANTS = (
         "service/page/design.js",
         """metres: units === "m" ? 1000 : 1""",
         "metres: 1",
-        "tests/service/page/test_design_page.py::test_a_design_is_asked_for_in_the_form_followed_and_answered",
+        "tests/service/page/test_page_browser.py::test_a_design_is_asked_for_in_the_form_followed_and_answered",
     ),
     Mutant(
         "service/page/numbers.js", "seconds / 60,", "seconds / 600,", "tests/service/page/test_page_files.py"
