@@ -34,7 +34,7 @@ MUTANTS = (
         "service/page/fit.js",
         """units.amplitude !== "m" ? 1 : 1000""",
         """units.amplitude !== "m" ? 1 : 100""",
-        "tests/service/page/test_first_look_browser.py::test_a_fit_and_an_earthquake_need_no_study",
+        "tests/service/page/test_page_browser.py::test_a_fit_and_an_earthquake_need_no_study",
     ),
     Mutant(
         "studies/store/files/folder.py",
@@ -112,7 +112,7 @@ MUTANTS = (
         "service/page/design.js",
         """metres: units === "m" ? 1000 : 1""",
         "metres: 1",
-        "tests/service/page/test_design_page.py::test_a_design_is_asked_for_in_the_form_followed_and_answered",
+        "tests/service/page/test_page_browser.py::test_a_design_is_asked_for_in_the_form_followed_and_answered",
     ),
     Mutant(
         "service/page/numbers.js", "seconds / 60,", "seconds / 600,", "tests/service/page/test_page_files.py"

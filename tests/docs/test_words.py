@@ -43,8 +43,8 @@ def message_texts() -> Iterator[tuple[str, str]]:
             nodes = list(ast.walk(ast.parse(source)))
             docstrings = {node.value for node in nodes if isinstance(node, ast.Expr)}
             for node in nodes:
-                text = node.value if isinstance(node, ast.Constant) else None
-                if isinstance(text, str) and node not in docstrings and " " in text.strip():
+                text = node.value if isinstance(node, ast.Constant) and node not in docstrings else None
+                if isinstance(text, str) and " " in text.strip():
                     yield f"{place}:{node.lineno}", text
 
 

@@ -8,9 +8,6 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
-
-import httpx
 
 SECONDS = 600.0
 """Nothing of these tests may take longer."""
@@ -72,15 +69,3 @@ class Containers:
     def log(self, name: str) -> Path:
         """Name what a part prints."""
         return self.folder / f"{name}.log"
-
-
-def computed(client: httpx.Client, study: dict[str, Any]) -> dict[str, Any]:
-    """Submit a study and wait until every point of it is done."""
-    record: dict[str, Any] = client.post("/api/v1/studies", json=study).raise_for_status().json()
-    give_up = time.monotonic() + SECONDS
-    while record["state"] not in ("done", "failed", "cancelled"):
-        assert time.monotonic() < give_up, record
-        time.sleep(0.2)
-        record = client.get(f"/api/v1/studies/{record['id']}").raise_for_status().json()
-    assert (record["state"], record["points_failed"]) == ("done", 0), record
-    return record

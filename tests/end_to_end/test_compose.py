@@ -12,13 +12,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 import yaml
-from tests.end_to_end.containers import PATH, Containers, computed
+from tests.end_to_end.containers import PATH, Containers
 from tests.faults.processes import Database
 from tests.ports import free_port
 
+from damperlab import Client
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.folder import open_shelf
 
@@ -97,17 +97,20 @@ def test_study_runs_through_all_parts(stack: str, tmp_path: Path) -> None:
         "damping_ratio": 0.0038,
         "axes": {"friction_ratio": [0.0, 0.2, 0.6], "frequency_ratio": [0.9, 1.0, 1.1]},
     }
-    with httpx.Client(base_url=stack, timeout=60) as client:
-        place = f"/api/v1/studies/{computed(client, study)['id']}/resonance-map"
-        params = {"x": "frequency_ratio", "y": "friction_ratio", "metric": "relative_amplitude_ratio"}
-        answer = client.get(place, params=params).raise_for_status().json()
+    with Client(stack) as client:
+        found = (
+            client.submit(study)
+            .wait(progress=False)
+            .resonance_map("frequency_ratio", "friction_ratio", "relative_amplitude_ratio")
+        )
     # what was computed is in the object store, and not in the data folder
     assert not list((tmp_path / "data").rglob("zarr.json"))
-    assert (answer["x"], answer["y"], answer["complete"]) == ([0.9, 1.0, 1.1], [0.0, 0.2, 0.6], 1.0)
+    assert (found.attrs["complete"], found.attrs["points_failed"]) == (1.0, 0)
+    at_resonance = found["relative_amplitude_ratio"].sel(frequency_ratio=1.0)
     # Closed form without friction: |x - z|/Z = r²/√((1 - r²)² + (2ζr)²), at resonance 1/(2ζ).
-    assert answer["values"][0][1] == pytest.approx(1 / (2 * 0.0038), rel=1e-9)
+    assert at_resonance.sel(friction_ratio=0.0).item() == pytest.approx(1 / (2 * 0.0038), rel=1e-9)
     # Friction only, at resonance (Den Hartog's exact solution).
-    assert answer["values"][2][1] == pytest.approx(31.059792, rel=1e-6)
+    assert at_resonance.sel(friction_ratio=0.6).item() == pytest.approx(31.059792, rel=1e-6)
 
 
 def test_cluster_is_reached_with_a_certificate_alone_and_nothing_grows_without_bound() -> None:

@@ -16,9 +16,11 @@ import httpx
 import kubernetes_validate
 import pytest
 import yaml
-from tests.end_to_end.containers import PATH, Containers, computed
+from tests.end_to_end.containers import PATH, Containers
 from tests.faults.processes import Database, ObjectServer
 from tests.ports import free_port
+
+from damperlab import Client
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "deploy" / "kubernetes"
@@ -186,13 +188,18 @@ def test_study_runs_through_the_containers_commands_and_a_worker_leaves_well(run
     told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     for name in ("scheduler", "worker", "service"):
         running.run(name)
-    headers = {"Authorization": f"Bearer {json.loads(told.stdout)['key']}"}
-    study = {"particle": False, "axes": {"friction_ratio": [0.0, 0.6], "frequency_ratio": 1.0}}
+    key = json.loads(told.stdout)["key"]
+    study = {
+        "particle": False,
+        "damping_ratio": 0.0038,
+        "axes": {"friction_ratio": [0.0, 0.6], "frequency_ratio": 1.0},
+    }
     url = f"http://127.0.0.1:{running.ports['8000']}"
-    with httpx.Client(base_url=url, headers=headers, timeout=60) as client:
-        computed(client, study | {"damping_ratio": 0.0038})
-        # the number that the autoscaler goes by
-        assert "\ndamperlab_blocks_left 0\n" in client.get("/metrics").raise_for_status().text
+    with Client(url, api_key=key) as client:
+        assert client.submit(study).wait(progress=False).record.points_failed == 0
+    told_of = httpx.get(f"{url}/metrics", headers={"Authorization": f"Bearer {key}"}, timeout=60)
+    # the number that the autoscaler goes by
+    assert "\ndamperlab_blocks_left 0\n" in told_of.raise_for_status().text
     # the service first, as its scheduler's client
     for name in ("service", "worker"):
         running.leave(name)

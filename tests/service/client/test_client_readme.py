@@ -8,10 +8,7 @@ from typing import Any
 import httpx
 import pytest
 
-import damperlab.service.client as package
 from damperlab.service.client import Client, Design, Study
-from damperlab.studies.variables import DIMENSIONS
-from damperlab.studies.vocabulary import CRITERIA, OBJECTIVES, REDUCTIONS, RESPECTS
 
 ROOT = Path(__file__).parents[3]
 README = (ROOT / "README.md").read_text()
@@ -49,16 +46,3 @@ def test_table_has_every_method_with_its_arguments(kind: type, opening: str) -> 
             assert f".{name}(" in table
         else:
             assert f".{name}({', '.join(arguments)})" in table.replace("id_or_name", "reference")
-
-
-def test_faults_of_the_section_are_those_of_the_package() -> None:
-    for name in package.__all__:
-        thing = getattr(package, name)
-        if issubclass(thing, Exception) and thing is not package.Problem:
-            assert f"`{name}`" in SECTION
-
-
-def test_choices_of_the_section_are_those_that_are_taken() -> None:
-    words = re.sub(r"\s+", " ", SECTION)
-    for name in (*OBJECTIVES, *REDUCTIONS, *CRITERIA, *RESPECTS, *DIMENSIONS):
-        assert re.search(rf"\b{name}\b", words), name

@@ -7,7 +7,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Page,
+    Request,
+    expect,
+    sync_playwright,
+)
 
 FLAGS = (
     "--headless=new",
@@ -79,18 +87,28 @@ class Watched:
         assert [one for one in self.troubles if not any(part in one for part in self.allowed)] == []
 
 
+USUAL: dict[str, Any] = {"viewport": {"width": 1440, "height": 900}}
+
+
+@pytest.fixture(scope="module")
+def usual(browser: Browser) -> BrowserContext:
+    """What keeps modules and libraries from one page to the next."""
+    return browser.new_context(**USUAL)
+
+
 @pytest.fixture
 def open_page(
-    browser: Browser, service: Any, own_service: Callable[..., Any]
+    browser: Browser, usual: BrowserContext, service: Any, own_service: Callable[..., Any]
 ) -> Iterator[Callable[..., Watched]]:
     """Open pages; at the end none may have had an error, a warning, or a request to anywhere else.
 
-    A service of the test's own is there for longer, so that a page that still asks it something is answered.
+    A page with options has a browser's memory of its own, all others share one, without what pages keep. A service of the
+    test's own is there for longer, so that a page that still asks it something is answered.
     """
     opened: list[Watched] = []
 
     def start(root: str = service.url, **options: Any) -> Watched:
-        context = browser.new_context(**{"viewport": {"width": 1440, "height": 900}} | options)
+        context = browser.new_context(**USUAL | options) if options else usual
         context.set_default_timeout(PATIENCE_MILLISECONDS)
         page = context.new_page()
         watched = Watched(page, root)
@@ -102,7 +120,12 @@ def open_page(
 
     yield start
     for watched in opened:
-        watched.page.context.close()
+        if watched.page.context is usual:
+            watched.page.evaluate("localStorage.clear()")
+            watched.page.close()
+        else:
+            watched.page.context.close()
+    usual.clear_cookies()
     for watched in opened:
         watched.check()
 

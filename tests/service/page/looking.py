@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 KNOWN_POINTS = """() => {
   const plot = document.querySelector(".plot");
@@ -18,8 +18,20 @@ TRACES = """(label) => [...document.querySelectorAll(".plot")]
   .find((plot) => plot.getAttribute("aria-label") === label)
   ?.data?.map(({ name, x, y }) => ({ name, x: [...x], y: [...y] })) ?? []"""
 """What the figure of a label draws."""
+NO_PLOT_IS_EMPTY = "() => !document.querySelector('.plot:empty')"
 ONE_STEP = 1200
 """Milliseconds after which a change of the address is a step of its own."""
+
+IN_UNITS: dict[str, Any] = {
+    "name": "damper in units",
+    "damping_ratio": 0.02,
+    "physical": {
+        "mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 0.0015, "particle_mass_kg": 0.1605,
+        "clearance_m": [0.006, 0.012], "friction_force_n": [0.06, 0.12], "excitation_frequency_hz": [2.25, 2.5, 2.75],
+    },
+    "axes": {"restitution": 0.47},
+}  # fmt: skip
+"""A hybrid damper."""
 
 
 def until(
@@ -76,3 +88,32 @@ def run_the_lines_of_python(page: Page, within: str = "") -> list[Any]:
             found.append(eval(call, names))
         gc.collect()
     return found
+
+
+class Held:
+    """A request that waits until it is let go: the first with `part` in its address; all others pass."""
+
+    def __init__(self, page: Page, part: str) -> None:
+        self.page, self.part = page, part
+        self.waiting: list[Route] = []
+        page.route("**/api/v1/**", self.hold)
+
+    def hold(self, route: Route) -> None:
+        if self.part in route.request.url and not self.waiting:
+            self.waiting.append(route)
+        else:
+            route.continue_()
+
+    def wait(self) -> Route:
+        """Wait until it was asked."""
+        for _ in range(6000):
+            if self.waiting:
+                return self.waiting[0]
+            self.page.wait_for_timeout(50)
+        raise AssertionError(f"nothing with {self.part} was asked for")
+
+    def let_go(self) -> None:
+        route = self.wait()
+        with self.page.expect_response(route.request.url):
+            route.continue_()
+        self.page.wait_for_timeout(300)

@@ -10,82 +10,7 @@ import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import serious
 
-
-def test_a_design_is_asked_for_in_the_form_followed_and_answered(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
-) -> None:
-    page = open_page().go()
-    page.get_by_role("navigation").get_by_role("link", name="Designs").click()
-    page.get_by_role("link", name="New design").click()
-    expect(page.get_by_role("heading", name="New design", level=1)).to_be_visible()
-    page.get_by_label("The specification as JSON").fill(json.dumps(helpers.SPECIFICATION))
-    # the fields follow the text, in the units of a drawing
-    clearance = page.get_by_role("group", name="Clearance d on either side")
-    expect(clearance.get_by_label("Value")).to_have_value("5")
-    clearance.get_by_label("Value").fill("5.6")
-    friction = page.get_by_role("group", name="Coulomb friction force")
-    expect(friction.get_by_label("It is")).to_have_value("range")
-    page.get_by_role("textbox", name="Name").fill("asked on the page")
-    asked = json.loads(page.get_by_label("The specification as JSON").input_value())
-    assert asked == helpers.SPECIFICATION | {"clearance_m": 0.0056, "name": "asked on the page"}
-    expect(page.locator(".estimate")).to_contain_text("200")
-    page.get_by_role("button", name="Find the damper").click()
-    expect(page.get_by_role("heading", name="asked on the page", level=1)).to_be_visible()
-    expect(page.get_by_role("region", name="Progress")).to_be_visible()
-    expect(page.get_by_role("region", name="The best so far")).to_contain_text("N")
-    recommended = page.get_by_role("region", name="Recommended damper")
-    expect(recommended).to_be_visible(timeout=1_800_000)
-    address = f"/api/v1/designs/{page.url.rpartition('/')[2]}"
-    answer = client.get(address).json()["answer"]
-    for sentence in answer["words"]:
-        expect(recommended).to_contain_text(sentence.replace("`", ""))
-    expect(recommended).to_contain_text("5.6 mm")
-    expect(
-        page.get_by_role("row", name=re.compile("^Tuned mass damper of the same mass, up to 2 %"))
-    ).to_contain_text("mm")
-    # what is known is drawn: others beside it, and what other amplitudes and masses do
-    expect(page.locator(".plot .main-svg").first).to_be_visible()
-    curves = page.get_by_role("img", name=re.compile("^Response over the band"))
-    expect(curves).to_contain_text("tuned mass damper")
-    (recommended_curve, *_) = page.evaluate(
-        "document.querySelector('.js-plotly-plot').data.map((each) => ({x: [...each.x], y: [...each.y]}))"
-    )
-    assert recommended_curve["x"] == pytest.approx(answer["response"]["frequency_hz"])
-    assert recommended_curve["y"] == pytest.approx([1e3 * metres for metres in answer["response"]["value"]])
-    assert serious(page, ("dark",)) == []
-    report = page.get_by_role("link", name="Report").get_attribute("href")
-    assert "asked on the page" in httpx.get(report, timeout=300).text
-    page.go_back()
-    expect(page.get_by_role("heading", name="New design", level=1)).to_be_visible()
-    page.go_forward()
-    expect(recommended).to_be_visible()
-    page.get_by_role("link", name="Change and ask again").click()
-    expect(page.get_by_role("textbox", name="Name")).to_have_value("asked on the page, changed")
-    page.goto(f"{page.url.partition('#')[0]}#/designs")
-    page.get_by_role("link", name="asked on the page").click()
-    page.get_by_text("Rename").click()
-    page.get_by_role("textbox", name="Name").fill("renamed on the page")
-    page.get_by_role("button", name="Save name").click()
-    expect(page.get_by_role("heading", name="renamed on the page", level=1)).to_be_visible()
-    assert client.get(address).json()["name"] == "renamed on the page"
-    page.get_by_role("button", name="Delete renamed on the page").click()
-    page.get_by_role("button", name="Delete it").click()
-    expect(page.get_by_role("heading", name="Designs", level=1)).to_be_visible()
-    assert client.get(address).status_code == 404
-    # it comes back from the trash, or is gone for good
-    page.get_by_label("State").select_option("trash")
-    page.get_by_role("button", name="Restore renamed on the page").click()
-    expect(page.get_by_text("No design matches the search.")).to_be_visible()
-    assert client.get(address).status_code == 200
-    page.get_by_label("State").select_option("")
-    page.get_by_label("Choose renamed on the page").check()
-    page.get_by_role("group", name="Those chosen").get_by_role("button", name="Delete").click()
-    page.get_by_role("dialog").get_by_role("button", name="Delete").click()
-    page.get_by_label("State").select_option("trash")
-    page.get_by_role("button", name="Delete for good renamed on the page").click()
-    page.get_by_role("button", name="Delete it for good").click()
-    expect(page.get_by_text("No design matches the search.")).to_be_visible()
-    assert client.get("/api/v1/designs", params={"trash": True}).json()["designs"] == []
+pytestmark = pytest.mark.night
 
 
 def form_of(open_page: Callable[..., Any], document: dict[str, Any]) -> tuple[Any, Callable[[], Any]]:
@@ -98,7 +23,6 @@ def form_of(open_page: Callable[..., Any], document: dict[str, Any]) -> tuple[An
     return page, lambda: json.loads(text.input_value())
 
 
-@pytest.mark.night
 @pytest.mark.parametrize(("width", "schemes"), [(390, ("dark",)), (1440, ("light", "dark"))])
 def test_an_answered_design_has_no_serious_fault_of_accessibility_and_nothing_wider_than_the_screen(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any, width: int, schemes: tuple[str, ...]
@@ -116,7 +40,6 @@ def test_an_answered_design_has_no_serious_fault_of_accessibility_and_nothing_wi
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-@pytest.mark.night
 def test_every_fault_stands_at_its_field(open_page: Callable[..., Any], helpers: Any) -> None:
     wrong = {"restitution": 2, "choose": {"friction_force_n": {"start": 60, "stop": 5}}, "nonsense": 1}
     wrong["tolerances"] = {"clearance_m": 0.006}
@@ -130,7 +53,6 @@ def test_every_fault_stands_at_its_field(open_page: Callable[..., Any], helpers:
     expect(page.get_by_role("region", name="Budget")).to_contain_text("nonsense")
 
 
-@pytest.mark.night
 def test_a_quantity_is_given_or_chosen_from_a_range_or_a_list(open_page: Callable[..., Any]) -> None:
     page = open_page().go("#/designs/new?specification=antenna-mast")
     text = page.get_by_label("The specification as JSON")
@@ -157,7 +79,6 @@ def test_a_quantity_is_given_or_chosen_from_a_range_or_a_list(open_page: Callabl
     assert asked()["excitation"].keys() == {"base_acceleration_m_per_s2", "frequency_hz"}
 
 
-@pytest.mark.night
 def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable[..., Any]) -> None:
     watched = open_page()
     watched.allowed = ("422",)
@@ -189,7 +110,6 @@ def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable
     assert len(excitation()) == 8
 
 
-@pytest.mark.night
 def test_a_sweep_random_vibration_and_a_shock_are_asked_for_in_the_form(
     open_page: Callable[..., Any], helpers: Any
 ) -> None:
@@ -237,7 +157,6 @@ def test_a_sweep_random_vibration_and_a_shock_are_asked_for_in_the_form(
     expect(estimate).to_contain_text("200")
 
 
-@pytest.mark.night
 def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -265,7 +184,6 @@ def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
     expect(pacoima).to_be_checked()
 
 
-@pytest.mark.night
 def test_records_stand_beside_a_band_in_the_form(open_page: Callable[..., Any], helpers: Any) -> None:
     more = {"limits": {}, "name": "both", "measure": "worst_rms_displacement"}
     page, asked = form_of(open_page, helpers.SPECIFICATION | more)

@@ -1,22 +1,17 @@
 """What somebody sees who has never been here: a key to sign in with, an empty service, a form, a study that is not done."""
 
-import json
-import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 from playwright.sync_api import expect
-from tests.service.page.looking import serious
-from tests.service.security.conftest import make_key
 
-FIRST_TRACE = "[...document.querySelector('.plot').data[0].y]"
+pytestmark = pytest.mark.night
+
 FOCUSED = "document.activeElement.closest('label')?.querySelector('span')?.textContent"
 
 
-@pytest.mark.night
 def test_an_empty_service_leads_to_a_design_in_units(
     open_page: Callable[..., Any], own_service: Callable[..., Any]
 ) -> None:
@@ -26,30 +21,6 @@ def test_an_empty_service_leads_to_a_design_in_units(
     expect(page.get_by_role("heading", name="New design")).to_be_visible()
 
 
-def test_a_fit_and_an_earthquake_need_no_study(open_page: Callable[..., Any]) -> None:
-    page = open_page().go()
-    with page.expect_response(re.compile("/earthquake-comparisons$")) as answered:
-        page.get_by_role("navigation").get_by_role("link", name="Earthquake").click()
-    expect(page.get_by_role("row", name=re.compile("^tuned mass damper"))).to_be_visible()
-    peaks = [case["peak_relative_displacement_m"] for case in answered.value.json()["cases"].values()]
-    page.wait_for_selector(".plot .plot-container")
-    assert page.evaluate(FIRST_TRACE) == pytest.approx([1000 * peak for peak in peaks])
-    page.get_by_role("navigation").get_by_role("link", name="Fit").click()
-    page.get_by_label("Start from").select_option("friction of a structure")
-    damping = page.get_by_role("group", name="Structural damping ratio")
-    damping.get_by_label("Value").fill("0.03")
-    expect(page.locator(".estimate")).to_contain_text("The estimate takes")
-    asked = json.loads(page.get_by_label("The question as JSON").input_value())
-    assert (asked["structure"]["damping_ratio"], asked["fit"]) == (0.03, {"friction_ratio": [0, 0.7]})
-    page.get_by_role("button", name="Estimate").click()
-    found = page.get_by_role("region", name="What was found").first
-    expect(found.get_by_role("row", name=re.compile("^Friction ratio"))).to_contain_text("to")
-    page.wait_for_selector(".plot .plot-container")
-    assert page.evaluate(FIRST_TRACE) == pytest.approx([6.1, 10.2, 16.4, 11.8, 7.6])  # as measured, in mm
-    assert serious(page, ("light",)) == []
-
-
-@pytest.mark.night
 def test_the_keyboard_stays_at_a_field_that_changes_the_others(open_page: Callable[..., Any]) -> None:
     page = open_page().go("#/new?scene=figure-11")
     page.get_by_label("Sizes as").focus()
@@ -62,7 +33,6 @@ def test_the_keyboard_stays_at_a_field_that_changes_the_others(open_page: Callab
     assert page.evaluate("document.activeElement.type") == "checkbox"
 
 
-@pytest.mark.night
 def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -82,7 +52,6 @@ def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
     expect(page.locator("li.card")).to_have_count(1)
 
 
-@pytest.mark.night
 def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -100,24 +69,3 @@ def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
     ).inner_text()  # made in one piece: what is missing now does not come later
     for doubt in doubts:
         assert doubt["sentence"].replace("`", "") in said  # set as code
-
-
-def test_a_key_opens_the_page_and_signing_out_closes_it(
-    open_page: Callable[..., Any], own_service: Callable[..., Any], tmp_path: Path
-) -> None:
-    key = make_key(tmp_path / "data", "ann", "submit")["key"]
-    running = own_service(DAMPERLAB_ACCESS="keys")
-    watched = open_page(running.url)
-    watched.allowed = ("401",)
-    page = watched.go()
-    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
-    page.get_by_label("Key").fill("dlk_nonsense")
-    page.get_by_role("button", name="Sign in").click()
-    expect(page.get_by_role("alert")).to_contain_text("not a key of this service")
-    page.get_by_label("Key").fill(key)
-    page.get_by_role("button", name="Sign in").click()
-    expect(page.get_by_role("heading", name="Studies", exact=True)).to_be_visible()
-    expect(page.get_by_role("button", name="Sign out")).to_be_visible()
-    assert page.evaluate("document.cookie") == ""
-    page.get_by_role("button", name="Sign out").click()
-    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()

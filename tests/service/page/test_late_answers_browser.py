@@ -5,8 +5,10 @@ from typing import Any
 
 import httpx
 import pytest
-from playwright.sync_api import Page, Route, expect
-from tests.service.page.looking import pick, until
+from playwright.sync_api import expect
+from tests.service.page.looking import Held, pick, until
+
+pytestmark = pytest.mark.night
 
 CURVES = """() => Object.fromEntries([...document.querySelectorAll(".survey .plot")]
   .map((plot) => [plot.getAttribute("aria-label"), plot.data?.length ?? 0]))"""
@@ -24,36 +26,6 @@ AT_ONCE = """async () => {
 """A limit is typed and another result chosen before the limit is asked about, which is 200 ms later."""
 
 
-class Held:
-    """A request that waits until it is let go: the first with `part` in its address; all others pass."""
-
-    def __init__(self, page: Page, part: str) -> None:
-        self.page, self.part = page, part
-        self.waiting: list[Route] = []
-        page.route("**/api/v1/**", self.hold)
-
-    def hold(self, route: Route) -> None:
-        if self.part in route.request.url and not self.waiting:
-            self.waiting.append(route)
-        else:
-            route.continue_()
-
-    def wait(self) -> Route:
-        """Wait until it was asked."""
-        for _ in range(6000):
-            if self.waiting:
-                return self.waiting[0]
-            self.page.wait_for_timeout(50)
-        raise AssertionError(f"nothing with {self.part} was asked for")
-
-    def let_go(self) -> None:
-        route = self.wait()
-        with self.page.expect_response(route.request.url):
-            route.continue_()
-        self.page.wait_for_timeout(300)
-
-
-@pytest.mark.night
 def test_a_limit_is_asked_about_only_of_the_result_that_it_was_typed_for(
     open_page: Callable[..., Any], suite: dict[str, Any]
 ) -> None:
@@ -73,27 +45,6 @@ def test_a_limit_is_asked_about_only_of_the_result_that_it_was_typed_for(
     expect(panel.locator("label.field")).to_contain_text("Limit [m/s²]")
 
 
-def test_a_late_ranking_of_designs_does_not_replace_a_later_one(
-    open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
-) -> None:
-    path = f"/api/v1/studies/{small_map['id']}/optimal-designs"
-    early, late = (
-        client.get(path, params={"objective": objective}).json()["designs"][0]["value"]
-        for objective in ("resonance", "band_rms")
-    )
-    assert f"{early:.3g}" != f"{late:.3g}"
-    page = open_page().go(f"#/studies/{small_map['id']}")
-    best = page.locator(".designs tbody td").first
-    expect(best).not_to_be_empty()
-    request = Held(page, "objective=resonance")
-    pick(page, "Judged by", "resonance")
-    pick(page, "Judged by", "band_rms")
-    expect(best).to_contain_text(f"{late:.4g}"[:4])
-    request.let_go()
-    expect(best).to_contain_text(f"{late:.4g}"[:4])
-
-
-@pytest.mark.night
 def test_late_answers_do_not_replace_later_ones_where_a_study_is_explored(
     open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
 ) -> None:
@@ -110,7 +61,6 @@ def test_late_answers_do_not_replace_later_ones_where_a_study_is_explored(
     expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
 
 
-@pytest.mark.night
 def test_a_late_list_of_studies_does_not_replace_what_was_searched_for_last(
     open_page: Callable[..., Any], small_map: dict[str, Any], suite: dict[str, Any]
 ) -> None:
@@ -126,7 +76,6 @@ def test_a_late_list_of_studies_does_not_replace_what_was_searched_for_last(
     expect(card.filter(has_text="two earthquakes")).to_have_count(0)
 
 
-@pytest.mark.night
 def test_a_tab_that_was_left_does_not_take_the_address_back(
     open_page: Callable[..., Any], small_map: dict[str, Any]
 ) -> None:
@@ -147,7 +96,6 @@ def test_a_tab_that_was_left_does_not_take_the_address_back(
     assert "detuning=0.1" in page.url
 
 
-@pytest.mark.night
 @pytest.mark.parametrize(
     ("address", "text", "cost"),
     [
