@@ -192,9 +192,10 @@ def computing(running: Running) -> list[psutil.Process]:
         with suppress(psutil.NoSuchProcess):
             if "anyio.to_process" in each.cmdline():
                 found.append(each)
-    for forked in re.findall(rf"{served.COMPUTES}(\d+)", running.log.read_text()):
+    for pid, began in re.findall(rf"{served.COMPUTES}(\d+) (\d+)", running.log.read_text()):
         with suppress(psutil.NoSuchProcess):
-            found.append(psutil.Process(int(forked)))
+            if served.began(int(pid)) == began:
+                found.append(psutil.Process(int(pid)))
     return found
 
 
